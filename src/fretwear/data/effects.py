@@ -152,8 +152,8 @@ class Points:
             values = [in_unit(value, units) for value in point_values(summary, name)[done].tolist()]
             found = list(dict.fromkeys(values))
             if len(found) > 1:
-                numbers = not any(isinstance(value, str) for value in found)
-                levels[name] = tuple(sorted(found) if numbers else found)
+                has_text = any(isinstance(value, str) for value in found)
+                levels[name] = tuple(found if has_text else sorted(found))
                 place = {value: number for number, value in enumerate(levels[name])}
                 places.append([place[value] for value in values])
         results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
@@ -161,13 +161,12 @@ class Points:
         if energy in results:
             first = _in_order(summary, energy)[..., 0].ravel()[done]
             results[energy] = np.where(results[energy] < _CEASED * first, np.nan, results[energy])
-        changing = {}
-        for name in map(str, summary.variables):
-            each = summary.variables[name]
-            if name not in RESULTS and set(each.dims) <= dims and each.values.dtype.kind == "f":
-                values = point_values(summary, name)[done]
-                if len(set(values.tolist())) > 1:
-                    changing[name] = values
+        numbers = {
+            str(name): point_values(summary, str(name))[done]
+            for name, each in summary.variables.items()
+            if name not in RESULTS and set(each.dims) <= dims and each.values.dtype.kind == "f"
+        }
+        changing = {n: values for n, values in numbers.items() if len(set(values.tolist())) > 1}
         ids = tuple(map(str, point_values(summary, CASE_ID.name)[done]))
         rows = np.reshape(np.array(places, dtype=np.intp), (len(levels), len(ids))).T
         variables = {
@@ -317,15 +316,13 @@ def result_indices(summary: Merged) -> dict[str, Indices]:
     powers of the parameters. Results that vanish somewhere or are constant are left out.
     """
     points, (unit, sizes) = Points.of(summary), unit_points(summary)
-    if len(points.ids) < 2 * (len(points.levels) + 1):
-        return {}
     columns = {
         (name, False): values
         for name, values in points.results.items()
         if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
     }
     columns |= {(name, True): np.log(v) for (name, _), v in columns.items() if v.min() > 0.0}
-    if not columns:
+    if not columns or len(points.ids) < 2 * (len(points.levels) + 1):
         return {}
     best: dict[str, Indices] = {}
     found = sobol_indices(unit, np.column_stack([*columns.values()]), sizes)
