@@ -13,7 +13,7 @@ import re
 import stat
 import warnings
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -152,6 +152,13 @@ class Topography:
     def sides(self) -> tuple[float, float]:
         """Lengths of the sides, a point's share at the border included, m."""
         return len(self.x) * self.spacing[0], len(self.y) * self.spacing[1]
+
+    @cached_property
+    def spline(self) -> Any:
+        """Heights between the points."""
+        from scipy.interpolate import RectBivariateSpline
+
+        return RectBivariateSpline(self.x, self.y, self.heights)
 
 
 # Stands for that of a case read from a dataset, without its file.
@@ -405,14 +412,13 @@ class _Map(FromFile):
     def _interpolated(self, x: Array, y: Array) -> Array:
         """Heights, m, interpolated between the points, and those of the border outside."""
         data = self.read()
-        spline = _spline(data)
         x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
         if x.shape[1:] != (1,) or y.size != y.shape[-1]:
-            result: Array = spline.ev(*np.broadcast_arrays(x, y))
+            result: Array = data.spline.ev(*np.broadcast_arrays(x, y))
             return result
         # Evaluation on grid lines is faster, but requires increasing coordinates.
         way = 1 if x[-1, 0] >= x[0, 0] else -1
-        found: Array = spline(x[::way, 0], y.ravel())
+        found: Array = data.spline(x[::way, 0], y.ravel())
         return found[::way]
 
     @property
@@ -427,13 +433,6 @@ class _Map(FromFile):
         """Twice the distance of points along x and y, m."""
         x, y = self.read().spacing
         return 2.0 * x, 2.0 * y
-
-
-@lru_cache(maxsize=4)
-def _spline(data: Topography) -> Any:
-    from scipy.interpolate import RectBivariateSpline
-
-    return RectBivariateSpline(data.x, data.y, data.heights)
 
 
 @dataclass(frozen=True)
