@@ -61,12 +61,6 @@ class Source:
     def __str__(self) -> str:
         return f"{self.name} sha256:{self.checksum}"
 
-    @property
-    def slug(self) -> str:
-        """The name and the beginning of the checksum, for the id of a case."""
-        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.name.partition(".")[0])[:24]
-        return f"{stem}-{self.checksum[:6]}"
-
 
 @dataclass(frozen=True)
 class SourceFile(Plain):
@@ -324,7 +318,8 @@ class FromFile(Part):
     @property
     def slug(self) -> str:
         """The name of the file and the beginning of its checksum."""
-        return self.file.slug
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.file.name.partition(".")[0])[:24]
+        return f"{stem}-{self.file.checksum[:6]}"
 
 
 @dataclass(frozen=True)
