@@ -136,7 +136,7 @@ def _bodies_wear_apart(case: Setup) -> Iterator[Problem]:
         yield Problem(name, about.text(getattr(law, name)), rule, f"write {hint}")
 
 
-@_needing(_CONTACT + "loading wear_law friction_law cycles debris_fraction")
+@_needing(_CONTACT + "loading wear_law friction_law cycles blocks debris_fraction")
 def _scar_is_small(case: Setup) -> Iterator[Problem]:
     if not case.loading.stroke or _loads_suit.find(case):
         return
@@ -321,7 +321,7 @@ def _finer(cell: Sequence[float], limits: Sequence[float]) -> str:
 _OF_BLOCKS = tuple(each for each in vars().values() if isinstance(each, Rule))
 
 
-@_needing("cycles output_cycles")
+@_needing("cycles blocks output_cycles")
 def _snapshots_are_within_run(case: Setup) -> Iterator[Problem]:
     if beyond := ", ".join(str(cycle) for cycle in case.output_cycles if cycle > case.cycles):
         hint = f"give cycles from 0 to {case.cycles}, or raise cycles"

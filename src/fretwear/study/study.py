@@ -372,10 +372,8 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
     for rule in RULES:
         if {member_of(name) for name in rule.needs} <= {*study.made} | defaulted | blocks:
-            # Blocks have cycles of their own.
-            needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
             axes = enumerate(study.axes)
-            trials.append((rule, [i for i, a in axes if {a.member, a.name} & needs], {}))
+            trials.append((rule, [i for i, a in axes if {a.member, a.name} & rule.needs], {}))
     # Point by point, so that each case is made once for all rules.
     for index in study.indices:
         case: Case | None = None
