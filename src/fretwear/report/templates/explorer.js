@@ -26,11 +26,13 @@
     document.head.append(script);
     if (typeof Plotly === "undefined") throw new Error("plotly did not start");
   } catch (error) {
-    status.textContent = `The explorer cannot start: ${error.message}. The figures below show the same quantities.`;
+    status.textContent = `The explorer cannot start: ${error.message}. `
+      + "The figures below show the same quantities.";
     return;
   }
   const { words, points } = study;
-  const places = ([first, step, count]) => Array.from({ length: count }, (_, at) => first + at * step);
+  const places = ([first, step, count]) =>
+    Array.from({ length: count }, (_, at) => first + at * step);
   /* A row of values, of which the page has the differences. */
   const summed = ({ scale, steps }) => {
     let sum = 0;
@@ -78,10 +80,10 @@
     const powers = [];
     for (let power = Math.ceil(start); power <= end; power++) powers.push(power);
     return {
-      position: (cycle) => (cycle >= first ? Math.log10(cycle) : zero + (widthOfZero * cycle) / first),
+      position: (one) => (one >= first ? Math.log10(one) : zero + (widthOfZero * one) / first),
       range: [zero - 0.08, end + 0.1],
       tickvals: [zero, ...powers],
-      ticktext: [0, ...powers.map((power) => (power < 4 ? 10 ** power : `10${superscript(power)}`))],
+      ticktext: [0, ...powers.map((one) => (one < 4 ? 10 ** one : `10${superscript(one)}`))],
       gap: zero + 0.5 * widthOfZero,
     };
   }
@@ -90,7 +92,8 @@
 
   const DASH = { a: "solid", b: "6px,3px" };
   const DEPTHS = [
-    [0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"],
+    [0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"],
+    [0.75, "#57106e"], [1, "#000004"],
   ];
   const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
   let colors;
@@ -114,7 +117,9 @@
       font: { family: colors.font, size: innerWidth < 480 ? 12 : 13, color: colors.ink },
       showlegend: false,
       separators: ".\u2009",
-      hoverlabel: { bgcolor: colors.ground, bordercolor: colors.muted, font: { color: colors.ink } },
+      hoverlabel: {
+        bgcolor: colors.ground, bordercolor: colors.muted, font: { color: colors.ink },
+      },
       dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       margin: { l: 66, r: 12, t: 6, b: 44 },
       height,
@@ -138,7 +143,8 @@
     const left = shown.some(({ data }) => data.x[0] < 0) ? -right : 0;
     const ys = study.profiles.map((name) => {
       const scale = 1.06 * (highest(shown, name, right) || 1);
-      return axis(words[name].label, { range: name === "wear_depth" ? [scale, 0] : [0, scale], nticks: 5 });
+      const range = name === "wear_depth" ? [scale, 0] : [0, scale];
+      return axis(words[name].label, { range, nticks: 5 });
     });
     const x = axis(words.x.label, { range: [left, right], hoverformat: ".4~g" });
     const layout = panels(720 + 20 * shown.length, x, ys, {
@@ -158,7 +164,8 @@
     const data = shown.flatMap((one, row) => zones(one, row, `y${strip + 1}`));
     study.profiles.forEach((name, place) => {
       for (const { key, snapshot, data: { x, profiles, friction } } of shown) {
-        const add = (title, values, line, hover) => data.push(curve(`${key} ${title}`, place, x, values, line, hover));
+        const add = (title, values, line, hover) =>
+          data.push(curve(`${key} ${title}`, place, x, values, line, hover));
         const thin = { color: colors.muted, width: 1 };
         if (shown.length === 1) {
           /* For one case alone: its first profile, and the limit of friction on the traction. */
@@ -168,7 +175,8 @@
           }
         }
         const hover = `${key.toUpperCase()} %{y:.4~g} ${words[name].unit}<extra></extra>`;
-        add(name, profiles[name][snapshot], { color: colors[key], width: 1.8, dash: DASH[key] }, hover);
+        const line = { color: colors[key], width: 1.8, dash: DASH[key] };
+        add(name, profiles[name][snapshot], line, hover);
       }
     });
     return { data, layout };
@@ -200,7 +208,8 @@
         y: found.map(() => row),
         marker,
         hovertemplate: found.map(
-          ([from, to]) => `${state} from ${number(from)} to ${number(to)} ${words.x.unit}<extra></extra>`
+          ([from, to]) =>
+            `${state} from ${number(from)} to ${number(to)} ${words.x.unit}<extra></extra>`
         ),
       };
     });
@@ -210,10 +219,17 @@
   function edges({ key, data, snapshot }, y1) {
     const color = colors[key];
     const tall = { yref: "paper", y0: 0, y1, layer: "below" };
-    const [stick, contact] = ["stick", "contact"].map((zone) => data.numbers[`${zone}_half_width_x`][snapshot]);
+    const [stick, contact] = ["stick", "contact"].map((zone) =>
+      data.numbers[`${zone}_half_width_x`][snapshot]);
     return (data.x[0] < 0 ? [-1, 1] : [1]).flatMap((side) => [
-      { type: "rect", x0: 0, x1: side * stick, fillcolor: color, opacity: 0.1, line: { width: 0 }, ...tall },
-      { type: "line", x0: side * contact, x1: side * contact, line: { color, width: 1, dash: "dot" }, ...tall },
+      {
+        type: "rect", x0: 0, x1: side * stick, fillcolor: color, opacity: 0.1, line: { width: 0 },
+        ...tall,
+      },
+      {
+        type: "line", x0: side * contact, x1: side * contact,
+        line: { color, width: 1, dash: "dot" }, ...tall,
+      },
     ]);
   }
 
@@ -227,15 +243,17 @@
     const margin = { l: 66, r: 12, t: 70, b: 44, autoexpand: false };
     const layout = panels(width + 36, axis(words.x.label, common), [y], { margin });
     const data = [{
-      type: "heatmap", x: places(view.x), y: places(view.y), z: view.fields[name][snapshot], name: `${key} ${name}`,
+      type: "heatmap", x: places(view.x), y: places(view.y), z: view.fields[name][snapshot],
+      name: `${key} ${name}`,
       zmin: 0, zmax: largest(all) || 1, colorscale: DEPTHS,
       colorbar: {
         orientation: "h", x: 0, xanchor: "left", xpad: 0, len: 1, y: 1, yanchor: "bottom", ypad: 8,
-        thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3, tickcolor: colors.muted,
-        tickfont: { ...font, size: 11 },
+        thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3,
+        tickcolor: colors.muted, tickfont: { ...font, size: 11 },
         title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font },
       },
-      hovertemplate: `%{z:.4~g} ${unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
+      hovertemplate:
+        `%{z:.4~g} ${unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
     }];
     return { data, layout };
   }
@@ -244,7 +262,8 @@
   function heightFigure(shown) {
     const x = axis(words.bearing_area.label, { range: [0, 100], hoverformat: ".3~g" });
     const share = (values) => values.map((_, place) => (100 * place) / (values.length - 1));
-    const data = shown.flatMap(({ key, data: { heights } }) => ["before", "after"].map((when, after) => curve(
+    const data = shown.flatMap(({ key, data: { heights } }) =>
+      ["before", "after"].map((when, after) => curve(
       `${key} ${when}`, 0, share(heights[after]), heights[after],
       { color: colors[key], width: after ? 1.8 : 1.2, dash: after ? DASH[key] : "1px,2.5px" },
       `${key.toUpperCase()} ${when}: %{y:.4~g} ${words.height.unit}<extra></extra>`
@@ -259,10 +278,11 @@
     const small = { color: colors.ink, size: 12 };
     const annotations = gap === undefined ? [] : [{
       x: gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
-      bgcolor: colors.ground, borderpad: 0, showarrow: false, font: { ...small, color: colors.muted },
+      bgcolor: colors.ground, borderpad: 0, showarrow: false,
+      font: { ...small, color: colors.muted },
     }];
     const data = study.histories.flatMap((names, place) => names.flatMap((name, lower) => {
-      /* The names of curves that share a panel stand where they begin, that of the lower one below. */
+      /* Names of curves that share a panel stand where they begin, that of the lower one below. */
       const [start, other] = [name, names[0]].map((each) => shown[0].data.history[each][0]);
       const below = lower && start > 0.5 * other;
       if (names.length > 1) annotations.push({
@@ -272,17 +292,21 @@
       });
       return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
         const color = colors[key];
-        const value = `%{y:.4~g} ${words[name].unit}<extra>${key.toUpperCase()}, ${words[name].words}</extra>`;
+        const value =
+          `%{y:.4~g} ${words[name].unit}<extra>${key.toUpperCase()}, ${words[name].words}</extra>`;
         const told = (cycle) => `cycle ${formatted(cycle)}: ${value}`;
+        const drawn = (kind, at, values, line) =>
+          curve(`${key} ${name}${kind}`, place, at.map(position), values, line, at.map(told));
         const shownOr = (is, not) => cycles.map((_, at) => (at === snapshot ? is : not));
         const line = { color, width: lower ? 1.2 : 2.2, dash: DASH[key] };
         return [
-          curve(`${key} ${name}`, place, history.cycle.map(position), history[name], line, history.cycle.map(told)),
+          drawn("", history.cycle, history[name], line),
           {
-            ...curve(`${key} ${name} snapshots`, place, cycles.map(position), numbers[name], {}, cycles.map(told)),
+            ...drawn(" snapshots", cycles, numbers[name], {}),
             mode: "markers", customdata: cycles,
             marker: {
-              color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1,
+              color: shownOr(color, colors.ground), size: shownOr(11, 6), opacity: 1,
+              line: { color, width: 1.5 },
             },
           },
         ];
@@ -290,8 +314,8 @@
     }));
     const ys = study.histories.map((names) => {
       const { label } = words[names[0]];
-      const common = names.length > 1 ? label.replace(/^\S+ (.)/, (_, letter) => letter.toUpperCase()) : label;
-      return axis(common, { rangemode: "tozero", nticks: 6 });
+      const common = label.replace(/^\S+ (.)/, (_, letter) => letter.toUpperCase());
+      return axis(names.length > 1 ? common : label, { rangemode: "tozero", nticks: 6 });
     });
     const layout = panels(420, axis(words.cycle.label, reached), ys, {
       hovermode: "closest",
@@ -322,7 +346,8 @@
     const distance = ({ index }) =>
       index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
     const others = points.filter((point) => point !== points[place] && point.data);
-    return points.indexOf(others.sort((one, other) => distance(one) - distance(other))[0] ?? points[place]);
+    others.sort((one, other) => distance(one) - distance(other));
+    return points.indexOf(others[0] ?? points[place]);
   }
 
   /* ---- Drawing ---- */
@@ -333,13 +358,13 @@
     shown = (compare.checked ? ["a", "b"] : ["a"]).flatMap((key) => {
       const point = points[selected[key]];
       if (point?.data) return { key, title: point.title, data: point.data };
-      problems.push(`Case ${key.toUpperCase()}${
-        point ? `, point ${point.number}, is ${point.status}: ${point.reason}` : " is not in this page."}`);
+      const why = point && `, point ${point.number}, is ${point.status}: ${point.reason}`;
+      problems.push(`Case ${key.toUpperCase()}${why ?? " is not in this page."}`);
       return [];
     });
     status.textContent = problems.join(" ");
     status.hidden = !problems.length;
-    cycles = [...new Set(shown.flatMap(({ data }) => data.cycles))].sort((one, other) => one - other);
+    cycles = [...new Set(shown.flatMap(({ data }) => data.cycles))].sort((a, b) => a - b);
     slider.max = Math.max(0, cycles.length - 1);
     slider.value = Math.max(0, cycles.findLastIndex((one) => one <= cycle));
     for (const control of [slider, play]) control.disabled = cycles.length < 2;
@@ -352,16 +377,20 @@
     const now = cycles[slider.value] ?? 0;
     get("cycle-shown").textContent = formatted(now);
     slider.setAttribute("aria-valuetext", `cycle ${formatted(now)}`);
-    for (const one of shown) one.snapshot = Math.max(0, one.data.cycles.findLastIndex((known) => known <= now));
+    for (const one of shown) {
+      one.snapshot = Math.max(0, one.data.cycles.findLastIndex((known) => known <= now));
+    }
     get("readout").innerHTML = readout(now);
     for (const id of ["profile-plot", "history-plot"]) get(id).hidden = !shown.length;
-    const [viewed, rough] = ["view", "heights"].map((name) => shown.filter(({ data }) => data[name]));
+    const [viewed, rough] = ["view", "heights"].map((one) => shown.filter(({ data }) => data[one]));
     get("maps").hidden = !viewed.length;
     get("heights").hidden = !rough.length;
     if (!shown.length) return;
     const style = getComputedStyle(document.body);
     colors = { font: style.fontFamily };
-    for (const name of ["a", "b", "ground", "ink", "muted", "line"]) colors[name] = style.getPropertyValue(`--${name}`);
+    for (const name of ["a", "b", "ground", "ink", "muted", "line"]) {
+      colors[name] = style.getPropertyValue(`--${name}`);
+    }
     const titles = shown.map(({ key, title }) => `case ${key.toUpperCase()}: ${title}`).join("; ");
     const told = (names) => names.map((name) => words[name].words).join(", ");
     remember(now);
@@ -370,23 +399,29 @@
       Plotly.react(place, data, layout, CONFIG);
       place.setAttribute("aria-label", `${label}; ${titles}`);
     };
-    picture(get("profile-plot"), profileFigure(shown), `Along x after ${formatted(now)} cycles: ${told(study.profiles)}`);
-    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(study.histories.flat())}`);
+    const along = `Along x after ${formatted(now)} cycles: ${told(study.profiles)}`;
+    picture(get("profile-plot"), profileFigure(shown), along);
+    const over = `Over the cycles: ${told(study.histories.flat())}`;
+    picture(get("history-plot"), historyFigure(shown, now), over);
     const maps = viewed.flatMap((one) => study.maps.map((name) => [one, name]));
     [...get("maps").querySelectorAll(".plot")].forEach((place, at) => {
       place.hidden = at >= maps.length;
       if (place.hidden) return;
       const [one, name] = maps[at];
-      picture(place, mapFigure(one, name, viewed, place.clientWidth), `From above: ${told([name])}`);
+      const map = mapFigure(one, name, viewed, place.clientWidth);
+      picture(place, map, `From above: ${words[name].words}`);
     });
-    if (rough.length) picture(get("height-plot"), heightFigure(rough), "Bearing areas before and after wear");
+    if (!rough.length) return;
+    picture(get("height-plot"), heightFigure(rough), "Bearing areas before and after wear");
   }
 
   function readout(now) {
-    const row = (name, texts) => `<tr><th scope="row">${name}</th><td>${texts.join("</td><td>")}</td></tr>`;
+    const row = (name, texts) =>
+      `<tr><th scope="row">${name}</th><td>${texts.join("</td><td>")}</td></tr>`;
     const rows = study.readout.map((name) => {
       const values = shown.map(({ data, snapshot }) => data.numbers[name][snapshot]);
-      const ratio = values[0] > 0 && values[1] !== null ? `× ${number(values[1] / values[0], 3)}` : "–";
+      const known = values[0] > 0 && values[1] !== null;
+      const ratio = known ? `× ${number(values[1] / values[0], 3)}` : "–";
       const texts = values.map((value) => number(value));
       return row(words[name].label, values.length === 2 ? [...texts, ratio] : texts);
     });
@@ -394,9 +429,11 @@
     if (reached.some((one) => one !== now)) {
       rows.unshift(row("Last snapshot until then", reached.map((one) => formatted(one))));
     }
-    const heads = [...shown.map(({ key }) => key.toUpperCase()), ...(shown.length === 2 ? ["B to A"] : [])];
+    const names = shown.map(({ key }) => key.toUpperCase());
+    if (names.length === 2) names.push("B to A");
+    const heads = names.map((text) => `<th scope="col">${text}</th>`);
     return `<caption>After ${formatted(now)} cycles</caption><thead><tr><td></td>${
-      heads.map((text) => `<th scope="col">${text}</th>`).join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
+      heads.join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
   }
 
   /* ---- The address of what is shown: #case=3&with=4&cycle=1000 ---- */
@@ -406,7 +443,8 @@
     const told = { case: points[selected.a], with: compare.checked && points[selected.b] };
     for (const name in told) if (told[name]) asked.set(name, told[name].number);
     asked.set("cycle", cycle);
-    if (started && location.hash !== `#${asked}`) window.history.replaceState(null, "", `#${asked}`);
+    const address = `#${asked}`;
+    if (started && location.hash !== address) window.history.replaceState(null, "", address);
   }
 
   /* Shows what an address asks for, if it is one of the explorer. */
@@ -474,7 +512,9 @@
   recall();
   started = true;
   addEventListener("hashchange", recall);
-  for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", draw);
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) {
+    matchMedia(media).addEventListener("change", draw);
+  }
   get("history-plot").on("plotly_click", ({ points: [clicked] }) => {
     const place = cycles.indexOf(clicked.customdata);
     if (place >= 0) go(place);
