@@ -9,10 +9,13 @@ from typing import Annotated, Literal
 import numpy as np
 import pytest
 
+from fretwear.figures import wear_profiles
+from fretwear.mechanics.materials import WearLaw
 from fretwear.mechanics.measured import Source, SourceFile
 from fretwear.mechanics.roughness import Roughness
-from fretwear.mechanics.slip import Jaeger, SlipModel
+from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.parts import Choice, Part, Quantity, WholeNumber
+from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (
@@ -54,9 +57,39 @@ class Dimple(Roughness):
         return math.inf, math.inf
 
 
+@dataclass(frozen=True)
+class WearPerLoad(WearLaw):
+    """A wear coefficient that grows with friction."""
+
+    friction_wear: Annotated[
+        float, Quantity("Pa-1", "$α$", "wear by friction", "/ Pa", like="5e-14 / Pa", above=0.0)
+    ]
+    kind: Literal["by_friction"] = "by_friction"
+
+    def coefficient(self, friction, energy_density=0.0):
+        del energy_density
+        return self.friction_wear * friction.coefficient
+
+
+@dataclass(frozen=True)
+class UniformSlip(SlipModel):
+    """All points slip alike, as in reciprocating gross slip; nothing sticks."""
+
+    slip_gap: Annotated[float, Quantity("m", "$g_0$", "gap that stands for slip", "um", above=0.0)]
+    kind: Literal["uniform"] = "uniform"
+
+    def reduced(self, problem, half_space, shape, *guess, **accuracy):
+        del problem, half_space, guess, accuracy
+        return ReducedContact(np.zeros_like(shape), np.full_like(shape, self.slip_gap), 0.0, 0.0)
+
+
+MADE_UP = {Dimple: "dimple", WearPerLoad: "by_friction", UniformSlip: "uniform"}
+
+
 def register(*, there):
-    """A kind without a name is none: other tests shall not meet the one made up here."""
-    Dimple.kind = "dimple" if there else ""
+    """A kind without a name is none: other tests shall not meet those made up here."""
+    for kind, name in MADE_UP.items():
+        kind.kind = name if there else ""
     Part.kinds.cache_clear()
 
 
@@ -64,7 +97,7 @@ register(there=False)
 
 
 @pytest.fixture(autouse=True)
-def made_up_kind():
+def made_up_kinds():
     register(there=True)
     yield
     register(there=False)
@@ -93,6 +126,7 @@ LINE = {
     "roughness": None,
     "cell": None,
 }
+OWN = ("wear_coefficient", "friction_wear")
 
 
 def study_case(**changes):
@@ -118,10 +152,12 @@ def examples():
         {"debris_fraction": 0.85},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
+        {"wear_coefficient": None, "friction_wear": "5e-14 / Pa"},
         {"roughness": DIMPLE, "cell": None},
         *({"radius": None, "indenter": each} for each in INDENTERS),
         *({"roughness": each} for each in (RANDOM, MEASURED)),
         *({"counterface": each, "cell": None} for each in (WAVES, DIMPLE, RANDOM, MEASURED)),
+        {"slip_model": {"kind": "uniform", "slip_gap": "1 um"}},
         {**LINE, "tangential_load": "5 N/mm"},
         {**yielding, "displacement_amplitude": "1 um"},
         {**yielding, "displacement_ratio": 0.5},
@@ -205,12 +241,15 @@ def test_every_coordinate_has_words_and_a_symbol():
 
 def test_a_new_kind_is_read_varied_and_described(studies, content):
     content["base"]["roughness"] = {"kind": "dimple", "width": "20 um"}
+    content["base"]["friction_wear"] = "5e-14 / Pa"
+    del content["base"]["wear_coefficient"]
     content["vary"] = {"roughness.depth": ["0.2 um", "0.5 um"]}
     jsonschema.Draft202012Validator(study_schema()).validate(content)
     study = studies.load(content)
     assert [axis.coordinate for axis in study.axes] == ["roughness_depth"]
     deep = study.points()[1].case
     assert isinstance(deep.roughness, Dimple)
+    assert deep.wear_law.coefficient(deep.friction_law) == pytest.approx(2.5e-14)
     assert deep.scalar_coordinates()["roughness_depth"] == (5e-7, "m", "dimple depth")
     assert deep.grid_spacing[0] <= 20e-6 / 16
     assert len(study.cases()) == 2
@@ -220,7 +259,7 @@ def test_a_new_kind_is_read_varied_and_described(studies, content):
 
 def test_names_and_kinds_that_may_be_given_are_those_declared():
     names = set(base_names())
-    assert {"indenter", "radius", "load", "friction", "roughness", "slip_model"} <= names
+    assert {"indenter", "radius", "load", "friction", "roughness", "slip_model", *OWN} <= names
     assert {"roughness.amplitude", "roughness.depth", "indenter.radius"} <= set(parameter_names())
 
     class Counted(Jaeger):
@@ -246,3 +285,29 @@ def test_a_case_can_be_changed_and_have_the_long_form_of_an_indenter():
     assert long.radius == 0.01
     with pytest.raises(CaseError, match="radius: is redundant: indenter is given too"):
         study_case(indenter={"kind": "sphere", "radius": "10 mm"})
+
+
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+def test_new_kinds_run_from_a_study_file_to_a_figure(studies, content):
+    content["base"] |= {
+        "plastic_limit": "4500 MPa",
+        "roughness": {**DIMPLE, "width": "60 um"},
+        "slip_model": {"kind": "uniform", "slip_gap": "1 um"},
+        "friction_wear": "5e-14 / Pa",
+        "cell": "6 um",
+        "cycles": 100,
+    }
+    del content["base"]["wear_coefficient"]
+    content["output"] = {"cycles": [10]}
+    case = studies.load(content, ["load=50 N"]).points()[0].case
+    dataset = simulate(case, quarter=True)
+    assert dataset["slip_model_slip_gap"] == 1e-6
+    # Archard for constant slip: the volume is that of the load on the path, by 4 K P µκg per cycle.
+    path = 4 * case.friction * case.coupling * 1e-6 * dataset["cycle"]
+    expected = case.wear_law.coefficient(case.friction_law) * case.load * path
+    np.testing.assert_allclose(dataset["wear_volume"], expected, rtol=1e-3, atol=1e-24)
+    # The dimple leaves the load to the ground around it.
+    assert float(dataset["pressure"].isel(cycle=0, x=0, y=0)) < 0.3 * case.hertz_pressure
+    (curve,) = (line for line in wear_profiles(dataset).axes[0].lines if line.get_label() == "100")
+    along_x = dataset["wear_depth"].isel(cycle=-1).sel(y=0, method="nearest").sel(x=slice(0, None))
+    np.testing.assert_allclose(1e-6 * curve.get_ydata(), along_x, rtol=1e-3, atol=1e-13)
