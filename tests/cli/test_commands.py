@@ -21,6 +21,7 @@ import pytest
 import fretwear
 from fretwear.study.study import load_study, select_case
 
+from ..running.conftest import read_until
 from ..studies import WAVES, base
 
 FRETWEAR = (sys.executable, "-m", "fretwear")
@@ -47,10 +48,29 @@ def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
             np.testing.assert_array_equal(stored[name], computed[name])
 
 
-def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
-    """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
+@pytest.fixture
+def long_run(desk):
+    """The arguments of a run that takes a minute where nobody stops it."""
     capped = {"plastic_limit": "4500 MPa", "roughness": WAVES}
     desk.write({"base": base(cycles=30000, cell="0.5 um", **capped)})
+    return "run", "tiny.yaml"
+
+
+def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run):
+    command = (*FRETWEAR, *long_run)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        read_until(process, "cycle 0 of")
+        process.send_signal(signal.SIGINT)
+        message = process.stderr.read()
+        assert process.wait(30) == 130
+    assert "fretwear: stopped: by Ctrl-C; run the same command again to resume" in message
+    assert "Traceback" not in message
+    # The lock goes with its process, and so does every temporary file; a checkpoint may stay.
+    assert {Path(file).suffix for file in desk.files()} <= {".yaml", ".checkpoint"}
+
+
+def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
+    """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
     near, far = pty.openpty()
 
     def as_session():
@@ -58,7 +78,7 @@ def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
         fcntl.ioctl(2, termios.TIOCSCTTY, 0)
 
     process = subprocess.Popen(
-        (*FRETWEAR, "run", "tiny.yaml"), stderr=far, stdout=far, preexec_fn=as_session
+        (*FRETWEAR, *long_run), stderr=far, stdout=far, preexec_fn=as_session
     )
     os.close(far)
     seen = b""
@@ -67,7 +87,6 @@ def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
         seen += os.read(near, 4096)
     os.close(near)
     assert process.wait(60) == 129
-    # The lock goes with its process, and so does every temporary file.
     assert {Path(file).suffix for file in desk.files()} == {".yaml", ".checkpoint"}
 
 
@@ -281,11 +300,16 @@ def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_animate_writes_a_gif_beside_the_case(desk, case_file, monkeypatch):
+def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(
+    desk, case_file, monkeypatch
+):
     shutil.copy(case_file, "mine.nc")
     result = desk.call("animate", "mine.nc", "--dpi", "50")
     assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
     assert result.stdout.startswith("mine.gif: 3 pictures, ")
+    advice = result.stderr.partition("output: {cycles: [")[2].partition("]")[0]
+    cycles = [int(cycle) for cycle in advice.split(", ")]
+    assert (cycles[0], cycles[-1]) == (0, 200)
     monkeypatch.setenv("PATH", str(desk.folder))
     result = desk.call("animate", case_file, "-o", "a.mp4", status=2)
     assert "a.gif instead" in result.stderr

@@ -384,14 +384,20 @@ def animate(
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-        from fretwear.figures.cases import FfmpegMissingError, animation, check_format
+        from fretwear.figures import cases as figures_of_cases
 
         try:
-            check_format(path)
-        except FfmpegMissingError as error:
+            figures_of_cases.check_format(path)
+        except figures_of_cases.FfmpegMissingError as error:
             raise CommandError(str(error)) from error
-        moving = animation(case, history)
+        moving = figures_of_cases.animation(case, history)
         with log.counting("picture") as progress:
             moving.save(path, dots_per_inch=dots, progress=progress)
     pictures, size = len(moving.cycles), path.stat().st_size
     log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
+    if pictures < figures_of_cases.FEW_SNAPSHOTS:
+        cycles = ", ".join(map(str, figures_of_cases.well_spaced_cycles(moving.cycles[-1])))
+        log.note(
+            f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
+            f"for example output: {{cycles: [{cycles}]}}"
+        )

@@ -70,6 +70,7 @@ ZONE_COLORS = {
     ContactState.STICK: "#084a8c",
 }
 """Light to dark: they can be told apart in grey too."""
+FEW_SNAPSHOTS = 12
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE: tuple[str, ...] = ("load", "tangential_ratio", "sliding_amplitude", "friction")
