@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.effects import is_sampled, rank_correlations, result_indices, sobol_indices
+from fretwear.data.effects import Points, rank_correlations, sobol_indices
 
 from ..studies import sampled
 
@@ -20,7 +20,7 @@ def ishigami(unit):
 @pytest.mark.parametrize("engine", [qmc.Sobol, qmc.LatinHypercube])
 def test_indices_of_ishigami_are_those_of_the_closed_form(engine):
     unit = engine(3, seed=1).random(4096)
-    found = result_indices(sampled(unit, ishigami(unit)))["wear_volume"]
+    found = Points.of(sampled(unit, ishigami(unit))).indices["wear_volume"]
     assert not found.of_logarithm
     assert found.first == pytest.approx(FIRST, abs=0.002)
     assert found.total == pytest.approx(TOTAL, abs=0.002)
@@ -61,9 +61,9 @@ def test_rank_correlations_are_those_of_spearman():
 def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
     unit = qmc.Sobol(2, seed=7).random(32)
     load, wear = 10.0 + 40.0 * unit[:, 0], 10.0 ** unit[:, 1]
-    summary = sampled(unit, 1e-13 * load**3 * wear)
-    assert is_sampled(summary)
-    found = result_indices(summary)["wear_volume"]
+    points = Points.of(sampled(unit, 1e-13 * load**3 * wear))
+    assert list(points.drawn) == ["load", "friction"]
+    found = points.indices["wear_volume"]
     assert found.of_logarithm
     # Variance of 3 log P for P even from 10 to 50, by quadrature, and of a logarithm that is even.
     grid = np.log(10.0 + 40.0 * (np.arange(20000) + 0.5) / 20000)

@@ -140,15 +140,19 @@ class Points:
     results: Mapping[str, Array]
     parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
     ids: tuple[str, ...]  # of the cases
+    drawn: Mapping[str, Mapping[str, Any]]  # from which range each parameter of a sample was
 
     @classmethod
     def of(cls, summary: Merged) -> Points:
         """Return the finished points of a merged study."""
         dims = set(point_dims(summary))
         done = point_values(summary, STATUS.name) == PointStatus.DONE
-        levels, places = {}, []
+        levels, places, drawn = {}, [], {}
         for name in varied_names(summary):
-            units = summary.variables[name].attrs.get("units", "")
+            about = summary.variables[name].attrs
+            if "drawn_from" in about:
+                drawn[name] = about
+            units = about.get("units", "")
             values = [in_unit(value, units) for value in point_values(summary, name)[done].tolist()]
             found = list(dict.fromkeys(values))
             if len(found) > 1:
@@ -170,11 +174,11 @@ class Points:
         ids = tuple(map(str, point_values(summary, CASE_ID.name)[done]))
         rows = np.reshape(np.array(places, dtype=np.intp), (len(levels), len(ids))).T
         variables = {
-            name: about.in_units(summary.variables[name].attrs.get("units", about.si_unit))
+            name: result.in_units(summary.variables[name].attrs.get("units", result.si_unit))
             for name in results
-            if (about := RESULTS.get(name))
+            if (result := RESULTS.get(name))
         }
-        return cls(levels, rows, variables, results, changing, ids)
+        return cls(levels, rows, variables, results, changing, ids, drawn)
 
     @cached_property
     def lines(self) -> Mapping[str, list[list[int]]]:
@@ -207,6 +211,47 @@ class Points:
         """Return the effects on a result, the largest first."""
         found = [self.effect(name, result) for name in self.levels]
         return sorted((each for each in found if each.low.size), key=lambda e: -e.size)
+
+    @property
+    def sizes(self) -> list[int]:
+        """From how many listed values each parameter of a sample was drawn, 0 for a range."""
+        return [0 if name in self.drawn else len(levels) for name, levels in self.levels.items()]
+
+    @cached_property
+    def unit(self) -> Array:
+        """The points of a sample in the unit cube, shape (n, d)."""
+        columns = []
+        for name, size in zip(self.levels, self.sizes, strict=True):
+            if size:
+                columns.append((self.place(name) + 0.5) / size)
+                continue
+            drawn = self.drawn[name]
+            scale = np.log if drawn["drawn_on"] == "log" else np.asarray
+            low, high = (scale(float(drawn[key])) for key in ("drawn_from", "drawn_to"))
+            columns.append(np.clip((scale(self.parameters[name]) - low) / (high - low), 0.0, 1.0))
+        return np.column_stack(columns)
+
+    @cached_property
+    def indices(self) -> Mapping[str, Indices]:
+        """The Sobol indices of every scalar of a sample.
+
+        They refer to its logarithm if an emulator of that predicts better, since results scale with
+        powers of the parameters. Results that vanish somewhere or are constant are left out.
+        """
+        columns = {
+            (name, False): values
+            for name, values in self.results.items()
+            if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
+        }
+        columns |= {(name, True): np.log(v) for (name, _), v in columns.items() if v.min() > 0.0}
+        if not columns or len(self.ids) < 2 * (len(self.levels) + 1):
+            return {}
+        best: dict[str, Indices] = {}
+        found = sobol_indices(self.unit, np.column_stack([*columns.values()]), self.sizes)
+        for (name, of_logarithm), each in zip(columns, found, strict=True):
+            if name not in best or each.quality > best[name].quality:
+                best[name] = replace(each, of_logarithm=of_logarithm)
+        return best
 
 
 @dataclass(frozen=True)
@@ -283,53 +328,6 @@ class Indices:
     total_range: Array
     quality: float  # share of the variance predicted at points left out of the emulator, 1 at best
     of_logarithm: bool = False  # whether they refer to the logarithm of the result
-
-
-def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
-    """Return the finished points of a sampled study in the unit cube, shape (n, d).
-
-    With it comes for each parameter the number of listed values it was drawn from, 0 for a range.
-    """
-    points = Points.of(summary)
-    columns, sizes = [], []
-    for name, levels in points.levels.items():
-        drawn = summary.variables[name].attrs
-        sizes.append(0 if "drawn_from" in drawn else len(levels))
-        if sizes[-1]:
-            columns.append((points.place(name) + 0.5) / sizes[-1])
-            continue
-        scale = np.log if drawn["drawn_on"] == "log" else np.asarray
-        low, high = (scale(float(drawn[key])) for key in ("drawn_from", "drawn_to"))
-        columns.append(np.clip((scale(points.parameters[name]) - low) / (high - low), 0.0, 1.0))
-    return np.column_stack(columns), tuple(sizes)
-
-
-def is_sampled(summary: Merged) -> bool:
-    """Return whether the points of a merged study were drawn from ranges."""
-    return any("drawn_from" in summary.variables[name].attrs for name in varied_names(summary))
-
-
-def result_indices(summary: Merged) -> dict[str, Indices]:
-    """Return the Sobol indices of every scalar of a sampled study.
-
-    They refer to its logarithm if an emulator of that predicts better, since results scale with
-    powers of the parameters. Results that vanish somewhere or are constant are left out.
-    """
-    points, (unit, sizes) = Points.of(summary), unit_points(summary)
-    columns = {
-        (name, False): values
-        for name, values in points.results.items()
-        if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
-    }
-    columns |= {(name, True): np.log(v) for (name, _), v in columns.items() if v.min() > 0.0}
-    if not columns or len(points.ids) < 2 * (len(points.levels) + 1):
-        return {}
-    best: dict[str, Indices] = {}
-    found = sobol_indices(unit, np.column_stack([*columns.values()]), sizes)
-    for (name, of_logarithm), each in zip(columns, found, strict=True):
-        if name not in best or each.quality > best[name].quality:
-            best[name] = replace(each, of_logarithm=of_logarithm)
-    return best
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:

@@ -17,16 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from fretwear.data.effects import (
-    GOOD,
-    SEED,
-    Array,
-    Points,
-    is_sampled,
-    result_indices,
-    sobol_indices,
-    unit_points,
-)
+from fretwear.data.effects import SEED, Array, Points, sobol_indices
 from fretwear.figures.axes import (
     MOST_WITH_MINOR_TICKS,
     ValueAxis,
@@ -69,7 +60,7 @@ _FEWEST = 16
 _LOGARITHMIC_FROM = 8.0
 
 # Varied parameters that a fretting map may have beside the load.
-_WAYS = ("displacement_amplitude", "displacement_ratio")
+WAYS = ("displacement_amplitude", "displacement_ratio")
 _REGIMES = {
     "partial slip": ("o", CATEGORICAL[0]),
     "mixed": ("D", CATEGORICAL[5]),
@@ -81,19 +72,15 @@ _APART = 0.7
 
 
 @styled
-def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
-    """Draw final results of a merged study, a row each, against every parameter, a column each.
+def effects(points: Points, quantities: Sequence[str] = HEADLINES) -> Figure:
+    """Draw final results of a study, a row each, against every parameter, a column each.
 
     A thin line joins cases that differ in this parameter alone; its colour tells the value of the
     other parameter on which the change depends most. The points of a sampled study and seeds,
     which have no order, have no such lines: these are scatter plots. Results that no case has, or
-    that are zero in all, are left out. It is a `ValueError` when no parameter is varied, or no
-    point is done.
+    that are zero in all, are left out.
     """
-    points = Points.of(summary)
     names = [n for n in quantities if np.nan_to_num(points.results.get(n, 0.0)).any()]
-    if not points.levels or not names:
-        raise ValueError("There are no two cases to compare: the study varies nothing.")
     down, across = len(names), len(points.levels)
     figure = JournalFigure(2 if across > 2 else 1, _HEAD + _ROW * down)
     grid = figure.subplots(down, across, sharex="col", sharey="row", squeeze=False)
@@ -191,16 +178,12 @@ def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normaliz
 
 
 @styled
-def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
-    """Draw a final result as a heat map over the two parameters with most values.
+def effect_map(points: Points) -> Figure:
+    """Draw the final wear volume of a grid as a heat map over the two parameters with most values.
 
-    There is a panel for each combination of the other parameters, of at most 6 of them. It is a
-    `ValueError` when the merged study does not vary two parameters in a grid, or no point is done.
+    There is a panel for each combination of the other parameters, of at most 6 of them.
     """
-    points = Points.of(summary)
     names = sorted(points.levels, key=lambda name: -len(points.levels[name]))[:2]
-    if len(names) < 2 or not all(points.lines[name] for name in names):
-        raise ValueError("A heat map needs two parameters whose values are combined.")
     # Rows, then columns, in the order of the study.
     down, across = sorted(names, key=list(points.levels).index)
     others = [name for name in points.levels if name not in names]
@@ -214,10 +197,9 @@ def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
         )
         for at in few
     }
-    axis, shown, norm = _coloured(points, quantity)
+    axis, shown, norm = _coloured(points, "wear_volume")
     columns = min(3, len(few))
-    heights = (14.0, 62.0)
-    figure, grid = make_panels(2 if columns > 1 else 1, [*titles.values()], columns, heights)
+    figure, grid = make_panels(2 if columns > 1 else 1, [*titles.values()], columns, (14.0, 62.0))
     for axes, key in zip(grid, titles, strict=True):
         inside = (keys == key).all(axis=1)
         table = np.full([len(points.levels[name]) for name in (down, across)], np.nan)
@@ -237,30 +219,21 @@ def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
 
 
 @styled
-def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
-    """Draw the Sobol indices of a sampled study, and how they settle with the number of points.
+def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
+    """Draw the Sobol indices of results of a sample, and how they settle with more points.
 
     Left are the indices of each parameter alone (full) and with its interactions (open) with 95 %
-    intervals; right, the latter against the number of points. Results whose emulator predicts less
-    than 90 % of the variance are left out. It is a `ValueError` when the points were not drawn, or
-    no emulator is good enough.
+    intervals; right, the latter against the number of points.
     """
-    if not is_sampled(summary):
-        raise ValueError("Sobol indices are those of a sampled study; this one lists its values.")
-    points, (unit, sizes) = Points.of(summary), unit_points(summary)
-    found = result_indices(summary)
-    good = {n: found[n] for n in quantities if n in found and found[n].quality >= GOOD}
-    if not good:
-        raise ValueError("The points are too few for Sobol indices: no emulator is good enough.")
-    figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(good))
-    grid = figure.subplots(len(good), 2, squeeze=False, sharex="col")
-    counts = [count for count in (len(unit) // k for k in (8, 4, 2, 1)) if count >= _FEWEST]
+    figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(quantities))
+    grid = figure.subplots(len(quantities), 2, squeeze=False, sharex="col")
+    counts = [n for n in (len(points.ids) // k for k in (8, 4, 2, 1)) if n >= _FEWEST]
     about = [parameter(name) for name in points.levels]
     looks = [look(place) for place in range(len(about))]
-    for (bars, curves), (name, indices) in zip(grid, good.items(), strict=True):
-        values = points.results[name]
+    for (bars, curves), name in zip(grid, quantities, strict=True):
+        indices, values = points.indices[name], points.results[name][:, None]
         values = np.log(values) if indices.of_logarithm else values
-        settled = [sobol_indices(unit[:n], values[:n, None], sizes)[0].total for n in counts]
+        settled = [sobol_indices(points.unit[:n], values[:n], points.sizes)[0] for n in counts]
         for place, (color, mark) in enumerate(looks):
             for at, middle, (low, high), fill in (
                 (place - 0.2, indices.first, indices.first_range, "full"),
@@ -268,7 +241,7 @@ def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> F
             ):
                 bars.plot([at] * 2, [low[place], high[place]], color=color, lw=1.0)
                 bars.plot(at, middle[place], mark, color=color, fillstyle=fill, markersize=4.0)
-            curves.plot(counts, [total[place] for total in settled], marker=mark, color=color)
+            curves.plot(counts, [each.total[place] for each in settled], marker=mark, color=color)
         bars.axhline(0.0, color=MUTED, lw=0.5)
         title = points.variables[name].label + ", logarithm" * indices.of_logarithm
         bars.set_title(title, fontsize=6.5)
@@ -285,16 +258,12 @@ def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> F
 
 
 @styled
-def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
-    """Draw the points of a sampled study over every two parameters, coloured by a final result.
+def scatter_matrix(points: Points) -> Figure:
+    """Draw the points of a sample over every two parameters, coloured by the final wear volume.
 
-    The lowest row has the result itself against each parameter. It is a `ValueError` when fewer
-    than two parameters are varied, or no point is done.
+    The lowest row has the wear volume itself against each parameter.
     """
-    points = Points.of(summary)
-    if len(points.levels) < 2:
-        raise ValueError("A scatter matrix needs two varied parameters or more.")
-    axis, shown, norm = _coloured(points, quantity)
+    axis, shown, norm = _coloured(points, "wear_volume")
     columns = {name: _places(points, name) for name in points.levels}
     # The first row has the second parameter over the first, the last the result over all.
     rows = [(each, "\n".join(wrap(parameter_label(name), 18))) for name, each in columns.items()]
@@ -322,13 +291,12 @@ def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure
 
 
 @styled
-def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
-    """Draw every point of a study as a line over its parameters, its colour the final result.
+def parallel_coordinates(points: Points) -> Figure:
+    """Draw every point of a study as a line over its parameters, coloured by the final wear volume.
 
-    Each parameter has an axis from its lowest to its highest value, and so has the result.
+    Each parameter has an axis from its lowest to its highest value, and so has the wear volume.
     """
-    points = Points.of(summary)
-    axis, shown, norm = _coloured(points, quantity)
+    axis, shown, norm = _coloured(points, "wear_volume")
     rows = np.argsort(shown)
     rows = rows[np.isfinite(shown[rows]) & (shown[rows] > 0.0 if axis.is_logarithmic else True)]
     columns = [
@@ -365,11 +333,6 @@ def _scaled(values: Array) -> Array:
     return np.where(np.isfinite(values), top * (values - finite.min()) / spread, 1.0)
 
 
-def has_fretting_map(summary: xr.Dataset) -> bool:
-    """Whether a study varies a load and a displacement, and so has a fretting map."""
-    return "load" in summary["status"].dims and any(n in summary["status"].dims for n in _WAYS)
-
-
 @styled
 def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
@@ -379,7 +342,7 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     gross in others is mixed. The width of a dot is in proportion to the cube root of the wear
     volume.
     """
-    across = next(name for name in _WAYS if name in summary["status"].dims)
+    across = next(name for name in WAYS if name in summary["status"].dims)
     rest = {n: 0 for n in summary["status"].dims if n not in ("load", across)}
     shown = summary.isel(rest).transpose("load", across, ...)
     gross = shown["regime"].mean("cycle", skipna=True).values

@@ -15,15 +15,15 @@ import xarray as xr
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
-from fretwear.data.effects import GOOD, SEED, Points, is_sampled, result_indices
+from fretwear.data.effects import GOOD, SEED, Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import (
+    WAYS,
     effect_map,
     effects,
     fretting_map,
-    has_fretting_map,
     parallel_coordinates,
     scatter_matrix,
     sensitivity,
@@ -47,7 +47,7 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.style import save_figure
 from fretwear.study.case import Case
-from fretwear.vocabulary import Field
+from fretwear.vocabulary import HEADLINES, Field
 
 _STEADY = 1e-6
 _MEAN_WORDS = "mean over one wavelength"
@@ -160,8 +160,8 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     caption = paired if any(points.lines.values()) else scattered
     if set(points.levels) == {SEED}:
         caption = "Final results of all seeds, which differ by chance."
-    yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
-    if has_fretting_map(summary):
+    yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(points))
+    if "load" in summary["status"].dims and any(n in summary["status"].dims for n in WAYS):
         caption = (
             "Fretting map: partial, mixed and gross slip over load and displacement. Mixed slip is "
             "partial in some snapshots and gross in others; dots grow with the wear volume."
@@ -170,24 +170,24 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
     if len(mapped) > 1 and all(points.lines[name] for name in mapped):
         caption = f"{volume.label} after the last cycle over the two parameters with most values."
-        yield StudyFigure("wear_volume_map", caption, ANSWER_CATEGORY, effect_map(summary))
-    if not is_sampled(summary):
+        yield StudyFigure("wear_volume_map", caption, ANSWER_CATEGORY, effect_map(points))
+    if not points.drawn:
         return
-    if any(each.quality >= GOOD for each in result_indices(summary).values()):
+    if good := [n for n in HEADLINES if n in points.indices and points.indices[n].quality >= GOOD]:
         caption = (
             "Sobol indices of final results. Left: each parameter alone (full marks) and with its "
             "interactions (open), with 95 % intervals from the covariance of the emulator's "
             "coefficients. Right: the latter against the number of points."
         )
-        yield StudyFigure("sobol_indices", caption, ANSWER_CATEGORY, sensitivity(summary))
+        yield StudyFigure("sobol_indices", caption, ANSWER_CATEGORY, sensitivity(points, good))
     if len(points.levels) > 1:
         caption = (
             "Every point over every two parameters, and its result against each of them; colours "
             f"are those of the final {volume.words}."
         )
-        yield StudyFigure("scatter_matrix", caption, ANSWER_CATEGORY, scatter_matrix(summary))
+        yield StudyFigure("scatter_matrix", caption, ANSWER_CATEGORY, scatter_matrix(points))
     caption = f"Every point as a line over its parameters; its colour is the final {volume.words}."
-    figure = parallel_coordinates(summary)
+    figure = parallel_coordinates(points)
     yield StudyFigure("parallel_coordinates", caption, ANSWER_CATEGORY, figure)
 
 

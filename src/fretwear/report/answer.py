@@ -17,10 +17,7 @@ from fretwear.data.effects import (
     Effect,
     Indices,
     Points,
-    is_sampled,
     rank_correlations,
-    result_indices,
-    unit_points,
 )
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import fixed_digits, listed, number_text, readable_unit, span, with_unit
@@ -155,20 +152,19 @@ def answers(summary: Merged) -> Iterator[Answer]:
     out.
     """
     points = Points.of(summary)
-    sampled = bool(points.ids) and is_sampled(summary)
-    indices = result_indices(summary) if sampled else {}
+    indices = points.indices if points.drawn and points.ids else {}
     for name in HEADLINES if points.ids else ():
         results = points.results.get(name, np.array([np.nan]))
         if not np.nan_to_num(results).any():
             continue
-        findings = () if sampled else points.effects(name)
+        findings = () if points.drawn else points.effects(name)
         found = tuple(Finding(effect, tuple(claims(effect))) for effect in findings)
-        if not sampled:
+        if not points.drawn:
             headline, rest = _headline(found), ""
         elif name in indices and indices[name].quality >= GOOD:
             headline, rest = _by_indices(points, indices[name])
         else:
-            headline, rest = _by_ranks(summary, points, results), ""
+            headline, rest = _by_ranks(points, results), ""
         variable = points.variables.get(name, RESULTS[name])
         yield Answer(name, variable.label, _range(variable, results), headline, rest, found)
 
@@ -241,13 +237,13 @@ def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
     return f"{text}{' and '.join(shares)} of {of} (95\u00a0% intervals).", rest
 
 
-def _by_ranks(summary: Merged, points: Points, results: Array) -> str:
+def _by_ranks(points: Points, results: Array) -> str:
     known = np.isfinite(results)
     if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
         return "There are too few points to compare, or they are all the same."
     lacking = int((~known).sum())
     why = f"it has vanished at {lacking}" if lacking else "no emulator is good enough with"
-    correlations = rank_correlations(unit_points(summary)[0][known], results[known, None])[:, 0]
+    correlations = rank_correlations(points.unit[known], results[known, None])[:, 0]
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-np.abs(correlations))
     listed = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
