@@ -191,6 +191,19 @@ def test_any_start_leads_to_the_same_solution_and_is_left_as_it_is(start, limit,
     np.testing.assert_array_equal(start, given_start)
 
 
+@pytest.mark.parametrize("limit", [np.inf, 0.9])
+@pytest.mark.parametrize("even", [(True, True), (False, False)], ids=["quarter", "whole"])
+def test_transposed_arrays_are_taken_as_they_come(even, limit):
+    problem = pressed(window((16, 12), even=even), roughness=ROUGH, limit=limit)
+    expected = solve_contact(problem)
+    transposed = replace(problem, shape=np.asfortranarray(problem.shape))
+    found = solve_contact(transposed, np.asfortranarray(expected.pressure))
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-5 * P0)
+    displacement = problem.half_space.displacement
+    moved = displacement(np.asfortranarray(expected.pressure))
+    np.testing.assert_array_equal(moved, displacement(expected.pressure))
+
+
 def test_a_flat_punch_as_wide_as_the_window_loads_every_cell():
     cells = window((16, 16))
     flat = ContactProblem(cells.half_space(MODULUS), np.zeros(cells.shape), LOAD)

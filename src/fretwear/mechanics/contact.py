@@ -108,6 +108,8 @@ class ContactProblem:
     def __post_init__(self) -> None:
         if (self.load is None) == (self.approach is None):
             raise ValueError("a contact problem is given either a load or an approach")
+        # Kernels take arrays in the order of C; a transposed map of heights is none.
+        object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
 
     @property
     def total(self) -> float:

@@ -177,7 +177,7 @@ class WholeConvolution(Convolution[Real]):
         whole: Any = field
         for axis in np.flatnonzero(self._even):
             whole = np.concatenate([np.flip(whole, int(axis)), whole], axis)
-        result = np.empty_like(whole)
+        result = np.empty_like(whole, order="C")
         self._window.convolve(self.team, whole, factors, result)
         first = (
             n // 2 if is_even else 0 for n, is_even in zip(result.shape, self._even, strict=True)

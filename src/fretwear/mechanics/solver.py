@@ -183,7 +183,7 @@ class ActiveSet:
 
     def restart(self, start: Array) -> None:
         """Restart from a pressure, scaled to the load and clipped to the bounds."""
-        self.pressure = self.problem.clip_to_load(start)
+        self.pressure = self.problem.clip_to_load(np.ascontiguousarray(start, np.float64))
         self._refresh()
         self.gap = np.empty_like(self.pressure)
         self.free = self._between_bounds()
