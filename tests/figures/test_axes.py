@@ -19,7 +19,7 @@ from fretwear import figures
 from fretwear.data.safe import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
 from fretwear.figures.cases import ZONE_COLORS
-from fretwear.figures.history import choose_layout, representative_cases, study_lines
+from fretwear.figures.history import CyclePlot, representative_cases, study_lines
 from fretwear.figures.style import (
     CATEGORICAL,
     JournalFigure,
@@ -206,23 +206,21 @@ DEMO = {
     ],
 )
 def test_names_find_their_places(levels, rows, across, color, style):
-    layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
-    assert (tuple(layout.rows), tuple(layout.across)) == (rows, across)
-    assert (layout.color, layout.style) == (color, style)
-    assert not layout.thinned
+    plot = CyclePlot(_grid(levels), "wear_volume")
+    assert (tuple(plot.rows), tuple(plot.across)) == (rows, across)
+    assert (plot.color, plot.style) == (color, style)
+    assert not plot.thinned
 
 
 def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
     study = _grid({"load": np.arange(20.0), "friction": np.arange(30.0), "radius": np.arange(70.0)})
-    lines = study_lines(study, "wear_volume")
-    layout = choose_layout(lines)
-    assert (layout.levels["load"][0], layout.levels["load"][-1]) == (0.0, 19.0)
-    assert layout.thinned == {"load": 20, "friction": 30, "radius": 70}
-    assert 0 < len(layout.shown(lines)) <= 5 * 4 * 60
-    lines = study_lines(_grid({**DEMO, "radius": [1.0, 2.0, 3.0]}), "wear_volume")
-    layout = choose_layout(lines)
-    assert layout.thinned == {"radius": 3}
-    assert [line.values["radius"] for line in layout.shown(lines)] == [3.0] * 24
+    plot = CyclePlot(study, "wear_volume")
+    assert (plot.levels["load"][0], plot.levels["load"][-1]) == (0.0, 19.0)
+    assert plot.thinned == {"load": 20, "friction": 30, "radius": 70}
+    assert 0 < len(plot.lines) <= 5 * 4 * 60
+    plot = CyclePlot(_grid({**DEMO, "radius": [1.0, 2.0, 3.0]}), "wear_volume")
+    assert plot.thinned == {"radius": 3}
+    assert [line.values["radius"] for line in plot.lines] == [3.0] * 24
     with pytest.raises(ValueError, match="'stick_area'"):
         study_lines(_grid(DEMO), "stick_area")
 
@@ -231,15 +229,14 @@ def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
     loads, ratios = np.linspace(20.0, 60.0, 30), np.linspace(0.9, 0.5, 30)
     limits = [np.inf, 4.5e9] * 15
     sampled = _list(np.ones(30), load=loads, tangential_ratio=ratios, plastic_limit=limits)
-    lines = study_lines(sampled, "wear_volume")
-    layout = choose_layout(lines)
-    assert (layout.across, layout.color, layout.style) == (["plastic_limit"], "load", None)
-    assert layout.paired == ["tangential_ratio"]
-    assert len(layout.shown(lines)) == 30
+    plot = CyclePlot(sampled, "wear_volume")
+    assert (plot.across, plot.color, plot.style) == (["plastic_limit"], "load", None)
+    assert plot.paired == ["tangential_ratio"]
+    assert len(plot.lines) == 30
     study = _list(np.ones(5), load=[1.0, 2.0, 3.0, 4.0, 5.0], friction=[0.1, 0.2, 0.3, 0.4, 0.5])
-    layout = choose_layout(study_lines(study, "wear_volume"))
-    assert (layout.rows, layout.across) == ([], [])
-    assert layout.color in ("load", "friction")
+    plot = CyclePlot(study, "wear_volume")
+    assert (plot.rows, plot.across) == ([], [])
+    assert plot.color in ("load", "friction")
 
 
 def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_study):

@@ -145,81 +145,6 @@ def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
     return means
 
 
-@dataclass(frozen=True)
-class Layout:
-    """What makes rows, panels across, colours and line styles of a figure."""
-
-    rows: Sequence[str]
-    across: Sequence[str]
-    color: str | None
-    style: str | None
-    paired: Sequence[str]  # names whose value that of the colour tells, as in paired lists
-    levels: Levels  # the values of each name that the figure shows
-    thinned: Mapping[str, int]  # how many there are, where it shows only some
-
-    @property
-    def is_keyed(self) -> bool:
-        """Whether the colours are few enough for a key, without a bar of colours."""
-        return self.color is None or len(self.levels[self.color]) <= _MOST_KEYED
-
-    def panels(self, most_across: int) -> tuple[list[dict[str, Value]], int]:
-        """Return the values that each panel stands for, row by row, and the panels in a row."""
-        names = (*self.rows, *self.across)
-        combinations = product(*(self.levels[name] for name in names))
-        panels = [dict(zip(names, values, strict=True)) for values in combinations]
-        across = math.prod(len(self.levels[name]) for name in self.across)
-        return panels, across if self.rows else min(across, most_across)
-
-    def index(self, name: str | None, line: Line) -> int:
-        """Return the place of a line's value among those shown of `name`, 0 for no name."""
-        return 0 if name is None else self.levels[name].index(line.values[name])
-
-    def shown(self, lines: Sequence[Line]) -> list[Line]:
-        """Return the lines all of whose values the layout shows."""
-        return [
-            each for each in lines if all(each.values[n] in self.levels[n] for n in self.thinned)
-        ]
-
-
-def choose_layout(lines: Sequence[Line]) -> Layout:
-    """Choose panels, colours and line styles for the names that the lines vary.
-
-    Colour tells the roughness amplitude or, if that is fixed, the name with most values; the line
-    style the plastic limit or another name with few values, unless many lines crowd a panel; the
-    remaining names make panels. Of a name with more values than can be shown, some are left out,
-    evenly.
-    """
-    levels = _levels(lines)
-    names, told_by = _independent(levels, lines)
-    style = None
-    if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
-        few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
-        others = [name for name in few if name not in _PREFERRED_COLOR]
-        preferred = [name for name in _PREFERRED_STYLE if name in few]
-        style = min(preferred[:1] or others, key=lambda name: len(levels[name]), default=None)
-    rest = [name for name in names if name != style]
-    preferred = [name for name in _PREFERRED_COLOR if name in rest]
-    finest = max(preferred[:1] or rest, key=lambda name: len(levels[name]), default=None)
-    color = _telling(levels, lines) or finest
-    if color not in rest and color is not None:  # each of them tells the others
-        rest, style = [color], None
-    facets = [name for name in rest if name != color]
-    rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
-    across, held = facets[:1], facets[1:]
-    most: dict[str | None, int] = {color: _MOST_COLORS}
-    most |= dict.fromkeys(rows, _MOST_ROWS)
-    most |= dict.fromkeys(across, _MOST_PANELS_ACROSS * (1 if rows else _MOST_ROWS))
-    shown = dict(levels)
-    for name, values in levels.items():
-        if len(values) > most.get(name, math.inf):
-            picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
-            shown[name] = tuple(values[index] for index in np.unique(picks))
-    shown |= {name: levels[name][-1:] for name in held}
-    thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
-    paired = [name for name, leader in told_by.items() if leader == color]
-    return Layout(rows, across, color, style, paired, shown, thinned)
-
-
 def _levels(lines: Sequence[Line]) -> Levels:
     names = lines[0].values if lines else ()
     return {name: tuple(dict.fromkeys(line.values[name] for line in lines)) for name in names}
@@ -304,17 +229,63 @@ class CyclePlot:
         if self._seeds:
             # Seeds are chance: their mean is shown, and how far they are from it.
             lines = _means(lines, dataset)
-        self._layout = choose_layout(lines)
-        self.lines = self._layout.shown(lines)
+        self._choose_places(lines)
+        self._colors, self._norm = self._palette()
+        self.lines = [
+            each for each in lines if all(each.values[n] in self.levels[n] for n in self.thinned)
+        ]
         cycles, known = _joined(self.lines)
         self._axis = ValueAxis(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
         self._is_dense = history is not None
 
+    def _choose_places(self, lines: Sequence[Line]) -> None:
+        """Choose panels, colours and line styles for the names that the lines vary.
+
+        Colour tells the roughness amplitude or, if that is fixed, the name with most values; the
+        line style the plastic limit or another name with few values, unless many lines crowd a
+        panel; the remaining names make panels. Of a name with more values than can be shown, some
+        are left out, evenly.
+        """
+        levels = _levels(lines)
+        names, told_by = _independent(levels, lines)
+        self.style = None
+        if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
+            few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
+            others = [name for name in few if name not in _PREFERRED_COLOR]
+            preferred = [name for name in _PREFERRED_STYLE if name in few]
+            self.style = min(preferred[:1] or others, key=lambda n: len(levels[n]), default=None)
+        rest = [name for name in names if name != self.style]
+        preferred = [name for name in _PREFERRED_COLOR if name in rest]
+        finest = max(preferred[:1] or rest, key=lambda name: len(levels[name]), default=None)
+        self.color = _telling(levels, lines) or finest
+        if self.color not in rest and self.color is not None:  # each of them tells the others
+            rest, self.style = [self.color], None
+        facets = [name for name in rest if name != self.color]
+        self.rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
+        self.across, held = facets[:1], facets[1:]
+        most: dict[str | None, int] = {self.color: _MOST_COLORS}
+        most |= dict.fromkeys(self.rows, _MOST_ROWS)
+        most |= dict.fromkeys(self.across, _MOST_PANELS_ACROSS * (1 if self.rows else _MOST_ROWS))
+        self.levels = dict(levels)  # those that are shown
+        for name, values in levels.items():
+            if len(values) > most.get(name, math.inf):
+                picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
+                self.levels[name] = tuple(values[index] for index in np.unique(picks))
+        self.levels |= {name: levels[name][-1:] for name in held}
+        # How many a name has of which only some are shown.
+        self.thinned = {n: len(levels[n]) for n in names if len(self.levels[n]) < len(levels[n])}
+        # Names whose value that of the colour tells, as in paired lists.
+        self.paired = [name for name, leader in told_by.items() if leader == self.color]
+
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
         """Draw the figure."""
-        layout, axis, lines = self._layout, self._axis, self.lines
-        contents, across = layout.panels(4 if columns == 2 else 2)
+        axis, lines, names = self._axis, self.lines, (*self.rows, *self.across)
+        # The values that each panel stands for, row by row.
+        combinations = product(*(self.levels[name] for name in names))
+        contents = [dict(zip(names, values, strict=True)) for values in combinations]
+        across = math.prod(len(self.levels[name]) for name in self.across)
+        across = across if self.rows else min(across, 2 * columns)
         if ax is None:
             titles = [", ".join(symbol_text(*each) for each in facet.items()) for facet in contents]
             row = 46.0 if len(contents) > across else 56.0
@@ -327,12 +298,11 @@ class CyclePlot:
                 "out ax, or select a part of the study first, for example with dataset.isel(...)."
             )
         every = _joined(lines)
-        colors, norm = self._palette()
         curves: list[Line2D] = []
         for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
             panel.grid(axis="y")
             for line in _matching(lines, [facet]):
-                curves.append(self._draw_line(panel, line, colors, is_keyed=norm is None))
+                curves.append(self._draw_line(panel, line))
             axis.set_cycles(panel, *every)
             row_of_lines = _matching(lines, contents[index : index + across])
             if index % across == 0 and row_of_lines:
@@ -347,20 +317,20 @@ class CyclePlot:
         if self._seeds:
             note = f"Lines are means of {self._seeds} seeds, bands their standard deviation."
             figure.supxlabel(note, fontsize=7.0)
-        texts = self._key_texts(layout.color)
-        if len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED and texts and not layout.style:
-            names = [texts[layout.index(layout.color, line)] for line in lines]
-            if label_curves(panels[0], curves, names):
+        texts = self._key_texts(self.color)
+        if len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED and texts and not self.style:
+            labels = [texts[self._level(self.color, line)] for line in lines]
+            if label_curves(panels[0], curves, labels):
                 return figure
-        if norm is not None and layout.color:
-            texts, unit = [], parameter(layout.color).unit
+        if self._norm and self.color:
+            texts, unit = [], parameter(self.color).unit
             numbers = FuncFormatter(lambda value, _: f"{unit.of(value):g}")
             options = {"aspect": 40, "fraction": 0.04, "format": numbers}
-            scale = ScalarMappable(norm, sequential_colormap())
-            add_scale(figure, panels, scale, parameter_label(layout.color), **options)
-        marks = zip(colors, cycle(MARKERS), texts, strict=False)
+            scale = ScalarMappable(self._norm, sequential_colormap())
+            add_scale(figure, panels, scale, parameter_label(self.color), **options)
+        marks = zip(self._colors, cycle(MARKERS), texts, strict=False)
         key = [Line2D([], [], color=color, marker=mark) for color, mark, _ in marks]
-        for dashes, text in zip(LINE_STYLES, self._key_texts(layout.style), strict=False):
+        for dashes, text in zip(LINE_STYLES, self._key_texts(self.style), strict=False):
             key.append(Line2D([], [], color="#555555", ls=dashes))
             texts.append(text)
         if key and ax is not None:
@@ -369,12 +339,16 @@ class CyclePlot:
             outside_key(figure, key, texts)
         return figure
 
+    def _level(self, name: str | None, line: Line) -> int:
+        """Return the place of a line's value among those shown of `name`, 0 for no name."""
+        return 0 if name is None else self.levels[name].index(line.values[name])
+
     def _palette(self) -> tuple[Sequence[Any], Normalize | None]:
-        """Return the colours of the levels, and how a bar of colours is scaled if there is one."""
-        levels = self._layout.levels[self._layout.color] if self._layout.color else ("",)
+        """Return the colours of the levels, and the scale of a bar if they are many for a key."""
+        levels = self.levels[self.color] if self.color else ("",)
         if isinstance(levels[0], str):
             return [look(place)[0] for place in range(len(levels))], None
-        if self._layout.is_keyed:
+        if len(levels) <= _MOST_KEYED:
             return sequential_colours(len(levels)), None
         values = np.asarray(levels, dtype=np.float64)
         finite = values[np.isfinite(values)]
@@ -382,15 +356,13 @@ class CyclePlot:
         norm = (LogNorm if low > 0.0 and high > 20.0 * low else Normalize)(low, high)
         return [*sequential_colormap()(norm(values))], norm
 
-    def _draw_line(
-        self, panel: Axes, line: Line, colors: Sequence[Any], *, is_keyed: bool
-    ) -> Line2D:
-        layout, unit, values = self._layout, self._axis.unit, line.quantity
-        place, style = (layout.index(name, line) for name in (layout.color, layout.style))
-        options: dict[str, Any] = {"color": colors[place]}
+    def _draw_line(self, panel: Axes, line: Line) -> Line2D:
+        unit, values, is_keyed = self._axis.unit, line.quantity, self._norm is None
+        place, style = (self._level(name, line) for name in (self.color, self.style))
+        options: dict[str, Any] = {"color": self._colors[place]}
         marks = options | {
             "marker": MARKERS[place % len(MARKERS) if is_keyed else 0],
-            "markerfacecolor": "white" if style else colors[place],
+            "markerfacecolor": "white" if style else self._colors[place],
             "markeredgewidth": 0.8,
         }
         has_marks = line.has_marks and (is_keyed or line.is_point)
@@ -411,9 +383,9 @@ class CyclePlot:
         """Return the key of a name's values, with those of the names that it tells."""
         if name is None:
             return []
-        names = (name, *self._layout.paired) if name == self._layout.color else (name,)
+        names = (name, *self.paired) if name == self.color else (name,)
         texts = []
-        for value in self._layout.levels[name]:
+        for value in self.levels[name]:
             line = next(line for line in self.lines if line.values[name] == value)
             texts.append(", ".join(symbol_text(each, line.values[each]) for each in names))
         return texts
@@ -421,24 +393,24 @@ class CyclePlot:
     @property
     def caption(self) -> str:
         """What the figure shows, in words."""
-        layout, axis = self._layout, self._axis
+        axis, is_keyed = self._axis, self._norm is None
         told = [f"{axis.variable.label} against the number of cycles, {self._cases}."]
         if self._seeds:
             told.append(f"Mean and standard deviation over {self._seeds} seeds.")
-        if layout.rows or layout.across:
-            told.append(f"Panels: {_names([*layout.rows, *layout.across])}.")
-        if layout.color:
-            with_it = f", with {_names(layout.paired)}" if layout.paired and layout.is_keyed else ""
-            told.append(f"Colour: {parameter(layout.color).words}{with_it}.")
-        if layout.paired and not layout.is_keyed:
-            verb = "changes" if len(layout.paired) == 1 else "change"
-            told.append(f"From line to line, {_names(layout.paired)} {verb} too.")
-        if layout.style:
-            told.append(f"Line and filling of marks: {parameter(layout.style).words}.")
-        for name, total in layout.thinned.items():
-            words, shown = parameter(name).words, len(layout.levels[name])
+        if self.rows or self.across:
+            told.append(f"Panels: {_names([*self.rows, *self.across])}.")
+        if self.color:
+            with_it = f", with {_names(self.paired)}" if self.paired and is_keyed else ""
+            told.append(f"Colour: {parameter(self.color).words}{with_it}.")
+        if self.paired and not is_keyed:
+            verb = "changes" if len(self.paired) == 1 else "change"
+            told.append(f"From line to line, {_names(self.paired)} {verb} too.")
+        if self.style:
+            told.append(f"Line and filling of marks: {parameter(self.style).words}.")
+        for name, total in self.thinned.items():
+            words, shown = parameter(name).words, len(self.levels[name])
             told.append(f"Of {total} values of {words}, {shown} are shown.")
-        is_marked = layout.is_keyed and any(line.has_marks for line in self.lines)
+        is_marked = is_keyed and any(line.has_marks for line in self.lines)
         is_marked = is_marked or any(line.is_point for line in self.lines)
         if self._is_dense:
             marks = "; marks are snapshots" if is_marked else ""
