@@ -1,7 +1,7 @@
 """What halving the tolerance and halving the spacing change in capped runs."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
 from benchmarks.verification.problems import snapshots, study_case
@@ -35,7 +35,7 @@ def results(problem: WearProblem, tolerance: float) -> Data:
         "steps": last.step,
         "convolutions": last.convolutions,
         "values": {
-            name: [asdict(found[cycle].measures)[name] for cycle in CYCLES]
+            name: [vars(found[cycle].measures)[name] for cycle in CYCLES]
             for name in (*NAMES, *OTHERS)
         },
     }

@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -107,7 +106,7 @@ def values(case: Case, wider: float = 1.0, tolerance: float = 1.0) -> tuple[Data
     began = time.process_time()
     problem = wear_problem(case, coarseness=wider)
     states = evolve(problem, CYCLES[1:], tolerance * case.tolerance)
-    rows = [asdict(measure(problem.of(state), state)) for state in states if state.cycle in CYCLES]
+    rows = [vars(measure(problem.of(state), state)) for state in states if state.cycle in CYCLES]
     found = {
         name: " ".join(f"{row[name]:.6g}" for row in rows) for name in JUDGED if name in rows[0]
     }

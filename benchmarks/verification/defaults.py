@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.speed.cases import LIMIT, WAVES, study_case
@@ -69,7 +69,7 @@ def elastic(ratio: float) -> Data:
         limiting.wear_volume,
         limiting.deepest_wear,
     )
-    found = asdict(last.measures)
+    found = vars(last.measures)
     whole = math.pi * problem.hertz.contact_radius**2
     return {
         "ratio": ratio,
@@ -88,7 +88,7 @@ def capped(ratio: float) -> Data:
     case = smooth(ratio, LIMIT)
     cycles = [time / TIME_PER_CYCLE for time in TIMES]
     usual, finer = (
-        [asdict(snapshot.measures) for snapshot in snapshots(problem, cycles, tolerance).values()]
+        [vars(snapshot.measures) for snapshot in snapshots(problem, cycles, tolerance).values()]
         for problem, tolerance in (
             (wear_problem(case), TOLERANCE),
             (wear_problem(case, coarseness=1.0 / FINER), TOLERANCE / FINER),
@@ -121,7 +121,7 @@ def rough(amplitude: float, slope_x: float, slope_y: float, load: float, ratio: 
     narrow = replace(problem, spacing=tuple(width / QUARTER for width in problem.spacing))
 
     def of_first(problem: WearProblem) -> dict[str, float]:
-        return asdict(measure(problem, first_loading(problem)))
+        return vars(measure(problem, first_loading(problem)))
 
     found, truth = of_first(problem), of_first(narrow)
     return {

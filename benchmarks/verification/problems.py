@@ -1,6 +1,7 @@
 """The contacts of the comparisons and how to run them."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from benchmarks.speed import cases
@@ -9,7 +10,7 @@ from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
 from fretwear import Case
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import Measures, measure
+from fretwear.mechanics.measures import measure
 from fretwear.mechanics.state import State, WearProblem
 
 DEPTH = A**2 / RADIUS
@@ -25,7 +26,7 @@ class Snapshot:
     """A state and its scalars."""
 
     state: State
-    measures: Measures
+    measures: SimpleNamespace
 
     @property
     def deepest_wear(self) -> float:

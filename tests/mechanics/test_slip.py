@@ -1,6 +1,6 @@
 """Partial slip, the wear of a stage, and the numbers that describe a contact."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import Measures, half_width, measure, stick_half_width
+from fretwear.mechanics.measures import half_width, measure, stick_half_width
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.solver import solve_contact
@@ -98,7 +98,7 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn):
         "plastic_volume": (0.0, 0.0),
         "dissipated_energy": (theory.dissipated_energy, 5e-3),
     }
-    assert expected.keys() == {field.name for field in fields(Measures)}
+    assert expected.keys() == vars(found).keys()
     for name, (value, rel) in expected.items():
         assert getattr(found, name) == near(value, rel=rel), name
 

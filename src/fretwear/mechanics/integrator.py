@@ -76,14 +76,19 @@ def assessed(error: float) -> tuple[float, bool]:
 
 
 class Integrator(ABC):
-    """Produces the accepted states in turn.
+    """Produces the accepted states of a block of loading in turn.
 
-    ``tolerance`` is the error of the wear of a step relative to the wear volume, ``state`` the last
-    accepted one.
+    ``state`` is the last accepted one, None before the first loading, and ``tolerance`` the error
+    of the wear of a step relative to the wear volume.
     """
 
-    tolerance: float
-    state: Any
+    def __init__(self, problem: WearProblem, state: Any, tolerance: float) -> None:
+        self.problem, self.workspace = problem, Workspace(problem)
+        self.state, self.tolerance = state, tolerance
+
+    @abstractmethod
+    def load(self) -> None:
+        """Load the bodies anew: unworn ones, or as the state has left them."""
 
     @abstractmethod
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt:
@@ -130,19 +135,20 @@ class Integrator(ABC):
 def march(
     problem: WearProblem,
     stops: Sequence[float],
-    start: Any,
-    begin: Callable[..., Integrator],
+    state: Any,
+    begin: Callable[[WearProblem, Any], Integrator],
 ) -> Iterator[Any]:
     """Yield each accepted state of all blocks of a problem, up to the last of some stops.
 
-    ``begin`` makes the integrator of a block from the state before, if there is one; ``anew`` says
-    that the bodies are to be loaded anew.
+    ``begin`` makes the integrator of a block from the state before, if there is one.
     """
-    state, first = start, 0.0
+    first = 0.0
     block: WearProblem | None = problem
     while block is not None:
         if state is None or state.cycle < block.end:
-            integrator = begin(block, state, anew=state is None or state.cycle == first > 0.0)
+            integrator = begin(block, state)
+            if state is None or state.cycle == first > 0.0:
+                integrator.load()
             if state is None:
                 yield integrator.state
             # Neither a step nor its error estimate may span a kink.
@@ -232,30 +238,22 @@ def first_loading(
 
 
 class Evolution(Integrator):
-    """The steps of a contact whose bodies are not seen to move, within a block of loading.
-
-    It starts from a state, or ``anew`` with what the state has left of the bodies; by default they
-    are unworn.
-    """
-
-    state: State
+    """The steps of a contact whose bodies are not seen to move, within a block of loading."""
 
     def __init__(
         self,
         problem: WearProblem,
-        start: State | None = None,
-        *,
+        state: State | None,
         tolerance: float,
         accuracy: Accuracy | None = None,
-        anew: bool = False,
     ) -> None:
-        self.problem, self.workspace = problem, Workspace(problem)
-        self.accuracy = accuracy or Accuracy()
-        if anew or start is None:
-            start = first_loading(problem, self.accuracy, self.workspace, start)
-        self.state, self.tolerance = start, tolerance * start.geometry.of_tolerance
-        self._cellwise = problem.team.cellwise
+        super().__init__(problem, state, tolerance * problem.geometry.of_tolerance)
+        self.accuracy, self._cellwise = accuracy or Accuracy(), problem.team.cellwise
         self._convolutions = 0  # since the state
+
+    def load(self) -> None:
+        """Load the bodies anew."""
+        self.state = first_loading(self.problem, self.accuracy, self.workspace, self.state)
 
     def advance(self, stop: float) -> Any:
         """The next accepted state, on cells that suit it."""

@@ -13,6 +13,7 @@ end and the gap of the other. That of the whole curve makes ∮ Q dδ = ∬ 4µp
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -33,38 +34,12 @@ _STRAIGHT, _TOLERANCE = 1e-6, 1e-5
 _SPHERE = 2.0 / 3.0
 
 
-@dataclass(frozen=True)
-class Measures:
-    """Scalars of one state, for the whole contact, in SI units: see `fretwear.vocabulary`."""
+def measure(problem: WearProblem, state: State) -> SimpleNamespace:
+    """The scalars of a state, of the whole contact, in SI units; see `fretwear.vocabulary`.
 
-    approach: float
-    # Of distant points along x at +Q relative to each other, µκ (δ − δ*).
-    tangential_displacement: float
-    normal_force: float
-    tangential_force: float
-    regime: float  # 0 in partial slip, 1 where nothing sticks
-    sliding_ratio: float  # D/(4UQ), U the displacement amplitude of the rig
-    # Outermost edge on the axis, interpolated within a cell; where the contact is not even, the
-    # mean of both sides.
-    contact_half_width_x: float
-    contact_half_width_y: float
-    stick_half_width_x: float
-    stick_half_width_y: float
-    contact_area: float
-    stick_area: float
-    # Load of the stick zone over its area, and over the whole load; 0 where nothing sticks.
-    mean_stick_pressure: float
-    stick_load_share: float
-    peak_pressure: float
-    central_pressure: float
-    wear_volume: float
-    maximum_wear_depth: float
-    plastic_volume: float
-    dissipated_energy: float
-
-
-def measure(problem: WearProblem, state: State) -> Measures:
-    """Measure a state of the contact."""
+    Half-widths are those of the outermost edge on the axis, interpolated within a cell; where the
+    contact is not even, the mean of both sides.
+    """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
     contact_x, contact_y = (half_width(geometry, closed, state.gap, axis) for axis in (0, 1))
@@ -93,7 +68,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
     work = 4.0 * (displacement + problem.flexibility * force) * force
-    return Measures(
+    return SimpleNamespace(
         approach=state.approach,
         tangential_displacement=displacement,
         normal_force=state.load,

@@ -41,7 +41,7 @@ from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WE
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.roughness import BothRough
 from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.state import FIELDS, State, WearProblem
+from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
 
 # Positions over half a stroke: at least, per half-width of the contact, and per wave.
@@ -79,29 +79,23 @@ class StrokeState(State):
         """Wear depth of the flat, m."""
         return self.worn[0]
 
-    def on(self, workspace: Workspace, geometry: Any) -> StrokeState:
+    def on(self, workspace: Workspace, geometry: Any) -> Any:
         """The same state on more cells; its gap is computed where it was not known."""
         old = self.geometry
         if geometry.shape == old.shape:
             return self
-        ground = workspace.on(geometry)
-        longer: dict[str, Any] = {
-            name: old.resized(getattr(self, name), geometry) for name in FIELDS
-        }
-        for name in ("worn", "rates", "sunk"):
-            longer[name] = np.stack([old.resized(each, geometry) for each in getattr(self, name)])
-        moved = ground.half_space.displacement(longer["pressure"])
-        gap = moved + ground.unworn + longer["opening"] + longer["plastic"] - self.approach
-        gap[geometry.where(old)] = self.gap
+        moved: Any = super().on(workspace, geometry)
+        nothing = np.zeros(geometry.shape)
         more, rows = np.subtract(geometry.shape, old.shape)
-        slipped = np.full(geometry.shape, self.reduced.gap[0, 0])
         return replace(
-            self,
-            geometry=geometry,
-            gap=gap,
-            reduced=replace(self.reduced, pressure=np.zeros(geometry.shape), gap=slipped),
+            moved,
+            reduced=replace(self.reduced, pressure=nothing, gap=nothing + self.reduced.gap[0, 0]),
             pressures=np.pad(self.pressures, ((0, 0), (more, more), (0, rows))),
-            **longer,
+            convolutions=self.convolutions,
+            **{
+                name: np.stack([old.resized(each, geometry) for each in getattr(self, name)])
+                for name in ("worn", "rates", "sunk")
+            },
         )
 
 
@@ -118,22 +112,13 @@ def slide(
 class _Slider(Integrator):
     """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
 
-    def __init__(
-        self, problem: WearProblem, start: StrokeState | None, *, tolerance: float, anew: bool
-    ) -> None:
-        self.problem, self.tolerance, self.state = problem, tolerance, start
-        self.workspace = Workspace(problem)
+    def __init__(self, problem: WearProblem, state: StrokeState | None, tolerance: float) -> None:
+        super().__init__(problem, state, tolerance)
         # Fraction of the wear that opens the gap: all but the debris.
         self.opens = 1.0 - problem.debris_fraction
         self.shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
-        x, y = (0, 0) if start is None else start.geometry.shape
-        if anew:
-            reach = problem.extent[0] + float(positions(problem)[0][-1])
-            x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
-            y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
-        self._resize(x, 1 if problem.geometry is Line else y)
-        if anew:
-            self._load()
+        if state is not None:
+            self._resize(*state.geometry.shape)
 
     def _resize(self, x: int, y: int) -> None:
         """Take so many cells, and put the state on them."""
@@ -150,9 +135,14 @@ class _Slider(Integrator):
             self._resize(ceil(_GROWTH * x) if wider else x, ceil(_GROWTH * y) if higher else y)
         return wider or higher
 
-    def _load(self) -> None:
-        """The state at the beginning of a block of loading."""
+    def load(self) -> None:
+        """Load the bodies anew."""
         problem, hertz = self.problem, self.problem.hertz
+        x, y = (0, 0) if self.state is None else self.state.geometry.shape
+        reach = problem.extent[0] + float(positions(problem)[0][-1])
+        x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
+        y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
+        self._resize(x, 1 if problem.geometry is Line else y)
         wide, high = problem.indenter.half_widths(hertz)
         while True:
             rubbing, before = self.rubbing, self.state

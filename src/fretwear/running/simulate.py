@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.measures import Measures, loop, measure
+from fretwear.mechanics.measures import loop, measure
 from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
@@ -50,7 +51,7 @@ class Step:
     """One accepted step of a run, as passed to observers."""
 
     state: State  # fields and numbers of the contact
-    measures: Measures  # scalars of the whole contact
+    measures: SimpleNamespace  # scalars of the whole contact
     last_cycle: int  # where the run ends
 
 
@@ -64,7 +65,7 @@ class RunRecord:
     # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
-    # every scalar of `Measures`.
+    # every scalar of `measure`.
     history: list[dict[str, float]] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
@@ -74,7 +75,7 @@ class RunRecord:
         self.last = state = step.state
         numbers = {name: getattr(state, name) for name in ("cycle", "error_estimate")}
         numbers["convolutions"] = state.convolutions
-        self.history.append(numbers | asdict(step.measures))
+        self.history.append(numbers | vars(step.measures))
         if keep_fields:
             self.snapshots.append(state)
 
@@ -261,7 +262,7 @@ def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
 
 def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
     """Every scalar of a state: the measures of each step, and those of its loop."""
-    found = asdict(measure(workspace.problem.of(state), state))
+    found = vars(measure(workspace.problem.of(state), state))
     full = 4.0 * opening * found["tangential_force"]
     found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
     shares = workspace.problem.wear_law.shares or ()
