@@ -18,7 +18,7 @@ from fretwear.data.files import (
     opened_case,
     write_case,
 )
-from fretwear.data.safe import CaseFileError, DataFileError
+from fretwear.data.safe import DataFileError
 from fretwear.vocabulary import FIELDS
 
 from ..studies import flip
@@ -144,18 +144,18 @@ def test_what_the_library_loses_without_a_word_is_found_out_before_the_file_has_
 @pytest.mark.parametrize("content", [b"", b"not a netCDF file", b"\x89HDF\r\n\x1a\n" + bytes(200)])
 def test_a_file_that_is_missing_or_no_case_is_named_and_a_pipe_is_not_waited_for(tmp_path, content):
     path = tmp_path / "case.nc"
-    with pytest.raises(CaseFileError, match="no such file") as error:
+    with pytest.raises(DataFileError, match="no such file") as error:
         open_case(path)
     assert error.value.path == path
     path.write_bytes(content)
-    with pytest.raises(CaseFileError, match=r"case\.nc: .* run the case again"):
+    with pytest.raises(DataFileError, match=r"case\.nc: .* run the case again"):
         open_case(path)
     path.unlink()
     os.mkfifo(path)
     # With a writer a reader does not wait for ever, but fails in another way.
     writer = os.open(path, os.O_RDWR)
     os.write(writer, b"x")
-    with pytest.raises(CaseFileError, match="it is not a file"):
+    with pytest.raises(DataFileError, match="it is not a file"):
         open_case(path)
     os.close(writer)
 
@@ -163,20 +163,20 @@ def test_a_file_that_is_missing_or_no_case_is_named_and_a_pipe_is_not_waited_for
 def test_a_file_that_another_program_wrote_lacks_something_or_is_of_another_kind(tmp_path, results):
     path, study_file, merged = (tmp_path / name for name in ("a.nc", "study.yaml", "summary.nc"))
     results.dataset.to_netcdf(path)
-    with pytest.raises(CaseFileError, match="unfinished"), opened_case(path):
+    with pytest.raises(DataFileError, match="unfinished"), opened_case(path):
         pass
     add_checksum(path)
-    with pytest.raises(CaseFileError, match="did not finish"):
+    with pytest.raises(DataFileError, match="did not finish"):
         open_case(path)
     results.dataset.drop_vars("gap").assign_attrs(complete=1).to_netcdf(path)
     add_checksum(path)
-    with pytest.raises(CaseFileError, match="lacks gap, history"):
+    with pytest.raises(DataFileError, match="lacks gap, history"):
         open_case(path)
     study_file.write_text("title: Loads\n")
     results.dataset[["wear_volume"]].drop_attrs().to_netcdf(merged)
     add_checksum(merged)
     for path, problem in (study_file, "not a netCDF-4 file"), (merged, "not the file of one case"):
-        with pytest.raises(CaseFileError, match=f"{problem}.*Check the name") as error:
+        with pytest.raises(DataFileError, match=f"{problem}.*Check the name") as error:
             open_case(path)
         assert "Remove" not in str(error.value)
 
@@ -185,11 +185,11 @@ def test_a_file_that_another_program_wrote_lacks_something_or_is_of_another_kind
 def test_a_file_that_is_damaged_cut_short_or_longer_is_not_opened(case_path, opening):
     whole = case_path.read_bytes()
     flip(case_path)
-    with pytest.raises(CaseFileError, match=r"damaged.*run the case again"):
+    with pytest.raises(DataFileError, match=r"damaged.*run the case again"):
         opening(case_path)
     for share in (0.02, 0.3, 0.7, 0.999, None):
         case_path.write_bytes(whole + b"x" if share is None else whole[: int(len(whole) * share)])
-        with pytest.raises(CaseFileError, match="cut short or changed by another program"):
+        with pytest.raises(DataFileError, match="cut short or changed by another program"):
             opening(case_path)
 
 

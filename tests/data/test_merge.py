@@ -22,7 +22,7 @@ from fretwear.data.files import (
     write_group,
 )
 from fretwear.data.merge import PROFILES, Tally, merge_study
-from fretwear.data.safe import CaseFilesError, DataFileError, _host
+from fretwear.data.safe import DataFileError, _host
 from fretwear.data.stack import (
     MOST_POSITIONS,
     NOT_DONE,
@@ -275,7 +275,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
         write_case(case.isel(cycle=[0, 2]), history, fewer)
     with open_case(older) as case, open_history(older) as history:
         write_case(case.assign_attrs(code_digest="0"), history, older)
-    with pytest.raises(CaseFilesError) as error:
+    with pytest.raises(DataFileError) as error:
         merge_study(study, cases, tmp_path / "summary.nc")
     wrong = {
         short: "cut short",
@@ -284,7 +284,6 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
         fewer: "no snapshot at cycle 100",
         older: "another version of the code",
     }
-    assert [found.path for found in error.value.errors] == [*wrong]
     for line, (path, problem) in zip(str(error.value).splitlines(), wrong.items(), strict=True):
         assert line.startswith(str(path))
         assert problem in line

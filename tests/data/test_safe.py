@@ -12,23 +12,21 @@ from pathlib import Path
 import pytest
 
 from fretwear.data import safe
-from fretwear.data.safe import CaseFileError, CaseFilesError, DataFileError, Lock, _host
-from fretwear.running.batch import may_happen
+from fretwear.data.safe import DataFileError, Lock, _host
+from fretwear.mechanics.integrator import WearError
+from fretwear.running.batch import reason_of
 from fretwear.units import size_text
 
 from .conftest import python
 
 
 def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
-    errors = [CaseFileError(Path(name), "it is damaged", "Run it") for name in ("a.nc", "b.nc")]
-    both = CaseFilesError(errors)
-    assert str(both) == "a.nc: it is damaged. Run it\nb.nc: it is damaged. Run it"
-    assert both.path == Path("a.nc")
-    for error in (errors[0], both):
-        again = copy.copy(error)
-        assert (str(again), type(again)) == (str(error), type(error))
-    assert safe.reason_of(ValueError("as it says")) == "as it says"
-    assert safe.reason_of(KeyError()) == "KeyError"
+    error = copy.copy(DataFileError(Path("a.nc"), "it is damaged", "Run it"))
+    assert str(error) == "a.nc: it is damaged. Run it"
+    assert error.path == Path("a.nc")
+    assert reason_of(error) == (str(error), False)
+    assert reason_of(WearError("as it says")) == ("as it says", False)
+    assert reason_of(TimeoutError()) == ("TimeoutError", False)
 
 
 def test_a_lack_of_memory_is_known_under_all_its_names():
@@ -42,8 +40,9 @@ def test_a_lack_of_memory_is_known_under_all_its_names():
         OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)),
         wrapped,
     ):
-        assert may_happen(error)
-        assert safe.reason_of(error).startswith("there is not enough memory")
+        words, is_defect = reason_of(error)
+        assert words.startswith("there is not enough memory")
+        assert not is_defect
     assert not safe.is_of_memory(ValueError("of the memory of Hertz"))
 
 
@@ -54,7 +53,9 @@ def test_who_is_to_blame_is_told_by_where_an_error_arose():
     ):
         with pytest.raises((TypeError, ValueError)) as error:
             fail()
-        assert safe.unexpected(error.value).startswith(told)
+        words, is_defect = reason_of(error.value)
+        assert words.startswith(told)
+        assert is_defect
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import CaseFileError, DataFileError
+from fretwear.data.safe import DataFileError
 from fretwear.figures.profiles import bearing_heights
 from fretwear.report.explorer import (
     MAPS,
@@ -149,7 +149,7 @@ def random(tmp_path_factory):
     }
     yield file, data["cases"][0], sizes
     file.unlink()
-    with pytest.raises(CaseFileError, match="no such file"):
+    with pytest.raises(DataFileError, match="no such file"):
         build_explorer(Plan(study), results, folder)
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 import fretwear
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import CaseFileError
+from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.roughness import WavyRoughness
@@ -368,7 +368,7 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
     content, shorter = saved.read_bytes(), tmp_path / "shorter.nc"
     for end in (len(content) - 1, len(content) // 2):
         shorter.write_bytes(content[:end])
-        with pytest.raises(CaseFileError, match="unfinished, cut short"):
+        with pytest.raises(DataFileError, match="unfinished, cut short"):
             open_case(shorter)
     text = case._repr_html_()
     for words in ("<code>load</code>", "normal load", "N</td>"):

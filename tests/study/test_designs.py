@@ -20,7 +20,7 @@ def test_a_grid_takes_every_combination_and_zip_pairs_the_lists(studies, content
     vary = {"load": ["25 N", "50 N"], "friction": [0.3, 0.4]}
     study = studies.load(content | {"design": "zip", "vary": vary})
     pairs = [(point.case.load, point.case.friction) for point in study.points()]
-    assert (pairs, study.shape) == ([(25.0, 0.3), (50.0, 0.4)], (2,))
+    assert (pairs, study.sizes) == ([(25.0, 0.3), (50.0, 0.4)], {"point": 2})
 
 
 def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):

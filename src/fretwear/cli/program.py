@@ -99,7 +99,6 @@ def _tell(error: BaseException, call: Call) -> int:
     if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
-    from fretwear.data.safe import reason_of, unexpected
 
     # A call that cannot be parsed wants its error in this format.
     typed = re.findall(r"--log-format[= ](\S+)", " ".join(call.arguments))
@@ -114,11 +113,10 @@ def _tell(error: BaseException, call: Call) -> int:
     elif isinstance(error, CommandError | StudyError):
         status = getattr(error, "status", Status.WRONG_INPUT)
     else:
-        from fretwear.running.batch import may_happen
+        from fretwear.running.batch import reason_of
 
-        message = reason_of(error)
-        if not may_happen(error):
-            message, defect = unexpected(error), error
+        message, is_defect = reason_of(error)
+        defect = error if is_defect else None
     log.error(message, status, defect=defect)
     return status
 

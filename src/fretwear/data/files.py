@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.safe import (
-    CaseFileError,
     DataFileError,
     atomic_path,
     is_of_netcdf,
@@ -254,7 +253,7 @@ def write_case(
                 check_group(file, dataset)
                 for name, content in groups.items():
                     check_group(file[name], content)
-        except CaseFileError as cause:
+        except DataFileError as cause:
             raise RuntimeError(READS_BACK) from cause
 
 
@@ -269,16 +268,16 @@ def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
     return [name for name, right in expected.items() if dims.get(name) != right]
 
 
-def unusable(path: Path, problem: str) -> CaseFileError:
+def unusable(path: Path, problem: str) -> DataFileError:
     """Return an error that says why a case file cannot be used."""
-    return CaseFileError(path, problem, _RUN_AGAIN)
+    return DataFileError(path, problem, _RUN_AGAIN)
 
 
 @contextmanager
 def opened_case(
     path: str | PathLike[str], *, own: bool = True, values: bool = False
 ) -> Iterator[netCDF4.Dataset]:
-    """Open a case file after checking it, which reads it once; `CaseFileError` if it is unfit.
+    """Open a case file after checking it, which reads it once; `DataFileError` if it is unfit.
 
     Unless it must be our `own`, a dataset saved by xarray will do, without checksum and history.
     With `values` the values of scalars and parameters are checked too; those of fields never are.
@@ -289,7 +288,7 @@ def opened_case(
         _refuse_unsaved(path, problem, own=own)
     with _opened(path, _RUN_AGAIN, problem) as file:
         if CASE_ID.name not in file.ncattrs():
-            raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
+            raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
         for found in _case_problems(file, path.stat().st_size, own=not problem, values=values):
             raise unusable(path, found)
         yield file
@@ -313,7 +312,7 @@ def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Data
         file = netCDF4.Dataset(path)
     except (OSError, RuntimeError, LookupError, AttributeError) as cause:
         why = problem or f"it is not a netCDF file ({cause})"
-        raise CaseFileError(path, why, remedy) from cause
+        raise DataFileError(path, why, remedy) from cause
     try:
         with file:
             file.set_auto_maskandscale(False)
@@ -322,7 +321,7 @@ def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Data
         # As the library tells of a structure that is damaged below the checksum of the file.
         if not is_of_netcdf(cause):
             raise
-        raise CaseFileError(path, f"it cannot be read ({cause})", remedy) from cause
+        raise DataFileError(path, f"it cannot be read ({cause})", remedy) from cause
 
 
 def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
@@ -338,12 +337,12 @@ def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
                 stream.seek(max(0, stream.seek(0, os.SEEK_END) - _LENGTH))
                 tail = stream.read()
     if head is None:
-        raise CaseFileError(path, problem, _CHECK_NAME)
+        raise DataFileError(path, problem, _CHECK_NAME)
     if head != _SIGNATURE:
         # It may be precious, a study file for example, so nobody is told to remove it.
-        raise CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
+        raise DataFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
     if own or _MARK.strip() in tail:
-        raise CaseFileError(path, problem, _RUN_AGAIN)
+        raise DataFileError(path, problem, _RUN_AGAIN)
 
 
 # Of what is wrong with an open file the first is told and no more is read: each check relies on
@@ -457,7 +456,7 @@ def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
 
 def finished_by(path: str | PathLike[str], case: Case) -> str | None:
     """Return the digest of the code that computed a case; None without a file of its snapshots."""
-    with suppress(CaseFileError), opened_case(path) as file:
+    with suppress(DataFileError), opened_case(path) as file:
         is_same = file.getncattr(CASE_ID.name) == case.case_id
         if is_same and np.array_equal(file[CYCLE.name][:], case.output_cycles):
             return str(vars(file).get(CODE_DIGEST.name, ""))
@@ -508,7 +507,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
 
     Raises
     ------
-    CaseFileError
+    DataFileError
         If the file is missing, unfinished, truncated or damaged.
     """
     with opened_case(path, own=False, values=True):

@@ -7,8 +7,7 @@ import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
@@ -30,8 +29,6 @@ from fretwear.data.files import (
 )
 from fretwear.data.labels import CONVENTIONS, Column, Labelled, history_line
 from fretwear.data.safe import (
-    CaseFileError,
-    CaseFilesError,
     DataFileError,
     atomic_path,
     remove_stale_temporaries,
@@ -65,7 +62,7 @@ from fretwear.vocabulary import (
 if TYPE_CHECKING:
     from fretwear.study.case import Case
     from fretwear.study.points import Axis
-    from fretwear.study.study import Point, Study
+    from fretwear.study.study import Study
 
 _FIELDS = {field.name: field for field in FIELDS}
 
@@ -88,92 +85,62 @@ _OTHER_CODE = "it was computed by another version of the code (its code_digest d
 _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 
 
-@dataclass(frozen=True)
-class StudyLayout:
-    """The place of each point of a study in a merged dataset.
+def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
+    """Coordinates (varied values, case ids, shared parameters), and what depends on them.
 
-    A grid has the varied names as dimensions, every other design ``point``.
+    Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
+    written in the study file; what a point lacks is NaN or empty text.
     """
+    cases = {point.place: point.case for point in study.points() if point.case is not None}
+    attributes: dict[str, dict[str, Any]] = {}
+    given: dict[str, dict[tuple[int, ...], float | str]] = {}
+    for place, case in cases.items():
+        for name, (value, units, words) in case.scalar_coordinates().items():
+            attributes.setdefault(name, Variable(name, units, words=words).attributes)
+            given.setdefault(name, {})[place] = value
+    parameters = {name: _laid(study, given[name], attributes[name]) for name in given}
+    for name, own in given.items():
+        if len(own) == len(cases) and len(set(own.values())) == 1:
+            shared = np.asarray(parameters[name].values[next(iter(own))])
+            parameters[name] = Column((), shared, attributes[name])
+    found = dict[str, Column]()
+    for axis in study.axes:
+        found[axis.coordinate] = _varied(study, axis, parameters.pop(axis.coordinate, None))
+    if POINT.name in study.sizes:
+        numbers = np.arange(study.size, dtype=POINT.dtype)
+        found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
+    ids = {point.place: point.id for point in study.points()}
+    found[CASE_ID.name] = _laid(study, ids, CASE_ID.attributes)
+    found |= {name: each for name, each in parameters.items() if not each.dims}
+    return found, {name: each for name, each in parameters.items() if each.dims}
 
-    study: Study
 
-    @property
-    def is_grid(self) -> bool:
-        """Whether the points are all combinations of the varied values."""
-        return self.study.design.kind == "grid" or not self.study.axes
+def _laid(study: Study, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
+    """Lay values along the points, NaN or empty text where there is none."""
+    is_text = any(isinstance(value, str) for value in given.values())
+    values = np.full([*study.sizes.values()], "" if is_text else math.nan, object)
+    for place, value in given.items():
+        values[place] = value
+    return Column(tuple(study.sizes), values.astype(str if is_text else np.float64), attributes)
 
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions."""
-        return tuple(self._axes) if self.is_grid else (POINT.name,)
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Lengths of the dimensions."""
-        return self.study.shape if self.study.axes else ()
-
-    def points(self) -> Iterator[tuple[tuple[int, ...], Point]]:
-        """Iterate over the points, each with its position along the dimensions."""
-        for number, point in enumerate(self.study.points()):
-            yield (point.index if self.is_grid else (number,)), point
-
-    def columns(self) -> tuple[dict[str, Column], dict[str, Column]]:
-        """Coordinates (varied values, case ids, shared parameters), and what depends on them.
-
-        Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
-        written in the study file; what a point lacks is NaN or empty text.
-        """
-        ids: dict[tuple[int, ...], str] = {}
-        attributes: dict[str, dict[str, Any]] = {}
-        given: dict[str, dict[tuple[int, ...], float | str]] = {}
-        for place, point in self.points():
-            ids[place] = point.id
-            known = {} if point.case is None else point.case.scalar_coordinates()
-            for name, (value, units, words) in known.items():
-                attributes.setdefault(name, Variable(name, units, words=words).attributes)
-                given.setdefault(name, {})[place] = value
-        parameters = {name: self._column(given[name], attributes[name]) for name in given}
-        cases = len(ids) - [*ids.values()].count("")
-        for name, own in given.items():
-            if len(own) == cases and len(set(own.values())) == 1:
-                shared = np.asarray(parameters[name].values[next(iter(own))])
-                parameters[name] = Column((), shared, attributes[name])
-        found = {n: self._varied(axis, parameters.pop(n, None)) for n, axis in self._axes.items()}
-        if not self.is_grid:
-            numbers = np.arange(*self.shape, dtype=POINT.dtype)
-            found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
-        found[CASE_ID.name] = self._column(ids, CASE_ID.attributes)
-        found |= {name: each for name, each in parameters.items() if not each.dims}
-        return found, {name: each for name, each in parameters.items() if each.dims}
-
-    @cached_property
-    def _axes(self) -> dict[str, Axis]:
-        return {axis.coordinate: axis for axis in self.study.axes}
-
-    def _column(self, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
-        """Lay values along the points, NaN or empty text where there is none."""
-        is_text = any(isinstance(value, str) for value in given.values())
-        values = np.full(self.shape, "" if is_text else math.nan, object)
-        for place, value in given.items():
-            values[place] = value
-        return Column(self.dims, values.astype(str if is_text else np.float64), attributes)
-
-    def _varied(self, axis: Axis, known: Column | None) -> Column:
-        attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
-        values = np.array(axis.labels, dtype=str)
-        if all(isinstance(value, int | float) for value in axis.values):
-            values = np.array(axis.values, dtype=np.float64)
-        elif all(isinstance(value, str) for value in axis.values):
-            values = np.array(axis.values, dtype=str)
-        else:
-            attributes.pop("units", None)
-        if axis.drawn_from is not None:
-            attributes |= {
-                "drawn_from": axis.drawn_from.low,
-                "drawn_to": axis.drawn_from.high,
-                "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
-            }
-        return Column((axis.coordinate if self.is_grid else POINT.name,), values, attributes)
+def _varied(study: Study, axis: Axis, known: Column | None) -> Column:
+    attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
+    values = np.array(axis.labels, dtype=str)
+    if all(isinstance(value, int | float) for value in axis.values):
+        values = np.array(axis.values, dtype=np.float64)
+    elif all(isinstance(value, str) for value in axis.values):
+        values = np.array(axis.values, dtype=str)
+    else:
+        attributes.pop("units", None)
+    if axis.drawn_from is not None:
+        attributes |= {
+            "drawn_from": axis.drawn_from.low,
+            "drawn_to": axis.drawn_from.high,
+            "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
+        }
+    dim = POINT.name if POINT.name in study.sizes else axis.coordinate
+    return Column((dim,), values, attributes)
 
 
 class Tally(NamedTuple):
@@ -203,18 +170,17 @@ def merge_study(
     accepted step (…, step), NaN after the last; its attribute ``history`` the `command`. Memory
     grows by about 1 kB for each point; fields are read one case at a time.
 
-    It is a `CaseFilesError`, and nothing is written, if case files are damaged or belong to other
-    cases, or to other code unless `keep_older`; all are named. It is a `DataFileError` if no case
-    is done or the file cannot be written.
+    It is a `DataFileError`, and nothing is written, if case files are damaged or belong to other
+    cases, or to other code unless `keep_older` (all are named), if no case is done or if the file
+    cannot be written.
     """
-    layout = StudyLayout(study)
-    status = np.full(layout.shape, PointStatus.INVALID, dtype=STATUS.dtype)
+    status = np.full([*study.sizes.values()], PointStatus.INVALID, dtype=STATUS.dtype)
     done: list[_Done] = []
-    for position, point in layout.points():
+    for point in study.points():
         if point.case is not None:
             file = Path(cases) / f"{point.id}.nc"
-            status[position] = PointStatus.DONE if file.exists() else PointStatus.FAILED
-            done += [(position, point.case, file)] if file.exists() else []
+            status[point.place] = PointStatus.DONE if file.exists() else PointStatus.FAILED
+            done += [(point.place, point.case, file)] if file.exists() else []
     if not done:
         raise DataFileError(
             Path(path),
@@ -230,7 +196,7 @@ def merge_study(
         # anything else: the profiles are kept on disk, in an unnamed file.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
-        dataset, steps = _read_cases(layout, status, done, spool, keep_older=keep_older)
+        dataset, steps = _read_cases(study, status, done, spool, keep_older=keep_older)
         attributes = {
             **dataset.attrs,
             "title": study.title,
@@ -246,7 +212,7 @@ def merge_study(
 
 
 def _read_cases(
-    layout: StudyLayout,
+    study: Study,
     status: NDArray[np.int8],
     done: Sequence[_Done],
     spool: IO[bytes],
@@ -257,13 +223,13 @@ def _read_cases(
 
     The number is the length of the longest history.
     """
-    digests, sources = np.full(layout.shape, "", dtype=object), set()
-    snapshots = (case.output_cycles for case in layout.study.cases().values())
+    digests, sources = np.full(status.shape, "", dtype=object), set()
+    snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
     known = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
     # Errors are not estimated in every case.
     scalars = {each.name: each for each in (*known, *(scalar.error for scalar in known))}
-    values = {name: np.full((*layout.shape, cycles.size), math.nan) for name in scalars}
+    values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, most_steps = set(), [], 0
     for position, case, path in done:
         try:
@@ -276,7 +242,7 @@ def _read_cases(
                     raise unusable(path, f"it has no snapshot at cycle {numbers}")
                 digests[position] = digest = vars(file).get(CODE_DIGEST.name, "")
                 if digest != code_digest() and not keep_older:
-                    raise CaseFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
+                    raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
                 sources.add(file.getncattr("source"))
                 at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
                 for name in scalars.keys() & file.variables.keys():
@@ -293,10 +259,11 @@ def _read_cases(
                 for each in (cells, history, *profiles):
                     np.save(spool, each, allow_pickle=False)
                 most_steps = max(most_steps, history.shape[1])
-        except CaseFileError as error:
+        except DataFileError as error:
             errors.append(error)
     if errors:
-        raise CaseFilesError(errors)
+        first, *others = errors
+        raise DataFileError(first.path, first.problem, "\n".join(map(str, (first.remedy, *others))))
     of_cases = digests[status == PointStatus.DONE].tolist()
     older = [digest or "missing" for digest in of_cases if digest != code_digest()]
     were = f"case{'s' * (len(of_cases) > 1)} {'was' if len(older) == 1 else 'were'}"
@@ -309,14 +276,15 @@ def _read_cases(
         "flag_values": np.array(list(PointStatus), dtype=STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    coordinates, depending = layout.columns()
+    coordinates, depending = _columns(study)
+    points = tuple(study.sizes)
     dataset = Labelled(
         {
-            STATUS.name: Column(layout.dims, status, flags),
-            CODE_DIGEST.name: Column(layout.dims, digests.astype(str), CODE_DIGEST.attributes),
+            STATUS.name: Column(points, status, flags),
+            CODE_DIGEST.name: Column(points, digests.astype(str), CODE_DIGEST.attributes),
             **depending,
             **{
-                name: Column((*layout.dims, CYCLE.name), values[name], scalar.attributes)
+                name: Column((*points, CYCLE.name), values[name], scalar.attributes)
                 for name, scalar in scalars.items()
                 if np.isfinite(values[name]).any()
             },

@@ -15,8 +15,7 @@ import stat
 import tempfile
 import threading
 import time
-import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from io import StringIO
@@ -31,7 +30,6 @@ _NO_FOLDER = {errno.ENOENT, errno.ENOTDIR, errno.EEXIST}
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
-_PACKAGE = Path(__file__).parents[1]
 _HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 _SECONDS_BETWEEN_TRIES = (0.1, 2.0)
@@ -48,22 +46,6 @@ class DataFileError(Exception):
         return f"{self.path}: {self.problem}. {self.remedy}"
 
 
-class CaseFileError(DataFileError):
-    """A case file that is missing, unfinished, damaged or of another case."""
-
-
-class CaseFilesError(CaseFileError):
-    """Several case files that cannot be used, with an error for each."""
-
-    def __init__(self, errors: Sequence[CaseFileError]) -> None:
-        super().__init__(*errors[0].args)
-        self.errors = tuple(errors)
-        self.args = (self.errors,)  # of which copies are made
-
-    def __str__(self) -> str:
-        return "\n".join(map(str, self.errors))
-
-
 def is_of_netcdf(error: BaseException) -> bool:
     """Return whether the netCDF library raised an error because it cannot use a file."""
     kinds = (RuntimeError, AttributeError, IndexError)
@@ -77,29 +59,6 @@ def is_of_memory(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
-
-
-def reason_of(error: BaseException) -> str:
-    """Say why something failed, and of what should not happen, whom to tell."""
-    words = str(error) or type(error).__name__
-    if isinstance(error, DataFileError) or (isinstance(error, MemoryError) and str(error)):
-        return words
-    if is_of_memory(error):
-        return f"there is not enough memory ({words})"
-    unread = f"a file cannot be read or written, as if memory had run out ({words})"
-    return unread if is_of_netcdf(error) else words
-
-
-def unexpected(error: Exception) -> str:
-    """Say of what never should happen whether a library failed, or fretwear itself."""
-    cause = f"{type(error).__name__}: {error}".rstrip(": ")
-    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-    if not frames or Path(frames[-1].f_code.co_filename).is_relative_to(_PACKAGE):
-        return f"this is a defect of fretwear, please report it: {cause}"
-    return (
-        f"a library failed ({cause}). If memory or the disk was short, {_AGAIN}; otherwise "
-        "please report this"
-    )
 
 
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from fretwear.data.files import HISTORY_GROUP, opened_case, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
-from fretwear.data.merge import StudyLayout
 from fretwear.data.stack import representative_cycles
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, display_units, levels_of, variable_of, with_stick
@@ -74,13 +73,12 @@ def build_explorer(
     units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
     units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
     known = {plan.points[place].id: plan.points[place] for place in places if results[place].done}
-    positions = {point.id: position for position, point in StudyLayout(plan.study).points()}
     cases: list[Packed] = []
     with opened_summary(folder / "summary.nc") as file:
         numbers = {name: file[name][...] for name in HEADLINES}
         for case_id, planned in known.items():
             assert planned.case is not None
-            packed = _curves(file, positions[case_id], numbers, units)
+            packed = _curves(file, planned.place, numbers, units)
             path = folder / "cases" / f"{case_id}.nc"
             packed |= {"id": case_id, **_surfaces(path, planned.case, packed["cycles"], units)}
             is_constant = isinstance(planned.case.friction, float) and not planned.case.blocks

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
 from fretwear.data.files import HISTORY_GROUP, opened_case
-from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
@@ -91,22 +90,21 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
     `failures` are reasons by case id. It is a `DataFileError` when the summary is not that of the
     plan's study as it is now.
     """
-    layout, file = StudyLayout(plan.study), Path("summary.nc")
+    study, file = plan.study, Path("summary.nc")
     status, ids = (summary.variables[name] for name in ("status", "case_id"))
     sizes = dict(zip(status.dims, status.values.shape, strict=True))
-    if tuple(sizes.items()) != tuple(zip(layout.dims, layout.shape, strict=True)):
-        problem = f"its points are {sizes}, those of the study {plan.study.name!r} {layout.shape}"
+    if [*sizes.items()] != [*study.sizes.items()]:
+        problem = f"its points are {sizes}, those of the study {study.name!r} {study.sizes}"
         raise DataFileError(file, problem, _RUN_AGAIN)
     final = final_results(summary)
     columns = with_stick({name: final[name] for name in HEADLINES})
-    levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
+    levels = {axis.coordinate: levels_of(axis) for axis in study.axes}
     results: list[PointResult] = []
-    for planned, (place, point) in zip(plan.points, layout.points(), strict=True):
-        if str(ids.values[place]) != planned.id:
-            now = planned.id or "an invalid point"
-            problem = (
-                f"it has case {ids.values[place]} where the study {plan.study.name!r} has {now}"
-            )
+    for point in study.points():
+        place = point.place
+        if str(ids.values[place]) != point.id:
+            now = point.id or "an invalid point"
+            problem = f"it has case {ids.values[place]} where the study {study.name!r} has {now}"
             raise DataFileError(file, problem, _RUN_AGAIN)
         found = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
         reason, values, errors = point.problem, {}, {}
@@ -117,12 +115,12 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
                 if value and error is not None and math.isfinite(error[place] / value):
                     errors[name] = float(error[place]) / abs(value)
         elif point.case:
-            reason = failures.get(planned.id, _UNKNOWN_REASON)
+            reason = failures.get(point.id, _UNKNOWN_REASON)
         of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}
         in_line = bool(values and point.case and point.case.indenter.is_line)
         number = len(results) + 1
         results.append(
-            PointResult(number, planned.id, found, reason, of_point, values, errors, in_line)
+            PointResult(number, point.id, found, reason, of_point, values, errors, in_line)
         )
     return results
 
@@ -189,7 +187,7 @@ class Residuals(NamedTuple):
 
 
 def examine(path: Path) -> dict[str, Any]:
-    """Read how a case was computed from its file; `CaseFileError` when that is damaged.
+    """Read how a case was computed from its file; `DataFileError` when that is damaged.
 
     Returned are its parameters that are numbers, the ``source`` of the file, its ``cells``,
     ``steps``, ``convolutions``, the largest ``error`` of a step, and the ``residuals`` of the worst

@@ -29,9 +29,7 @@ from fretwear.data.safe import (
     is_of_memory,
     is_of_netcdf,
     open_log,
-    reason_of,
     remove_stale_temporaries,
-    unexpected,
     uninterrupted,
 )
 from fretwear.mechanics.contact import ContactError
@@ -46,6 +44,7 @@ if TYPE_CHECKING:
     from fretwear.study.study import Study
 
 SECONDS_BETWEEN = 30.0
+_PACKAGE = Path(__file__).parents[1]
 _SNAPSHOT_SHARE = 0.2
 _ARRAY = "array"
 _START_ANEW = "The run starts at cycle 0"
@@ -227,10 +226,26 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
     raise TypeError(f"{kind} has no fields {', '.join(packed)}")
 
 
-def may_happen(error: Exception) -> bool:
-    """Say whether an error may end a command without a defect of this package or a library."""
-    kinds = (ContactError, WearError, DataFileError, OSError)
-    return isinstance(error, kinds) or is_of_memory(error) or is_of_netcdf(error)
+def reason_of(error: Exception) -> tuple[str, bool]:
+    """Say why something failed, and whether that should never happen.
+
+    Of what should not, the words say whether a library failed or fretwear itself, and whom to tell.
+    """
+    words = str(error) or type(error).__name__
+    if isinstance(error, DataFileError) or (isinstance(error, MemoryError) and str(error)):
+        return words, False
+    if is_of_memory(error):
+        return f"there is not enough memory ({words})", False
+    if is_of_netcdf(error):
+        return f"a file cannot be read or written, as if memory had run out ({words})", False
+    if isinstance(error, ContactError | WearError | OSError):
+        return words, False
+    cause = f"{type(error).__name__}: {error}".rstrip(": ")
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    if not frames or Path(frames[-1].f_code.co_filename).is_relative_to(_PACKAGE):
+        return f"this is a defect of fretwear, please report it: {cause}", True
+    advice = "If memory or the disk was short, run the same command again; otherwise"
+    return f"a library failed ({cause}). {advice} please report this", True
 
 
 class Outcome(NamedTuple):
@@ -352,8 +367,8 @@ def run_batch(
                         threads=threads,
                     )
             except Exception as error:
-                failed[case_id] = reason_of(error) if may_happen(error) else unexpected(error)
-                if not may_happen(error):
+                failed[case_id], is_defect = reason_of(error)
+                if is_defect:
                     traceback.print_exc(file=stream)
                 print(f"fretwear: error: {failed[case_id]}", file=stream)
             finally:

@@ -85,12 +85,12 @@ class Study:
         """Number of points."""
         return len(self.indices)
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Lengths of the axes of a grid; the number of points for every other design."""
-        if self.design.kind == "grid":
-            return tuple(len(axis.values) for axis in self.axes)
-        return (self.size,)
+    @cached_property
+    def sizes(self) -> dict[str, int]:
+        """Dimensions of the merged study: the varied names of a grid, else ``point``."""
+        if self.design.kind == "grid" or not self.axes:
+            return {axis.coordinate: len(axis.values) for axis in self.axes}
+        return {"point": self.size}
 
     @cached_property
     def indices(self) -> Sequence[tuple[int, ...]]:
@@ -147,6 +147,11 @@ class Point:
 
     study: Study = field(repr=False)
     index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
+
+    @property
+    def place(self) -> tuple[int, ...]:
+        """Position along the dimensions of a merged study."""
+        return self.index[: len(self.study.sizes)]
 
     @property
     def problem(self) -> str:
