@@ -18,13 +18,12 @@ from fretwear.figures.maps import take_wear_map
 from fretwear.figures.profiles import compare_bearing_areas
 
 KINDS = {
-    "pressure_profiles": ("pressure", "Pressure (MPa)"),
-    "shear_profiles": ("shear_traction", "Shear traction (MPa)"),
-    "gap_profiles": ("gap", "Gap (µm)"),
-    "wear_profiles": ("wear_depth", "Wear depth (µm)"),
-    "wear_rate_profiles": ("wear_rate", "Wear depth per cycle (pm)"),
+    "pressure_profiles": ("pressure", "Pressure (MPa)", 1e6),
+    "shear_profiles": ("shear_traction", "Shear traction (MPa)", 1e6),
+    "gap_profiles": ("gap", "Gap (µm)", 1e-6),
+    "wear_profiles": ("wear_depth", "Wear depth (µm)", 1e-6),
+    "wear_rate_profiles": ("wear_rate", "Wear depth per cycle (pm)", 1e-12),
 }
-SIZE = {"MPa": 1e6, "µm": 1e-6, "pm": 1e-12}
 
 
 def _curves(axes):
@@ -38,13 +37,12 @@ def _curves(axes):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_a_smooth_profile_is_the_line_of_cells_nearest_the_middle(name, smooth):
-    variable, label = KINDS[name]
+    variable, label, size = KINDS[name]
     axes = getattr(figures, name)(smooth).axes[0]
     assert axes.get_ylabel() == label
     assert axes.get_xlabel() == "x (µm)"
     curves = _curves(axes)
     assert len(curves) == smooth.sizes["cycle"]
-    size = SIZE[label.split("(")[1].rstrip(")")]
     for (x, y), expected in zip(curves, smooth[variable].isel(y=0).values, strict=True):
         stored = slice(0, smooth.sizes["x"])
         np.testing.assert_allclose(x[stored], smooth["x"].values * 1e6)
@@ -82,6 +80,10 @@ def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough):
         np.testing.assert_allclose(line, measured / 1e6, rtol=1e-6)
         assert np.nanmax(envelope) == pytest.approx(line.max(), rel=1e-6)
         assert (line > 0.0).sum() < (envelope > 0.0).sum()
+    wavelength = half_profiles(rough, "pressure").wavelength
+    assert wavelength == pytest.approx(4.0 * 0.3e-6 / np.tan(np.deg2rad(1.8)))
+    coarse = rough.isel(x=slice(None, None, 4))
+    assert not half_profiles(coarse, "pressure").is_wavy, "the cells do not resolve the waves"
 
 
 def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
@@ -168,10 +170,11 @@ def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
     assert abs(area) == pytest.approx(cells, rel=0.2)
 
 
-def test_scars_of_very_different_depths_and_widths_are_all_seen(smooth):
+def test_scars_of_very_different_depths_and_widths_are_all_seen_on_one_scale(smooth):
     shallow = smooth.assign(wear_depth=0.1 * smooth["wear_depth"])
     deep, flat, _ = figures.compare_wear_maps({"deep": smooth, "shallow": shallow}).axes
     norm = deep.get_images()[0].norm
+    assert flat.get_images()[0].get_clim() == (norm.vmin, norm.vmax)
     assert norm(flat.get_images()[0].get_array().max()) == pytest.approx(np.sqrt(0.1), rel=1e-3)
     alike = figures.compare_wear_maps({"one": smooth, "other": smooth})
     scale = alike.axes[0].get_images()[0].norm
@@ -215,15 +218,7 @@ def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):
     words = check_texts(figure)
     assert {"x (µm), direction of slip", "y (µm)", "edge of contact"} <= set(words)
     assert any(text.startswith("Wear depth (") for text in words)
-
-
-def test_panels_share_one_scale_of_depth_also_with_an_unworn_surface(smooth, rough, check_texts):
-    figure = figures.compare_wear_maps({"smooth": smooth, "rough": rough, "more": rough})
-    assert len({axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}) == 1
-    check_texts(figure)
-    check_texts(figures.wear_map(smooth, cycle=0))
-    with pytest.raises(ValueError, match=r"no snapshot at \[7\].*\[0, 1, 10, 100, 1000\]"):
-        figures.wear_map(smooth, cycle=7)
+    check_texts(figures.wear_map(rough, cycle=0))
 
 
 def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_texts):
@@ -311,8 +306,6 @@ def test_other_snapshots_and_films_are_refused_and_without_ffmpeg_a_gif_is_offer
     assert animation.cycles == (0, 1000)
     with pytest.raises(ValueError, match=r"shows \[0, 1000\]"):
         animation.show(10)
-    with pytest.raises(ValueError, match=r"no snapshot at \[5\]"):
-        figures.animation(smooth, cycles=[0, 5])
     for name in ("wear.avi", "wear"):
         with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
             animation.save(tmp_path / name)
@@ -388,22 +381,18 @@ SLOW = np.sqrt(np.maximum(0.0, 1.0 - (X / 80.0) ** 2))
 
 
 @pytest.mark.parametrize("phase", [0.0, np.pi])
-def test_the_envelope_goes_through_the_peaks_whatever_their_phase(phase):
+def test_the_envelope_goes_through_the_peaks_whatever_their_phase_and_needs_none(phase):
     values = SLOW * (1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH + phase))
     inside = (X > WAVELENGTH) & (X < 70.0)
     envelope = peak_envelope(X, values, WAVELENGTH)
     # Between crests the cubics leave the slow factor by about its curvature over a wave.
     np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
-
-
-def test_an_envelope_is_that_of_a_profile_without_waves():
-    # At most the slope of the profile times a wavelength lies between two of its knots.
-    inside = X < 60.0
-    envelope = peak_envelope(X, SLOW, WAVELENGTH)
-    np.testing.assert_allclose(envelope[inside], SLOW[inside], atol=0.02)
-    values = np.where(X > 50.0, 1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), 0.0)
+    values = np.where(X > 50.0, values, 0.0)
     envelope = peak_envelope(X, values, WAVELENGTH)
     assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
+    # At most the slope of the profile times a wavelength lies between two of its knots.
+    envelope = peak_envelope(X, SLOW, WAVELENGTH)
+    np.testing.assert_allclose(envelope[X < 60.0], SLOW[X < 60.0], atol=0.02)
 
 
 def test_the_mean_over_a_wave_leaves_none_of_it():
@@ -423,13 +412,3 @@ def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_fourth_root(
     assert (chosen[0], chosen[-1]) == (0, 10000)
     steps = np.diff(np.power(chosen, 0.25))
     assert steps.max() / steps.min() < 1.1
-
-
-def test_profiles_lie_at_positive_x_and_know_their_waves(smooth, rough):
-    plain, wavy = half_profiles(smooth, "pressure"), half_profiles(rough, "pressure")
-    assert (plain.x > 0.0).all()
-    assert not plain.is_wavy
-    assert wavy.is_wavy
-    assert wavy.wavelength == pytest.approx(4.0 * 0.3e-6 / np.tan(np.deg2rad(1.8)))
-    coarse = rough.isel(x=slice(None, None, 4))
-    assert not half_profiles(coarse, "pressure").is_wavy, "the cells do not resolve the waves"
