@@ -89,12 +89,13 @@ def flip(path: Path) -> None:
     path.write_bytes(content)
 
 
-def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> None:
+def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> Path:
     """Run the cases of a study, or some of them, and merge them into a folder of results."""
     for case_id in study.cases() if case_ids is None else case_ids:
         result = run(study.cases()[case_id])
         write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc", result.loops)
     merge_study(study, folder / "cases", folder / "summary.nc")
+    return folder
 
 
 def sampled(unit: np.ndarray, volume: np.ndarray) -> xr.Dataset:

@@ -43,7 +43,7 @@ def test_a_file_with_its_checksum_is_whole_of_any_size_and_every_bit_is_guarded(
 
 def test_a_case_comes_back_as_it_was_written_also_from_a_copy(results, tmp_path):
     path, copy, before = tmp_path / "a.nc", tmp_path / "b.nc", results.dataset.copy(deep=True)
-    write_case(*results, path)
+    write_case(results.dataset, results.history, path)
     xr.testing.assert_identical(results.dataset, before)
     with open_case(path) as dataset, open_history(path) as history:
         xr.testing.assert_equal(dataset.load(), results.dataset)
@@ -205,9 +205,9 @@ def test_small_files_are_made_in_memory_and_large_ones_in_their_folder(
 
     monkeypatch.setattr("fretwear.data.files.tempfile.NamedTemporaryFile", noted)
     monkeypatch.setattr("fretwear.data.files._MEMORY", memory)
-    write_case(*results, tmp_path / "a.nc")
+    write_case(results.dataset, results.history, tmp_path / "a.nc")
     monkeypatch.setattr("fretwear.data.files._IN_MEMORY_BYTES", 0)
-    write_case(*results, tmp_path / "b.nc")
+    write_case(results.dataset, results.history, tmp_path / "b.nc")
     assert used == [memory]
     assert list(memory.iterdir()) == []
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()

@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,10 +31,11 @@ from fretwear.data.stack import (
     common_positions,
     open_study,
 )
+from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
-from ..studies import WAVES, flip
-from .conftest import make_case, make_results, merged_in, study_in
+from ..studies import WAVES, flip, run_study, steel
+from .conftest import COARSE, study_in
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 ROUGH = {**WAVES, "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
@@ -52,7 +54,7 @@ def summary_of(merged):
 def loads(tmp_path_factory):
     """The results of six cases."""
     folder = tmp_path_factory.mktemp("loads")
-    return merged_in(folder, study_in(folder, LOADS))
+    return run_study(study_in(folder, LOADS), folder)
 
 
 @pytest.fixture
@@ -80,7 +82,7 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(stack):
     assert summary.cycles.dtype == summary.radius.dtype == np.float64
     assert summary.tangential_load.dims == ("load", "plastic_limit")
     assert "tangential_load" not in summary.coords
-    assert summary.attrs["title"] == "Loads and limits"
+    assert summary.attrs["title"] == "Two loads"
     assert json.loads(summary.attrs["study_file"])["vary"] == LOADS
 
 
@@ -199,10 +201,10 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     assert dotted.roughness_amplitude.attrs["units"] == "m"
 
 
-def test_what_is_not_done_is_missing_and_says_why(make_study, run_study, tmp_path):
+def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     loads = {"tangential_load": ["8 N", "16 N"], "load": ["20 N", "50 N"]}
     study = make_study(loads, invalid="skip")
-    cases = run_study(study)
+    cases = merged(study) / "cases"
     lost = next(p for p in study.points() if p.case and p.case.load == 50.0)
     (cases / f"{lost.id}.nc").unlink()
     # Left beside a case that is done, which nobody writes again, and by a process that is at work.
@@ -263,10 +265,10 @@ def test_what_the_library_loses_without_a_word_is_found_out(
 
 
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
-    make_study, run_study, tmp_path
+    make_study, loads, tmp_path
 ):
-    study = make_study(LOADS)
-    cases = run_study(study)
+    study, cases = make_study(LOADS), tmp_path / "cases"
+    shutil.copytree(loads / "cases", cases)
     short, flipped, another, source, fewer, older = (cases / f"{name}.nc" for name in study.cases())
     short.write_bytes(short.read_bytes()[:-1000])
     flip(flipped)
@@ -373,9 +375,9 @@ def test_a_reduction_over_all_cases_never_holds_them_all(make_study, tmp_path):
     cycles = tuple(range(0, 1001, 100))
     study = make_study({"load": loads}, output={"cycles": list(cycles)})
     first, *others = study.cases()
-    dataset, history = make_results(make_case(cell="0.8 um", output_cycles=cycles))
+    result = run(steel(**{**COARSE, "cell": "0.8 um"}, output_cycles=cycles))
     source = tmp_path / "cases" / f"{first}.nc"
-    write_case(dataset.assign_attrs(case_id=first), history, source)
+    write_case(result.dataset.assign_attrs(case_id=first), result.history, source)
     for name in others:
         copied(source, source.with_name(f"{name}.nc"), name)
     merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
