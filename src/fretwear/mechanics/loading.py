@@ -158,9 +158,9 @@ class Loading(Imposed):
         """Tangential load amplitude Q, N, of the unworn smooth contact."""
         return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
-    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """Amplitude U, m, of the imposed displacement, if any."""
-        raise NotImplementedError
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
+        """Amplitude U, m, of what is imposed; zero of a force."""
+        return self.stroke
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
         """The same loading in SI units, so that it gives the same case however it was written."""
@@ -171,8 +171,12 @@ class Loading(Imposed):
         return 0.0
 
     def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """U_t, m, at which the unworn smooth contact, without a rig, slides as a whole."""
-        return friction * coupling * hertz.approach
+        """U_t, m, at which the unworn smooth contact slides as a whole.
+
+        It is µκ d, without the rig; of a line contact µ (κ d + F P), F being all in series.
+        """
+        beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
+        return friction * (coupling * hertz.approach + beyond * hertz.load)
 
 
 @dataclass(frozen=True)
@@ -240,10 +244,6 @@ class SlidingAmplitude(Loading):
     def load_ratio(self, *_: float) -> float:
         """X = 1: the contact slides as a whole."""
         return 1.0
-
-    def displacement(self, *_: Any) -> float:
-        """The amplitude of sliding, m."""
-        return self.sliding_amplitude
 
     def plain(self, *_: Any) -> Loading:
         """The same."""
@@ -319,11 +319,6 @@ class Displacement(Loading):
         if isinstance(hertz, LineContact):
             return self.tangential_compliance - hertz.compliance
         return 1.0 / self.rig_stiffness
-
-    def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """U_t = µκ d, m, without the rig; of a line contact µ (d + F P), all in series F."""
-        beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
-        return friction * (coupling * hertz.approach + beyond * hertz.load)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,11 +55,11 @@ class ReducedContact:
 class SlipModel(Part):
     """How slip follows from the contact, and how wear follows from slip within a step.
 
-    A model defines the reduced contact. By default slip is constant within a step; a model whose
-    slip follows the shape says so, and how its gap grows.
+    A model defines the reduced contact, and says whether it follows the shape: then wear adds to g*
+    and so to the slip, and plastic flow changes it. By default slip is constant within a step.
     """
 
-    follows_shape: ClassVar[bool] = False  # whether plastic flow changes the reduced contact
+    follows_shape: ClassVar[bool] = False
 
     def reduced(
         self, problem: Any, half_space: HalfSpace, shape: Array, *more: Any, **named: Any
@@ -74,16 +74,20 @@ class SlipModel(Part):
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
     ) -> Layer:
-        """Wear depth at the end of a stage against pressure; see `WearLayer`.
+        """Wear depth at the end of a stage against pressure, all fields as in `WearLayer`.
 
-        If slip is constant, it is proportional to ∫p dN.
+        It grows exponentially with ∫p dN; if slip is constant, in proportion.
         """
-        del shift  # of a reduced contact that changes
+        if self.follows_shape:
+            return WearLayer(wear, gap, shift, exponent, rate)
         return WinklerLayer(rate * gap, wear + exponent * gap)
 
-    def gap_after(self, gap: Array, wear: Array) -> Array:  # noqa: ARG002 - slip is constant
-        """g*, m, after wear by ``wear``, m, outside the stick zone and no plastic flow."""
-        return gap
+    def gap_after(self, gap: Array, wear: Array) -> Array:
+        """g*, m, after wear by ``wear``, m, outside the stick zone and no plastic flow.
+
+        Such wear leaves p* and δ* unchanged.
+        """
+        return gap + wear if self.follows_shape else gap
 
 
 @dataclass(frozen=True)
@@ -144,16 +148,6 @@ class Jaeger(SlipModel):
             tried -= excess / (1.0 + flexibility * stiffness)
             if not low < tried < high:
                 tried = 0.5 * (low + high)
-
-    def wear_layer(
-        self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
-    ) -> Layer:
-        """Wear grows exponentially, because it adds to g* and so to the slip."""
-        return WearLayer(wear, gap, shift, exponent, rate)
-
-    def gap_after(self, gap: Array, wear: Array) -> Array:
-        """Wear outside the stick zone leaves p* and δ* unchanged and adds to g*."""
-        return gap + wear
 
 
 @dataclass(frozen=True)

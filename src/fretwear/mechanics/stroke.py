@@ -267,19 +267,6 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     return np.linspace(0.0, amplitude, count + 1), weights
 
 
-def _unworn(problem: WearProblem, x: Any, y: Array, place: float) -> Array:
-    """Gap at zero load and zero approach, m, with the indenter at a place along x.
-
-    A single roughness is that of the flat; of two, the other moves with the indenter.
-    """
-    at, moved, across = x[:, None], (x - place)[:, None], y[None, :]
-    gap = np.broadcast_to(problem.indenter.gap(moved, across), (x.size, y.size))
-    rough = problem.roughness
-    if isinstance(rough, BothRough):
-        return gap + rough.first.height(at, across) + rough.second.height(moved, across)
-    return gap if rough is None else gap + rough.height(at, across)
-
-
 class Contacts(NamedTuple):
     """The contacts of a stage at all positions, on 2n by m cells."""
 
@@ -323,13 +310,20 @@ class Rubbing:
         )
         self.x = (np.arange(count) - half + 0.5) * size
         self.cells, values = count * self.rows, half * self.rows
-        self.shapes = [_unworn(problem, self.x, self.y, place).ravel() for place in self.places]
+        # A single roughness is that of the flat; of two, the other moves with the indenter.
+        rough = problem.roughness
+        both = (rough.first, rough.second) if isinstance(rough, BothRough) else (rough, None)
         # One row a cell, one column a value of the flat's wear, then of the indenter's.
-        self.worn = []
+        self.shapes, self.worn = [], []
+        at, across = self.x[:, None], self.y[None, :]
         along, row = np.divmod(np.arange(self.cells), self.rows)
         x = self.x[along]
         of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
         for place in self.places:
+            gap: Any = np.broadcast_to(problem.indenter.gap(at - place, across), (count, self.rows))
+            for surface, moved in zip(both, (at, at - place), strict=True):
+                gap = gap if surface is None else gap + surface.height(moved, across)
+            self.shapes.append(gap.ravel())
             distance = np.abs(x - place)
             lower, part = np.divmod(distance / size - 0.5, 1.0)
             near, far = (
