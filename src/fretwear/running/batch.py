@@ -290,8 +290,7 @@ def simulate_to_file(
         with Checkpoint(checkpoint_of(path), case, tell) as checkpoint:
             seen: list[Observer] = [checkpoint, *observers]
             kept = checkpoint.record
-            how: Any = {"threads": threads, "command": command, "warn": warn}
-            result = run(case, seen, record=kept, **how)
+            result = run(case, seen, record=kept, threads=threads, command=command, warn=warn)
             lock.ensure()
             with uninterrupted():
                 dataset, history, loops = result.labelled
