@@ -98,7 +98,7 @@ def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dis
     area = 8 * (np.trapezoid(force, way) - 0.5 * force[-1] * way[-1]) + 4 * force[-1] * glides
     assert area == near(dissipated, rel=2e-3)
     found = loop(workspace, state)
-    assert found.energy == near(dissipated, rel=1e-9)
+    assert np.trapezoid(found.force, found.displacement) == near(dissipated, rel=1e-9)
     assert found.force.max() == near(last.measures.tangential_force, rel=1e-9)
     at = (force[-1] - found.force[: POINTS + 1]) / 2
     moved = (found.displacement[0] - found.displacement[: POINTS + 1]) / 2

@@ -295,7 +295,7 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
         energy = gross_slip_energy(LINE, FRICTION, 1.0, slid)
         assert found.dissipated_energy == near(energy, rel=1e-3)
     curve = loop(Workspace(problem), state)
-    assert curve.energy == near(found.dissipated_energy, rel=1e-3)
+    assert np.trapezoid(curve.force, curve.displacement) == near(found.dissipated_energy, rel=1e-3)
     assert curve.displacement.max() == near(displacement, rel=1e-5)
 
 

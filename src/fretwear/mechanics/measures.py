@@ -190,11 +190,6 @@ class Loop:
     displacement: Array
     opening: float  # displacement U₀, m, at which the force vanishes
 
-    @property
-    def energy(self) -> float:
-        """∮ Q dδ, J."""
-        return float(np.trapezoid(self.force, self.displacement))
-
 
 def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     """The loop of a state of a problem, whose shape is kept for the cycle.
