@@ -66,12 +66,7 @@ class Source:
 class SourceFile(Plain):
     """The name of a file, relative to the study file; its checksum is the value."""
 
-    usual: str
-
-    @property
-    def example(self) -> str:
-        """A sensible name."""
-        return self.usual
+    example: str = ""
 
     def read(self, value: object, units_required: bool) -> Source:
         """Return the file's name and checksum."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import re
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -374,7 +373,7 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
     blocks = {"cycles"} if "blocks" in study.made else set()
-    trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
+    trials: list[tuple[Rule, list[int], dict[Any, Problem | None]]] = []
     for rule in RULES:
         if {member_of(name) for name in rule.needs} <= {*study.made} | defaulted | blocks:
             axes = enumerate(study.axes)
@@ -386,38 +385,31 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
             positions = tuple([index[i] for i in relevant])
             if positions not in tried:
                 case = case or study.case(index)
-                tried[positions] = rule.find(case), []
-            problem, points = tried[positions]
-            if problem is not None:
-                points.append(index)
-    counts = Counter[str]()
+                tried[positions] = rule.find(case)
+            if skip and relevant and (broken := tried[positions]):
+                study.invalid.setdefault(index, broken.sentence)
+    listed = not isinstance(study.design, Sampled)
+    found: dict[str, list[Problem]] = {}
     for _, relevant, tried in trials:
-        for positions, (problem, points) in tried.items():
-            if problem is None:
-                continue
-            if skip and relevant:
-                for index in points:
-                    study.invalid.setdefault(index, problem.sentence)
-                continue
-            subject = problem.key
-            counts[subject] += 1
-            if counts[subject] > _LISTED_PER_RULE:
+        for positions, problem in tried.items():
+            if problem is None or (skip and relevant):
                 continue
             # Where in the file to mend it, and at which values it breaks.
-            key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
+            key = "output.cycles" if problem.key == "output_cycles" else f"base.{problem.key}"
             others = []
             for axis, position in zip((study.axes[i] for i in relevant), positions, strict=True):
-                if axis.key == subject:
-                    listed = not isinstance(study.design, Sampled)
+                if axis.key == problem.key:
                     key = f"vary.{axis.name}" + (f"[{position}]" if listed else "")
                 else:
                     others.append(f"{axis.name} = {axis.labels[position]}")
             at = f" (at {', '.join(others)})" if others else ""
-            problems.append(replace(problem, key=key, rule=f"{problem.rule}{at}"))
-    for subject, count in counts.items():
-        if (more := count - _LISTED_PER_RULE) > 0:
-            told = f"is wrong in the same way at {more} more combinations of the varied values"
-            problems.add(f"vary ({subject})", None, told)
+            told = replace(problem, key=key, rule=f"{problem.rule}{at}")
+            found.setdefault(problem.key, []).append(told)
+    for subject, several in found.items():
+        problems += several[:_LISTED_PER_RULE]
+        if (more := len(several) - _LISTED_PER_RULE) > 0:
+            alike = f"is wrong in the same way at {more} more combinations of the varied values"
+            problems.add(f"vary ({subject})", None, alike)
 
 
 def _in_order(
