@@ -12,13 +12,7 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
-from fretwear.running.workflow import (
-    StudyJobs,
-    failures,
-    record,
-    study_file,
-    write_finished,
-)
+from fretwear.running.workflow import StudyJobs, failures, record, study_file, write_finished
 from fretwear.study.problems import StudyError
 
 from ..studies import WAVES, write_study

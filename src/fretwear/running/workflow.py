@@ -209,12 +209,10 @@ FileTrace = tuple[int, float]  # size in bytes, and time of the last change, s
 
 def case_files(folder: Path) -> dict[str, FileTrace]:
     """Return size and time of the case files in a folder, by case id, without opening them."""
-    try:
-        with os.scandir(folder) as entries:
-            found = {each.name[:-3]: each.stat() for each in entries if each.name.endswith(".nc")}
-            return {name: (file.st_size, round(file.st_mtime, 3)) for name, file in found.items()}
-    except OSError:
-        return {}
+    with suppress(OSError), os.scandir(folder) as entries:
+        found = {each.name[:-3]: each.stat() for each in entries if each.name.endswith(".nc")}
+        return {name: (file.st_size, round(file.st_mtime, 3)) for name, file in found.items()}
+    return {}
 
 
 def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
@@ -235,13 +233,13 @@ def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileT
     """
     try:
         left = json.loads(read_data(path, _MOST_BYTES))["cases"]
-        for size, modified, case_id in ((*left[case_id], case_id) for case_id in case_ids):
-            found = present[case_id]
-            if found[0] != size or not abs(found[1] - modified) <= _SECONDS_OF_DOUBT:
-                return False
+        traces = ((*left[case_id], *present[case_id]) for case_id in case_ids)
+        return all(
+            size == found and abs(time - modified) <= _SECONDS_OF_DOUBT
+            for size, modified, found, time in traces
+        )
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return False
-    return True
 
 
 def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> None:
@@ -277,14 +275,12 @@ def log_file(results: str | PathLike[str], case_id: str) -> Path:
 
 def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
     """Return the last lines of the log of a case, about ``most`` bytes; empty without a log."""
-    try:
-        with open_data(log_file(results, case_id)) as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - most))
-            text = file.read().decode("utf-8", errors="replace")
-    except OSError:
-        return ""
-    return text if size <= most else text.partition("\n")[2]
+    with suppress(OSError), open_data(log_file(results, case_id)) as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(0, size - most))
+        text = file.read().decode("utf-8", errors="replace")
+        return text if size <= most else text.partition("\n")[2]
+    return ""
 
 
 class Spent(NamedTuple):
