@@ -234,6 +234,14 @@ def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(job
     assert targets() == (f"{name}-1",)
     write_finished(results / f"batches/{name}-1.json", results / "cases", ids)
     assert targets() == (f"{name}-1",)
+    # A file of the same size that was changed at another time is another; so is an absurd time.
+    left = results / f"batches/{name}-1.json"
+    kept = json.loads(left.read_text())
+    for modified in (0.0, 10**400):
+        changed = {case_id: [size, modified] for case_id, (size, _) in kept["cases"].items()}
+        left.write_text(json.dumps({"cases": changed}))
+        assert targets() == (f"{name}-2",)
+    left.write_text(json.dumps(kept))
     files[0].unlink()
     assert targets() == (f"{name}-2",)
     with pytest.raises(DataFileError, match="was removed while"):

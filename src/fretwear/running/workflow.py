@@ -238,7 +238,7 @@ def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileT
             size == found and abs(time - modified) <= _SECONDS_OF_DOUBT
             for size, modified, found, time in traces
         )
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+    except (OSError, ValueError, LookupError, TypeError, RecursionError, OverflowError):
         return False
 
 
