@@ -213,7 +213,8 @@ def test_a_job_asks_for_more_than_the_plan_expects(jobs):
     (target,) = both.targets
     assert both.job(target).points == "1-2"
     assert both.job(target).memory_mb == max(small.job(each).memory_mb for each in small.targets)
-    assert both.batch(target).seconds == sum(small.batch(t).seconds for t in small.targets)
+    (batch,) = both.batches.values()
+    assert batch.seconds == sum(each.seconds for each in small.batches.values())
 
 
 def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(jobs):
@@ -222,7 +223,7 @@ def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(job
 
     study = jobs({**TINY, "batch": 2})
     (first,) = study.targets
-    name, ids = first.removesuffix("-0"), study.batch(first).case_ids
+    name, ids = first.removesuffix("-0"), [*study.cases()]
     results = Path(study.folder)
     files = [results / "cases" / f"{case_id}.nc" for case_id in ids]
     files[0].parent.mkdir(parents=True)

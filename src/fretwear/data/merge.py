@@ -7,7 +7,6 @@ import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
@@ -196,17 +195,8 @@ def merge_study(
         # anything else: the profiles are kept on disk, in an unnamed file.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
-        dataset, steps = _read_cases(study, status, done, spool, keep_older=keep_older)
-        attributes = {
-            **dataset.attrs,
-            "title": study.title,
-            "Conventions": CONVENTIONS,
-            "history": history_line(command),
-            "study": study.name,
-            "design": study.design.kind,
-            "study_file": json.dumps(study.content, default=str),
-        }
-        _write(temporary, replace(dataset, attrs=attributes), done, spool, steps)
+        dataset, steps = _read_cases(study, status, done, spool, command, keep_older=keep_older)
+        _write(temporary, dataset, done, spool, steps)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
 
@@ -216,6 +206,7 @@ def _read_cases(
     status: NDArray[np.int8],
     done: Sequence[_Done],
     spool: IO[bytes],
+    command: str,
     *,
     keep_older: bool,
 ) -> tuple[Labelled, int]:
@@ -298,6 +289,12 @@ def _read_cases(
             "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
             CODE_DIGEST.name: code_digest(),
             "warnings": words if older else "",
+            "title": study.title,
+            "Conventions": CONVENTIONS,
+            "history": history_line(command),
+            "study": study.name,
+            "design": study.design.kind,
+            "study_file": json.dumps(study.content, default=str),
         },
     )
     return dataset, most_steps

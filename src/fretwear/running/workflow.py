@@ -169,13 +169,9 @@ class StudyJobs:
             )
         return tuple(found)
 
-    def batch(self, target: str) -> Batch:
-        """Return the batch that leaves a file of this name."""
-        return self.batches[target.rpartition("-")[0]]
-
     def job(self, target: str) -> Job:
         """Return the job that leaves a file of this name."""
-        batch = self.batch(target)
+        batch = self.batches[target.rpartition("-")[0]]
         several = f"{len(batch.case_ids)} cases, points {batch.first} to {batch.last}"
         snakemake = _SNAKEMAKE_MB + _SNAKEMAKE_MB_PER_POINT * self.study.size
         return Job(
