@@ -51,8 +51,8 @@ def merged(made_once):
 
     folder = made_once("source-study", make)
     summary = xr.load_dataset(folder / "summary.nc")
-    first, *_ = reference_cases(summary, folder / "cases")
-    return Merged(summary, folder / "cases", first.load())
+    *_, cases = next(reference_cases(summary, folder / "cases"))
+    return Merged(summary, folder / "cases", cases)
 
 
 @pytest.fixture(scope="session")

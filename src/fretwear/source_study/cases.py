@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -142,6 +142,10 @@ class Evolution:
         return radius, mean, cells[kept]
 
 
+Cases = Mapping[str, Evolution]
+"""The four cases of `TITLES`."""
+
+
 @dataclass(frozen=True)
 class Zones:
     """The stick zone as a disc and the slip zone as the ring around it.
@@ -169,55 +173,42 @@ class Zones:
         return np.divide(radius - self.stick_radius, self.contact_radius - self.stick_radius)
 
 
-@dataclass(frozen=True)
-class ReferenceCases:
-    """The four cases of the source study for one sphere radius, m, and one slip model."""
+def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float, Cases]]:
+    """Yield slip models, sphere radii, m, and cases of a merged study with the source's parameters.
 
-    radius: float
-    slip_model: str
-    files: Mapping[str, Path]  # the case file of each of `TITLES`
-
-    def load(self) -> dict[str, Evolution]:
-        """Read the four cases into memory, by their titles."""
-        cases = {}
-        for title in TITLES:
-            with open_case(self.files[title]) as case, open_history(self.files[title]) as history:
-                cases[title] = Evolution(case.load(), history.load())
-        return cases
-
-
-def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
-    """Find the cases of a merged study that have the source study's parameters.
-
-    There is one group for each sphere radius and slip model of which all four cases are done.
-    First comes the one used for figures and verdicts: with the radius nearest 10 mm, which stands
-    for the study's own, and slip that follows the worn shape; second, if there is one, that of the
-    same radius with other slip; then the rest in the order of the study.
+    These are the models and radii of which all four cases are done. First come those used for
+    figures and verdicts: with the radius nearest 10 mm, which stands for the study's own, and slip
+    that follows the worn shape; second, if there are any, those of the same radius with other slip;
+    then the rest in the order of the study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
     if not needed <= set(summary.variables):
-        return []
+        return
     points = {name: point_values(summary, name) for name in needed}
     smooth = _all_near(points, {"roughness_amplitude": 0.0})
     elastic = _all_near(points, {"plastic_limit": math.inf})
     is_source = _all_near(points, _SHARED) & (points["status"] == PointStatus.DONE)
     is_source &= smooth | _all_near(points, _ROUGH)
     is_source &= elastic | _all_near(points, {"plastic_limit": PLASTIC_LIMIT})
-    found: dict[tuple[float, str], dict[str, Path]] = {}
+    found: dict[tuple[str, float], dict[str, Path]] = {}
     for index in np.flatnonzero(is_source):
-        group = (float(points["radius"][index]), str(points["slip_model"][index]))
+        group = str(points["slip_model"][index]), float(points["radius"][index])
         surface = "smooth" if smooth[index] else "rough"
         title = f"{surface} {'elastic' if elastic[index] else 'plastic'}"
         found.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
-    whole = [ReferenceCases(*group, files) for group, files in found.items() if len(files) == 4]
-    if not whole:
-        return []
+    whole = [group for group, files in found.items() if len(files) == len(TITLES)]
 
-    def rank(cases: ReferenceCases) -> tuple[bool, float]:
-        return cases.slip_model != _SHAPE_DEPENDENT, abs(math.log(cases.radius / _RADIUS))
+    def rank(group: tuple[str, float]) -> tuple[bool, float]:
+        return group[0] != _SHAPE_DEPENDENT, abs(math.log(group[1] / _RADIUS))
 
-    first = min(whole, key=rank)
-    return sorted(whole, key=lambda cases: (cases is not first, cases.radius != first.radius))
+    first = min(whole, key=rank, default=("", 0.0))
+    for group in sorted(whole, key=lambda group: (group != first, group[1] != first[1])):
+        cases = {}
+        for title in TITLES:
+            file = found[group][title]
+            with open_case(file) as case, open_history(file) as history:
+                cases[title] = Evolution(case.load(), history.load())
+        yield *group, cases
 
 
 def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -> Mask:

@@ -18,6 +18,7 @@ from fretwear.source_study.cases import (
     RUN_IN,
     TITLES,
     Array,
+    Cases,
     Evolution,
     amplitude_left,
     differences,
@@ -52,9 +53,6 @@ _MODELS = {
     "cattaneo_mindlin": "as the study describes it",
     "jaeger": "slip that follows the worn shape",
 }
-
-Cases = Mapping[str, Evolution]
-"""The four cases of `TITLES`."""
 
 
 class Answer(Enum):
@@ -461,11 +459,10 @@ def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
     """
     judged: dict[tuple[str, float], list[Judgement]] = {}
     models: list[Cases] = []
-    for group in reference_cases(summary, folder):
-        cases: Cases = group.load()
-        judged[group.slip_model, group.radius] = [claim.judge(cases) for claim in CLAIMS]
+    for model, at, cases in reference_cases(summary, folder):
+        judged[model, at] = [claim.judge(cases) for claim in CLAIMS]
         # Those of other radii are not needed any more.
-        models += [cases] if group.radius == next(iter(judged))[1] else []
+        models += [cases] if at == next(iter(judged))[1] else []
     if not judged:
         return
     radius = next(iter(judged))[1]

@@ -30,11 +30,10 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
-from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Evolution, reference_cases
+from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Cases, reference_cases
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Field
 
-Cases = Mapping[str, Evolution]
 Drawn = tuple[Figure, list[str]]
 """A figure, and the sentences of its caption."""
 
@@ -74,16 +73,17 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
     There are none where the study does not hold the four cases of the source study.
     """
     groups = reference_cases(summary, folder)
-    if not groups:
+    model, radius, cases = next(groups, ("", 0.0, {}))
+    if not cases:
         return
-    cases = groups[0].load()
     for name, draw in _FIGURES.items():
         figure, caption = draw(cases)
         yield StudyFigure(name, " ".join(caption), CATEGORY, figure)
-    if len(groups) < 2 or groups[1].radius != groups[0].radius:
+    other, its_radius, simple = next(groups, ("", 0.0, {}))
+    if its_radius != radius:
         return
     title, run_in = TITLES[0], cases[TITLES[0]].nearest(RUN_IN)
-    both = {groups[0].slip_model: cases[title], groups[1].slip_model: groups[1].load()[title]}
+    both = {model: cases[title], other: simple[title]}
     figure = compare_cases(
         {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
         {name: case.history for name, case in both.items()},
@@ -109,7 +109,8 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
         # The study compares elastic and plastic pressures of rough bodies up to there.
         cycles = [cycle for cycle in cycles if cycle <= RUN_IN]
     profiles = [half_profiles(cases[title].dataset, field, cycles) for title in titles]
-    tops = [_top(cases[title], each) for title, each in zip(titles, profiles, strict=True)]
+    friction = cases[titles[0]].parameter("friction") if field is _SHEAR else 1.0
+    tops = [_top(each, friction) for each in profiles]
     down, across = (len(titles), 2) if is_rough else (1, len(titles))
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
@@ -154,16 +155,15 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
     return figure, caption
 
 
-def _top(case: Evolution, profile: HalfProfiles) -> float:
+def _top(profile: HalfProfiles, friction: float = 1.0) -> float:
     """The highest value that a panel shows.
 
-    For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher: the
-    peak of an elastic run at the stick edge is limited only by the grid.
+    For tractions it is the study's plastic limit, times µ for shear, or the peak of cycle 0,
+    whichever is higher: the peak of an elastic run at the stick edge is limited only by the grid.
     """
     if not is_traction(profile.field):
         return frame_of([profile]).top
-    share = case.parameter("friction") if profile.field is _SHEAR else 1.0
-    return _ROOM_ABOVE * max(share * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
+    return _ROOM_ABOVE * max(friction * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
 
 
 def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) -> None:
@@ -199,7 +199,7 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     styles = [_style(title) for *_, title in shown]
     profiles = [half_profiles(case.dataset, _PRESSURE, [cycle]) for case, cycle, _ in shown]
     frame = frame_of(profiles)
-    top = max(_top(case, each) for (case, *_), each in zip(shown, profiles, strict=True))
+    top = max(map(_top, profiles))
     figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT)
     panels = figure.subplots(1, 2)
     zoom = "foot of the curves, in the slip zone"
