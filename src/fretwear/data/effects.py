@@ -45,7 +45,9 @@ Value = Any
 # Seeds that make an ensemble: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
-_BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
+BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
+"""Coordinates of points that are no parameters."""
+
 _CEASED = 1e-3
 _MATTERS = math.log(1.05)
 _EXPLAINED = 0.3
@@ -70,7 +72,7 @@ def varied_names(summary: Merged) -> list[str]:
     """Return the varied parameters of a merged study, in order."""
     dims = set(point_dims(summary))
     names = {str(name): set(summary.variables[str(name)].dims) for name in summary.coords}
-    return [n for n, along in names.items() if n not in _BOOKKEEPING and along and along <= dims]
+    return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
 
 
 def point_values(summary: Merged, name: str) -> NDArray[Any]:
@@ -107,7 +109,7 @@ def results_table(summary: Merged) -> str:
     """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
     dims, varied = set(point_dims(summary)), varied_names(summary)
     along = [str(name) for name, each in summary.variables.items() if set(each.dims) <= dims]
-    told = {*_BOOKKEEPING, *varied, CODE_DIGEST.name}
+    told = {*BOOKKEEPING, *varied, CODE_DIGEST.name}
     named = [*varied, *(name for name in along if name not in told)]
     columns = {
         CASE_ID.name: point_values(summary, CASE_ID.name).tolist(),

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from fretwear.data.effects import LEAST_SEEDS, SEED, rank_correlations
+from fretwear.data.effects import BOOKKEEPING, LEAST_SEEDS, SEED, rank_correlations
 from fretwear.figures.axes import (
     MOST_LABELLED,
     MOST_WITH_MINOR_TICKS,
@@ -42,7 +42,7 @@ from fretwear.figures.style import (
 )
 from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.units import in_unit, listed
-from fretwear.vocabulary import CASE_ID, POINT, STATUS, Variable
+from fretwear.vocabulary import Variable
 
 Value = Any
 """A value of a parameter: a float, or a string such as a slip model's name."""
@@ -58,7 +58,6 @@ HISTORIES = {
 """The results that have a figure of their own, by its name."""
 
 _MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3, 4, 60, 8
-_BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
 _MOST_CONTRASTS = 2
@@ -112,7 +111,7 @@ def study_lines(
     )
     columns: dict[str, tuple[str, list[Value]]] = {}
     for name, coordinate in summary.coords.items():
-        if name not in _BOOKKEEPING and coordinate.ndim == 1 and coordinate.dims[0] in dims:
+        if name not in BOOKKEEPING and coordinate.ndim == 1 and coordinate.dims[0] in dims:
             units = coordinate.attrs.get("units", "")
             column = [in_unit(value, units) for value in coordinate.values.tolist()]
             columns[str(name)] = str(coordinate.dims[0]), column
@@ -456,16 +455,14 @@ class RepresentativeCases:
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
-    """Return up to four finished cases of a merged study, reproducibly.
+    """Return up to four finished cases of a merged study that has some, reproducibly.
 
     They span the extremes of roughness amplitude and plastic limit, or else of the first two other
     names. All other names have their last value for which most of the cases are done; the slip
     model is that of the worn shape. Points drawn at random have no others alike: of them those of
-    least and most wear are taken. It is a `ValueError` when no point is done.
+    least and most wear are taken.
     """
     lines = study_lines(summary, "wear_volume")
-    if not lines:
-        raise ValueError("No point of the study is done: there is no case to choose.")
     levels = _levels(lines)
     varied = [name for name, values in levels.items() if len(values) > 1]
     preferred = [n for n in (*_PREFERRED_COLOR, *_PREFERRED_STYLE) if n in varied]
