@@ -223,7 +223,7 @@ def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(job
 
     study = jobs({**TINY, "batch": 2})
     (first,) = study.targets
-    name, ids = first.removesuffix("-0"), [*study.cases()]
+    name, ids = first.removesuffix("-0"), [*study.study.cases()]
     results = Path(study.folder)
     files = [results / "cases" / f"{case_id}.nc" for case_id in ids]
     files[0].parent.mkdir(parents=True)
