@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any, TypeVar
+from typing import Any
 
 from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, PER_LENGTH, PERCENT, Unit
 
@@ -65,6 +65,9 @@ class Variable:
     # Whether the value is meaningful by itself: the peak pressure of an elastic contact, that of a
     # single cell at a singularity, is not.
     is_headline: bool = True
+    # Of a field, outside the window of a case, where the surfaces do not touch; NaN: not known.
+    outside: float = 0.0
+    flags: tuple[ContactState, ...] = ()  # that can occur; empty for a physical quantity
 
     @property
     def marked(self) -> str:
@@ -98,31 +101,15 @@ class Variable:
     def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable; empty entries are left out."""
         values = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
-        return {key: each for key, each in {**values, "comment": self.comment}.items() if each}
+        found: dict[str, Any] = {k: v for k, v in {**values, "comment": self.comment}.items() if v}
+        if self.flags:
+            import numpy as np  # a start without arrays does without it
+
+            found["flag_values"] = np.array(self.flags, dtype=self.dtype)
+            found["flag_meanings"] = " ".join(flag.name.lower() for flag in self.flags)
+        return found
 
 
-@dataclass(frozen=True)
-class Field(Variable):
-    """A variable on the surface, dimensions ``(cycle, x, y)``."""
-
-    dtype: str = "float32"
-    # Outside the window of a case, where the surfaces do not touch; NaN where it is not known.
-    outside: float = 0.0
-    flags: tuple[ContactState, ...] = ()  # that can occur; empty for a physical quantity
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """CF attributes, those of flags included."""
-        if not self.flags:
-            return super().attributes
-        import numpy as np  # a start without arrays does without it
-
-        values = np.array(self.flags, dtype=self.dtype)
-        meanings = " ".join(flag.name.lower() for flag in self.flags)
-        return {**super().attributes, "flag_values": values, "flag_meanings": meanings}
-
-
-_V = TypeVar("_V", bound=Variable)
 _UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PERCENT}
 _MARKS: dict[str, dict[str, Any]] = {
     "": {},
@@ -138,7 +125,7 @@ _MARKS: dict[str, dict[str, Any]] = {
 }
 
 
-def _rows(kind: type[_V], table: str) -> tuple[_V, ...]:
+def _rows(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
     """Read rows of name, SI unit, symbol, unit for people, words, mark, comment.
 
     Indented lines continue a comment.
@@ -148,13 +135,13 @@ def _rows(kind: type[_V], table: str) -> tuple[_V, ...]:
         cells = (each.strip() for each in row.split("|"))
         name, si_unit, symbol, unit, words, mark, comment = cells
         words = words or name.replace("_", " ")
-        found.append(kind(name, si_unit, words, symbol, comment, _UNITS[unit], **_MARKS[mark]))
+        marked = {"dtype": dtype, **_MARKS[mark]}
+        found.append(Variable(name, si_unit, words, symbol, comment, _UNITS[unit], **marked))
     return tuple(found)
 
 
-X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE, CONVOLUTIONS = _rows(
-    Variable,
-    """
+X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE, CONVOLUTIONS = (
+    _rows("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
 y     | m | $y$ | | position across the slip direction | Y | cell centres
 cycle | 1 | $N$ | | number of load cycles | |
@@ -166,12 +153,11 @@ code_digest    |   | | | digest of the code and libraries that computed the case
 status         |   | | | what became of the point | int8 |
 error_estimate | 1 | | | estimated relative error of the step | |
 convolutions   | 1 | | | convolutions spent on the step | int32 |
-""",
+""")
 )
 
 
 _FIELDS = _rows(
-    Field,
     r"""
 pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
 shear_traction | Pa | $q$ | MPa | | |
@@ -186,12 +172,12 @@ contact_state  |    |     |     | state of the contact | flags |
 wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
 wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
 """,
+    "float32",
 )
 FIELDS, BODY_FIELDS = _FIELDS[:-2], _FIELDS[-2:]
 """Fields where the wear coefficients of both bodies are known."""
 
 _SCALARS = _rows(
-    Variable,
     r"""
 approach                | m  | $δ$   | µm | | | of the bodies
 tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
@@ -225,7 +211,7 @@ dissipated_energy       | J  | $E_\mathrm{d}$ | | dissipated energy per cycle | 
 wear_volume_indenter | m3 | $V_\mathrm{indenter}$ || wear volume of the indenter | log |
     since cycle 0
 wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | since cycle 0
-""",
+"""
 )
 SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
 
@@ -238,14 +224,11 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
-LOOP = _rows(
-    Variable,
-    """
+LOOP = _rows("""
 force        | N | $Q$ | | tangential force | | round a cycle
 displacement | m | $δ$ | µm | tangential displacement | |
     of distant points round a cycle, of the rig if there is one
-""",
-)
+""")
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 
 HEADLINES = (

@@ -51,7 +51,6 @@ from fretwear.vocabulary import (
     SCALARS,
     STATUS,
     STEP,
-    Field,
     PointStatus,
     Variable,
     X,
@@ -65,7 +64,7 @@ if TYPE_CHECKING:
 
 _FIELDS = {field.name: field for field in FIELDS}
 
-PROFILES: dict[str, Field] = {
+PROFILES: dict[str, Variable] = {
     "pressure_profile": _FIELDS["pressure"],
     "shear_profile": _FIELDS["shear_traction"],
     "gap_profile": _FIELDS["gap"],

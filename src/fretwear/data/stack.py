@@ -22,8 +22,8 @@ from fretwear.vocabulary import (
     FIELDS,
     LINE_DIMS,
     STATUS,
-    Field,
     PointStatus,
+    Variable,
     Y,
 )
 
@@ -113,7 +113,7 @@ def representative_cycles(available: Collection[int], most: int = 6) -> tuple[in
     return tuple(ordered)
 
 
-def missing(field: Field) -> float:
+def missing(field: Variable) -> float:
     """Return what a field is at points and cycles that are not there."""
     return NOT_DONE if field.flags else math.nan
 
@@ -185,7 +185,7 @@ class _StackedField:
     def __init__(
         self,
         files: NDArray[Any],
-        field: Field,
+        field: Variable,
         axes: tuple[NDArray[np.float64], ...],
         lock: AbstractContextManager[Any],
     ) -> None:

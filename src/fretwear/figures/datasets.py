@@ -17,7 +17,7 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.study.case import Case
-from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Field, Variable
+from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
 Array = NDArray[np.float64]
 Cycles = Sequence[int] | int | None
@@ -37,7 +37,7 @@ _PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
 class HalfProfiles:
     """One field at several cycles along x > 0, or along all of x where it is not even; SI units."""
 
-    field: Field
+    field: Variable
     x: Array  # n cell centres
     cycles: Array
     values: Array  # shape (k, n), at the k cycles
@@ -68,7 +68,7 @@ class HalfProfiles:
 
 
 def half_profiles(
-    dataset: xr.Dataset, field: Field | str, cycles: Cycles = None, reach: float = 0.0
+    dataset: xr.Dataset, field: Variable | str, cycles: Cycles = None, reach: float = 0.0
 ) -> HalfProfiles:
     """Take one field on the line nearest y = 0: along x > 0, or all of x where it is not even.
 
@@ -161,9 +161,9 @@ def _with_gap_outside(
     return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
 
 
-def field_of(quantity: Field | str) -> Field:
+def field_of(quantity: Variable | str) -> Variable:
     """Return a field by its name; a `ValueError` names those of which there are profiles."""
-    if isinstance(quantity, Field):
+    if isinstance(quantity, Variable):
         return quantity
     fields = {field.name: field for field in FIELDS if not field.flags}
     if quantity not in fields:
@@ -230,7 +230,7 @@ def snapshots(
     return dataset.sel(cycle=wanted)
 
 
-def envelope_of(field: Field) -> Envelope:
+def envelope_of(field: Variable) -> Envelope:
     """Return the envelope that suits a field: through its peaks where these carry the load."""
     return peak_envelope if field.name in _PEAKS_MATTER else wave_mean
 

@@ -43,7 +43,7 @@ from fretwear.figures.style import (
 )
 from fretwear.study.case import Case
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit, span
-from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, Field
+from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, Variable
 
 PROFILES = {
     "pressure_profiles": "pressure",
@@ -72,7 +72,7 @@ _BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
 @styled
 def field_profiles(
     dataset: xr.Dataset,
-    quantity: Field | str,
+    quantity: Variable | str,
     cycles: Cycles = None,
     *,
     columns: Columns = 1,
@@ -109,7 +109,7 @@ pressure_profiles, shear_profiles, gap_profiles, wear_rate_profiles, wear_profil
 @styled
 def compare_profiles(
     cases: Mapping[str, xr.Dataset],
-    quantity: Field | str,
+    quantity: Variable | str,
     cycles: Cycles = None,
     *,
     columns: Columns = 2,
@@ -165,7 +165,7 @@ class Frame:
     top: float
     unit: Unit
 
-    def apply(self, axes: Axes, field: Field) -> None:
+    def apply(self, axes: Axes, field: Variable) -> None:
         """Give axes of a field these limits, and their labels."""
         top = float(self.unit.of(self.top))
         axes.set_xlim(MICROMETRE.of(self.left), MICROMETRE.of(self.right))
@@ -174,12 +174,12 @@ class Frame:
         axes.set_ylabel(f"{field.label} ({self.unit.name})")
 
 
-def at_edge(field: Field) -> bool:
+def at_edge(field: Variable) -> bool:
     """Return whether a field vanishes inside the contact, so that its edge matters."""
     return math.isnan(field.outside)
 
 
-def is_traction(field: Field) -> bool:
+def is_traction(field: Variable) -> bool:
     """Return whether a field has a peak at the stick edge, unbounded in elastic bodies."""
     return field.si_unit == "Pa"
 

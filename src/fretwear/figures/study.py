@@ -47,7 +47,7 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.style import save_figure
 from fretwear.study.case import Case
-from fretwear.vocabulary import HEADLINES, Field
+from fretwear.vocabulary import HEADLINES, Variable
 
 _STEADY = 1e-6
 _MEAN_WORDS = "mean over one wavelength"
@@ -191,7 +191,7 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     yield StudyFigure("parallel_coordinates", caption, ANSWER_CATEGORY, figure)
 
 
-def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) -> str:
+def _profile_caption(field: Variable, where: str, cases: Mapping[str, xr.Dataset]) -> str:
     is_map, is_edge = all("y" in each.dims for each in cases.values()), at_edge(field)
     on_line = " on the line nearest y = 0" if is_map else ""
     told = [f"{field.label} along the direction of slip{on_line} at several cycles{where}."]

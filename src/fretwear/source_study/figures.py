@@ -32,7 +32,7 @@ from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
 from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Cases, reference_cases
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
-from fretwear.vocabulary import Field
+from fretwear.vocabulary import Variable
 
 Drawn = tuple[Figure, list[str]]
 """A figure, and the sentences of its caption."""
@@ -97,7 +97,7 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
 
 
 @styled
-def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
+def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     """Draw a field of smooth cases side by side, or of rough ones in rows with a zoom."""
     # Cycles that all four cases have; where these are few of the study's, all of them.
     common = set.intersection(*(set(case.cycles) for case in cases.values()))
