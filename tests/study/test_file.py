@@ -237,7 +237,7 @@ def test_a_study_says_its_points_in_order(studies, content):
     small = studies.load(content).cases()
     content["vary"] = {"plastic_limit": ["none", "4500 MPa"], "load": ["25 N", "50 N"]}
     study = studies.load(content)
-    assert (study.name, study.title, [*study.sizes.values()]) == ("study", "Two loads", [2, 2])
+    assert (study.name, study.title, study.shape) == ("study", "Two loads", (2, 2))
     assert [axis.coordinate for axis in study.axes] == ["plastic_limit", "load"]
     assert [point.index for point in study.points()] == [(0, 0), (0, 1), (1, 0), (1, 1)]
     assert [point.case.load for point in study.points()] == [25.0, 50.0, 25.0, 50.0]

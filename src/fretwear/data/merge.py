@@ -116,7 +116,7 @@ def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
 def _laid(study: Study, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
     """Lay values along the points, NaN or empty text where there is none."""
     is_text = any(isinstance(value, str) for value in given.values())
-    values = np.full([*study.sizes.values()], "" if is_text else math.nan, object)
+    values = np.full(study.shape, "" if is_text else math.nan, object)
     for place, value in given.items():
         values[place] = value
     return Column(tuple(study.sizes), values.astype(str if is_text else np.float64), attributes)
@@ -172,7 +172,7 @@ def merge_study(
     cases, or to other code unless `keep_older` (all are named), if no case is done or if the file
     cannot be written.
     """
-    status = np.full([*study.sizes.values()], PointStatus.INVALID, dtype=STATUS.dtype)
+    status = np.full(study.shape, PointStatus.INVALID, dtype=STATUS.dtype)
     done: list[_Done] = []
     for point in study.points():
         if point.case is not None:

@@ -91,6 +91,11 @@ class Study:
             return {axis.coordinate: len(axis.values) for axis in self.axes}
         return {"point": self.size}
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes of a grid; the number of points for every other design."""
+        return tuple(self.sizes.values())
+
     @cached_property
     def indices(self) -> Sequence[tuple[int, ...]]:
         """The points as positions along the axes, the last varied parameter fastest."""
