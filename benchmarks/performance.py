@@ -38,11 +38,7 @@ cell at half the spacing is a ratio of means of runs that take turns. scipy's co
 per cell where the cells along an axis are a power of two, as in the cold solves: their numbers in
 CE are smaller for it. What the same solves take on 250² cells is noted beside.
 
-The table is of the code as it is; all below it was measured at commit caabea9 and before: later
-default cells, means of heights over cells and threads that share the passes are not in those
-numbers, nor are the compiled transforms of contacts without symmetry, which halve their times on
-processors with AVX2: two steps on 1152 × 972 cells of a rough capped contact take 3.0 s by the
-clock on one thread and 1.8 s on two, 6.3 and 4.2 s at that commit.
+The table is of the code as it is, all below it of commit e2c2ba5, which computes the same.
 """
 
 

@@ -138,6 +138,16 @@ def test_what_rises_and_falls_again_is_told_step_by_step():
     )
 
 
+@pytest.mark.parametrize("levels", [9, 301])
+def test_a_change_of_many_small_steps_is_told_as_a_whole(levels):
+    wobbling = 0.002 * (-1.0) ** np.arange(levels)
+    volumes = np.exp(np.linspace(0.0, 0.03, levels) + wobbling)
+    (answer,) = answers(made_up({"load": np.linspace(20.0, 30.0, levels)}, volumes))
+    told = "from 20\u00a0N to 30\u00a0N it grows by 3.0"
+    assert told in answer.headline
+    assert told in answer.findings[0].text
+
+
 def test_a_parameter_that_acts_both_ways_is_told_where_it_does_which():
     volumes = np.array([[1.0, 0.9], [3.0, 6.5]])
     study = made_up({"plastic_limit": [4.5e9, np.inf], "roughness_amplitude": [0.0, 2e-7]}, volumes)

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from io import StringIO
-from itertools import combinations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -200,9 +199,11 @@ class Points:
 
     def effect(self, parameter: str, result: str) -> Effect:
         """Return the effect of a parameter on a result."""
-        lines = enumerate(self.lines[parameter])
-        pairs = [(*pair, number) for number, line in lines for pair in combinations(line, 2)]
-        low, high, line = np.array(pairs, dtype=np.intp).reshape(-1, 3).T
+        lines = [np.array(line) for line in self.lines[parameter]]
+        ends = [np.triu_indices(len(line), 1) for line in lines]
+        pairs = [(line[i], line[j]) for line, (i, j) in zip(lines, ends, strict=True)]
+        low, high = np.hstack(pairs) if pairs else np.empty((2, 0), np.intp)
+        line = np.repeat(np.arange(len(lines)), [len(i) for i, _ in ends])
         values = self.results[result]
         with np.errstate(divide="ignore", invalid="ignore"):
             factors = values[high] / values[low]

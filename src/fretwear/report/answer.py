@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _UNCHANGED = 5e-3
 _ROUND_OFF = 5e-4
 _DIGITS = 3
+_MOST_STEPS = 12
 _ONLY_PAIR = " in the one pair"
 _NUMERICS = ("hertz_", "cell_", "tolerance")
 
@@ -173,14 +174,17 @@ def claims(effect: Effect) -> Iterator[Claim]:
     """Yield claims that cover all pairs of an effect, as few as say in which way each goes."""
     whole = Claim.whole(effect)
     divided = [] if whole.way == "stays" else list(_divided(whole))
-    if whole.high == 1 or (all(claim.way for claim in divided) if divided else whole.way):
+    is_told = all(claim.way for claim in divided) if divided else whole.way
+    # It rises and falls: each step from a level to the next by itself, unless they are many, or
+    # the change is of many steps and hardly seen in any.
+    places = range(whole.high) if not is_told and 1 < whole.high <= _MOST_STEPS else ()
+    steps = [Claim(effect, effect.between(low, low + 1), low, low + 1) for low in places]
+    steps = [step for step in steps if step.pairs.any()]
+    if all(step.way == "stays" for step in steps):
         yield from divided or [whole]
-    else:
-        # It rises and falls: each step from a level to the next by itself.
-        for low in range(whole.high):
-            step = Claim(effect, effect.between(low, low + 1), low, low + 1)
-            if step.pairs.any():
-                yield from ([] if step.way else list(_divided(step))) or [step]
+        return
+    for step in steps:
+        yield from ([] if step.way else list(_divided(step))) or [step]
 
 
 def _divided(claim: Claim) -> Iterator[Claim]:
@@ -197,7 +201,7 @@ def _divided(claim: Claim) -> Iterator[Claim]:
 def _headline(findings: Sequence[Finding]) -> str:
     if not findings:
         return ""
-    changing = [f for f in findings if not all(claim.way == "stays" for claim in f.claims)]
+    changing = [f for f in findings if Claim.whole(f.effect).way != "stays"]
     if not changing:
         what = "No parameter" if len(findings) > 1 else f"The {findings[0].name}"
         verb = "changes" if len(findings) > 1 else "does not change"
