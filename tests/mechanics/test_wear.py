@@ -497,6 +497,26 @@ def test_more_tangential_load_wears_more_and_finer_cells_change_it_ever_less():
     assert changes[1] < 0.02
 
 
+@pytest.mark.parametrize(
+    ("changes", "cycles"),
+    [
+        ({}, 7000),
+        ({"roughness": ROUGH}, 7000),
+        ({"limit": 2.0}, 5000),
+        ({"roughness": ROUGH, "limit": 2.5}, 4000),
+    ],
+)
+def test_a_halved_tolerance_changes_less_than_the_tolerance_promises(changes, cycles):
+    found = []
+    for tolerance in (0.01, 0.005):
+        *_, state = evolve(fretting(20, **changes), [cycles], tolerance)
+        stick = state.reduced.stick.astype(float)
+        found.append([state.geometry.integral(each) for each in (state.wear, state.plastic, stick)])
+    # 1 % is promised for a step; the sum of the steps of a run keeps below it too.
+    np.testing.assert_allclose(found[0], found[1], rtol=0.01)
+    assert (found[0][1] > 0) == ("limit" in changes)
+
+
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
 @pytest.mark.parametrize("even", EVEN)
 def test_turning_roughness_and_grid_turns_the_fields(limit, even):
