@@ -25,8 +25,6 @@ STEEL = {
     "cycles": 1000,
 }
 WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
-
-
 SELF_AFFINE = {
     "kind": "self_affine",
     "rms_height": "0.1 um",
@@ -47,6 +45,12 @@ def steel(**changes: object) -> Case:
         | ({"tangential_ratio": None} if "tangential_load" in changes else {})
     )
     return Case(**(given | changes))
+
+
+def study_case(**changes: object) -> Case:
+    """A rough sphere that yields, with changes."""
+    given = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cycles": 30000}
+    return steel(**{"tangential_load": "20 N", **given, "cell": ["0.5 um", "2 um"], **changes})
 
 
 def two_loads(**sections: object) -> dict[str, object]:

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.points import Grid
 from fretwear.study.problems import StudyError
 from fretwear.study.study import override, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 
 
-def test_a_grid_takes_every_combination_and_zip_pairs_the_lists(studies, content):
-    assert list(Grid().indices([2, 2])) == [(0, 0), (0, 1), (1, 0), (1, 1)]
-    assert list(Grid().indices([])) == [()]
+def test_zip_pairs_the_lists(studies, content):
     vary = {"load": ["25 N", "50 N"], "friction": [0.3, 0.4]}
     study = studies.load(content | {"design": "zip", "vary": vary})
     pairs = [(point.case.load, point.case.friction) for point in study.points()]

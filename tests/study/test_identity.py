@@ -9,12 +9,7 @@ from hypothesis import strategies as st
 
 from fretwear.study.parameters import symbol_text, value_text, words_text
 
-from ..studies import WAVES, steel
-
-
-def study_case(**changes):
-    given = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cycles": 30000}
-    return steel(**{"tangential_load": "20 N", **given, "cell": ["0.5 um", "2 um"], **changes})
+from ..studies import steel, study_case
 
 
 def test_the_id_of_a_case_says_its_main_parameters_and_stays_what_it_is():

@@ -28,7 +28,7 @@ from fretwear.study.parameters import (
 )
 from fretwear.study.study import study_schema
 
-from ..studies import SELF_AFFINE, WAVES, steel
+from ..studies import SELF_AFFINE, WAVES, steel, study_case
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -127,12 +127,6 @@ LINE = {
     "cell": None,
 }
 OWN = ("wear_coefficient", "friction_wear")
-
-
-def study_case(**changes):
-    given = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cell": ["0.5 um", "2 um"]}
-    given |= {"tangential_load": "20 N", "tolerance": 0.01, "slip_model": "jaeger"}
-    return steel(**{**given, **changes})
 
 
 def examples():
