@@ -131,12 +131,7 @@ LEAST_LIMIT = 50.0 / (math.pi * (GREATEST_CONTACT * 0.01) ** 2)
 @pytest.mark.parametrize(
     ("changes", "part", "before", "after"),
     [
-        (
-            {"plastic_limit": 0.999 * LEAST_LIMIT},
-            "too low to carry the load 50 N",
-            "at least ",
-            ";",
-        ),
+        ({"plastic_limit": 0.999 * LEAST_LIMIT}, "carry the load 50 N", "at least ", ";"),
         ({"load": 1e6}, "half-space theory", "up to ", " would"),
         ({"cell": "50 um"}, "too coarse for the contact", "\n    [", "]"),
         ({"roughness": WAVES, "cell": (2e-6, 4e-6)}, "along x is 8.01 um long", "\n    [", "]"),

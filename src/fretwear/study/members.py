@@ -184,17 +184,12 @@ class Inline(PartOf):
         return self.kinds
 
     @property
-    def telling(self) -> set[str]:
-        """The keys that only some kinds have."""
-        kinds = self.kinds.values()
-        return {name for name in self.keys if not all(name in k.parameters() for k in kinds)}
-
-    @property
     def leading(self) -> dict[str, type[Part]]:
         """The kinds by the first key that each requires and not all have."""
         found: dict[str, type[Part]] = {}
+        common = set.intersection(*({*kind.parameters()} for kind in self.kinds.values()))
         for kind in self.kinds.values():
-            own = [name for name in kind.parameters() if name in self.telling & required(kind)]
+            own = [name for name in kind.parameters() if name in required(kind) - common]
             found |= {name: kind for name in own[:1] if name not in found}
         return found
 
@@ -220,7 +215,7 @@ class Inline(PartOf):
             rule = f"is missing, and so {'are' if others[1:] else 'is'} {listed(others)}"
             yield Problem(first, None, rule, f"give exactly one of {listed(examples)}")
         if len(touched) == 1:
-            foreign = self.telling - leading[touched[0]].parameters().keys() - leading.keys()
+            foreign = self.keys.keys() - leading[touched[0]].parameters().keys() - leading.keys()
             for name in sorted(foreign & given):
                 needed = [lead for lead, kind in leading.items() if name in kind.parameters()]
                 rule = f"has no meaning with {touched[0]}"
