@@ -151,9 +151,9 @@ class WearProblem:
         rough = (True, True) if self.roughness is None else self.roughness.even
         return x and rough[0], y and rough[1]
 
-    def half_space(self, geometry: Any) -> Any:
+    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> Any:
         """The elastic bodies on the cells of a geometry."""
-        return geometry.half_space(self.bodies.composite_modulus, self.team)
+        return geometry.half_space(self.bodies.composite_modulus, self.team, parts)
 
     def unworn(self, geometry: Any) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""

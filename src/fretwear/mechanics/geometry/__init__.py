@@ -44,13 +44,13 @@ class Zone:
 class Ground:
     """The unworn bodies of a problem on one geometry, computed when needed."""
 
-    def __init__(self, problem: Any, geometry: Any) -> None:
-        self._problem, self.geometry = problem, geometry
+    def __init__(self, problem: Any, geometry: Any, parts: dict[Any, Any]) -> None:
+        self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
     def half_space(self) -> Any:
         """The elastic bodies."""
-        return self._problem.half_space(self.geometry)
+        return self._problem.half_space(self.geometry, self._parts)
 
     @cached_property
     def unworn(self) -> Array:
@@ -65,10 +65,12 @@ class Workspace:
     def __init__(self, problem: Any) -> None:
         self.problem = problem
         self._grounds: dict[Any, Ground] = {}
+        # Those of all windows: each of its own would be an array or two more.
+        self._parts: dict[Any, Any] = {}
 
     def on(self, geometry: Any) -> Ground:
         """The unworn bodies on a geometry."""
-        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry)
+        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry, self._parts)
         self._grounds[geometry] = ground
         if len(self._grounds) > 2:
             del self._grounds[next(iter(self._grounds))]

@@ -103,8 +103,8 @@ class DenseCells:
         """Integral of a field over the whole contact."""
         return float((self.areas * field).sum())
 
-    def half_space(self, modulus: float, team: Team = ALONE) -> DenseHalfSpace:  # noqa: ARG002
-        """The elastic bodies on the cells; some hundreds need one thread."""
+    def half_space(self, modulus: float, team: Team = ALONE, parts: Any = None) -> DenseHalfSpace:  # noqa: ARG002
+        """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, modulus)
 
     def zone(self, cells: Mask, radius: float) -> Zone:

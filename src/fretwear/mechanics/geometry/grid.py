@@ -129,9 +129,14 @@ class Grid:
         area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
         return Zone(area, inner, first + second - inner)
 
-    def half_space(self, modulus: float, team: Team = ALONE) -> GridHalfSpace:
-        """The elastic bodies on the cells."""
-        return GridHalfSpace(self, modulus, team)
+    def half_space(
+        self,
+        modulus: float,
+        team: Team = ALONE,
+        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
+    ) -> GridHalfSpace:
+        """The elastic bodies on the cells; ``parts`` are those on smaller windows, to be shared."""
+        return GridHalfSpace(self, modulus, team, parts)
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field of this window on another one around the same origin.
