@@ -85,8 +85,9 @@ def _presence(name: str) -> str:
     about = members()[member]
     if "." in name:
         return "a part of it"
-    if isinstance(about, Inline) and name in about.telling:
-        needed = any(name in required(kind) for kind in about.kinds.values())
+    kinds = about.kinds.values() if isinstance(about, Inline) else ()
+    if not all(name in kind.parameters() for kind in kinds):
+        needed = any(name in required(kind) for kind in kinds)
         return "one of them" if needed else "may be left out"
     if isinstance(about, PartOf) and about.short:
         others = [member] if name != member else about.keys
