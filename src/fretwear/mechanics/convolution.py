@@ -99,7 +99,8 @@ def offsets(shape: tuple[int, int], even: Even) -> tuple[int, int]:
 
 def convolution(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Array]:
     """Convolution with a kernel given at the `offsets` of a window, which is overwritten."""
-    spectrum = dct(1, kernel, (0, 1), workers=team.workers)
+    # On one thread: how a transform is shared out changes its last bits.
+    spectrum = dct(1, kernel, (0, 1))
     # What two transforms along each of the axes of the padded window leave.
     spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
     branches = [spectrum[x::2, y::2] for x in (0, 1) for y in (0, 1)]
@@ -185,9 +186,7 @@ class WholeConvolution(Convolution[Real]):
         return np.ascontiguousarray(result[tuple(slice(each, None) for each in first)])
 
 
-def dct(
-    kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None, workers: int = 1
-) -> Real:
+def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None) -> Real:
     """Discrete cosine transform of a field along some axes, in its memory or in a given buffer.
 
     I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πjk/n) with the sum over 0 < j < n, II is
@@ -196,13 +195,11 @@ def dct(
     """
     target = field if into is None else into
     if ducc0 is not None:
-        ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
+        ducc0.fft.dct(field, axes=axes, type=kind, out=target)
         return target
     import scipy.fft
 
-    result = scipy.fft.dctn(
-        field, type=kind, axes=axes, overwrite_x=target is field, workers=workers
-    )
+    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=target is field)
     # It may have been computed in the memory of the field.
     if not np.may_share_memory(result, target):
         target[...] = result
