@@ -12,7 +12,6 @@ from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
-from fretwear.mechanics.team import Team
 from fretwear.running.simulate import wear_problem
 
 from ..studies import WAVES, steel
@@ -70,14 +69,6 @@ def test_displacement_is_the_dense_product_and_nearly_so_in_single_precision_and
         result, unit = bodies.relative_displacement(scale * pressure)
         assert result.dtype == np.float32
         assert_equal_to_rounding(result * np.float64(unit), scale * expected, SINGLE_ROUNDING)
-
-
-@pytest.mark.parametrize("even", EVEN)
-def test_the_kernel_is_the_same_on_any_number_of_threads(even):
-    window = Grid((144, 108), SPACING, even)
-    alone, shared = (window.half_space(MODULUS, Team(n))._convolution._spectra for n in (1, 2))
-    for one, other in zip(alone, shared, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.fixture
