@@ -187,6 +187,21 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs, name):
     np.testing.assert_allclose(small.gap, large.gap, atol=1e-5 * HERTZ.approach)
 
 
+def test_blocks_load_what_earlier_ones_have_worn_off_and_pressed_in():
+    problem = fretting(12, limit=0.9, debris_fraction=0.5)
+    *_, whole = evolve(problem, [1000, 2000])
+    *_, alike = evolve(replace(problem, end=1000.0, following=problem), [2000])
+    for name in ("wear", "opening", "plastic"):
+        found, expected = (getattr(each, name).sum() for each in (alike, whole))
+        assert found == near(expected, rel=1e-3), name
+    lighter = replace(problem, normal=NormalLoad(0.5 * LOAD))
+    states = list(evolve(replace(problem, end=1000.0, following=lighter), [2000]))
+    (before,) = (each for each in states if each.cycle == 1000)
+    after = states[-1].on(Workspace(lighter), before.geometry)
+    assert (after.plastic >= before.plastic).all()
+    assert before.plastic.any()
+
+
 def test_stops_are_met_to_the_last_bit_and_do_not_slow_down_the_next_step(runs):
     random = np.random.default_rng(0)
     pairs = np.column_stack([random.uniform(0, 5, 400), random.uniform(10, 40, 400)]).tolist()
