@@ -288,6 +288,32 @@ def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop(tmp_path):
     assert read_checkpoint(tmp_path / "half", {}).last.wear_flat.any()
 
 
+@pytest.mark.parametrize("smooth", [{}, LINE], ids=["sphere", "cylinder"])
+def test_the_loop_of_the_simple_slip_model_is_that_of_the_unworn_contact(smooth):
+    """Its slip is, whatever has worn: the loop keeps the area of the closed form, and B is 0.68."""
+    alike = {**smooth, "tangential_ratio": 0.65, "cycles": 1000, "error_estimate": False}
+    case = steel(**alike, slip_model="cattaneo_mindlin")
+    found = run(case)
+    hertz = case.hertz
+    slides = case.indenter.partial_slip(hertz, 0.5, case.tangential_load, case.coupling)
+    ends, middle = (hertz.with_load(part * hertz.load).approach for part in (0.35, 0.675))
+    largest = 0.5 * case.coupling * (hertz.approach - ends)
+    opening = 0.5 * case.coupling * (2.0 * middle - hertz.approach - ends)
+    for loop in (found.loops.isel(cycle=each) for each in (0, -1)):
+        energy = np.trapezoid(loop.force, loop.displacement)
+        assert energy == pytest.approx(slides.dissipated_energy, rel=1e-9, abs=0.0)
+        assert float(loop.force.max()) == pytest.approx(case.tangential_load, rel=1e-12)
+        assert float(loop.displacement.max()) == pytest.approx(largest, rel=1e-9, abs=0.0)
+    moved = found.dataset.tangential_displacement.values
+    assert moved == pytest.approx(np.full(moved.shape, largest), rel=1e-9, abs=0.0)
+    criterion = slides.dissipated_energy / (4.0 * opening * case.tangential_load)
+    assert criterion == pytest.approx(0.675, abs=0.003)
+    worn = run(steel(**alike, slip_model="jaeger")).dataset
+    # Energies of both are sums over cells.
+    for each in (found.dataset, worn):
+        assert float(each.sliding_criterion[0]) == pytest.approx(criterion, rel=1e-3)
+
+
 def test_cylinders_and_spheres_make_two_studies(tmp_path):
     both = [{"kind": "sphere", "radius": "10 mm"}, ROD["indenter"]]
     content = {

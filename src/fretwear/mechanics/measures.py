@@ -23,6 +23,7 @@ from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
+from fretwear.theory import HertzContact
 
 # Ratio to the gap of the first cell outside above which a gap is not one of contact.
 _NO_GAP = 1e-2
@@ -204,11 +205,13 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
         displacement = np.zeros_like(force)
     else:
         loads, approaches, halfway = _curve(workspace, problem, state, contacts)
-        compliance, force = coefficient * problem.coupling, coefficient * (state.load - loads)
-        displacement = compliance * (state.approach - approaches) + flexibility * force
-        largest = compliance * (state.approach - state.reduced.approach) + flexibility * force[-1]
+        compliance = coefficient * problem.coupling
+        force = coefficient * (loads[0] - loads)
+        displacement = compliance * (approaches[0] - approaches) + flexibility * force
+        largest = problem.tangential_displacement(state.approach, state.reduced)
+        largest += flexibility * float(force[-1])
         # The rig gives way by twice half the largest force, and back by all of it.
-        opening = compliance * (2.0 * halfway - state.approach - state.reduced.approach)
+        opening = compliance * (2.0 * halfway - approaches[0] - state.reduced.approach)
     # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
@@ -220,20 +223,16 @@ def _curve(
     workspace: Workspace, problem: WearProblem, state: State, contacts: int
 ) -> tuple[Array, Array, float]:
     """Loads, N, from P to P*, approaches, m, under them, and that under their mean."""
+    if not problem.slip_model.follows_shape:
+        return _unworn_curve(problem.hertz, state.reduced.load)
     geometry, low = state.geometry, state.reduced
     high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
-    if problem.slip_model.follows_shape:
-        ground = workspace.on(geometry)
-        shape = ground.unworn + state.opening + state.plastic
-        if not low.load > 0.0:
-            lowest = float(shape.min())
-            low = replace(low, gap=shape - lowest, approach=lowest)
-        whole = geometry.integral(low.gap * high.pressure)
-    else:
-        # The loop of the unworn sphere, whose slip is used.
-        contacts, high = 0, replace(high, approach=problem.hertz.approach)
-        low = replace(low, approach=high.approach * (low.load / high.load) ** _SPHERE)
-        whole = 2.0 * high.approach / high.load**_SPHERE * _arc(low.load, high.load)[1]
+    ground = workspace.on(geometry)
+    shape = ground.unworn + state.opening + state.plastic
+    if not low.load > 0.0:
+        lowest = float(shape.min())
+        low = replace(low, gap=shape - lowest, approach=lowest)
+    whole = geometry.integral(low.gap * high.pressure)
     family, areas, rise = [low, high], [whole], high.approach - low.approach
     halfway = _approach_between(low, high, whole)
     if whole <= _STRAIGHT * rise * (high.load - low.load):
@@ -261,6 +260,30 @@ def _curve(
         if abs(found.approach - expected) <= _CLOSE * rise:
             break
     return (*_sampled(family, areas, whole), halfway)
+
+
+def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, float]:
+    """As `_curve`, of the unworn smooth contact from its load to a reduced one, N: a closed form.
+
+    The heights above the chord are scaled so that the polygon has the area of the curve.
+    """
+
+    def approach_under(load: float) -> float:
+        return hertz.with_load(load).approach if load > 0.0 else 0.0
+
+    # Cube roots of the loads; Gaussian ones for the area.
+    ends = np.cbrt([least, hertz.load])
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    roots = ends.mean() + 0.5 * np.diff(ends) * nodes
+    loads = np.linspace(ends[1], ends[0], POINTS + 1) ** 3
+    loads[[0, -1]] = hertz.load, least
+    approaches = np.array([*map(approach_under, loads)])
+    exact = np.array([*map(approach_under, roots**3)]) @ (weights * 3.0 * roots**2)
+    exact *= 0.5 * float(np.diff(ends)[0])
+    chord = np.interp(loads, loads[[-1, 0]], approaches[[-1, 0]])
+    arc, below = approaches - chord, -float(np.trapezoid(chord, loads))
+    arc *= (exact - below) / -float(np.trapezoid(arc, loads))
+    return loads, chord + arc, approach_under(0.5 * (least + hertz.load))
 
 
 def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:

@@ -152,17 +152,18 @@ class Jaeger(SlipModel):
 
 @dataclass(frozen=True)
 class CattaneoMindlin(SlipModel):
-    """Slip of the unworn smooth sphere, whatever the shape: the model of simpler studies.
+    """Slip of the unworn smooth sphere or cylinder, whatever the shape: of simpler studies.
 
-    The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3), and slip has the closed form of
-    the Hertzian contact; both ignore wear and roughness.
+    The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3), of a cylinder a strip of half the
+    width c = a (1 − Q/µP)^(1/2), and slip has the closed form of the Hertzian contact; both ignore
+    wear and roughness. So does the loop of force and displacement.
     """
 
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
-    told_as: ClassVar[str] = "slip of the unworn sphere"
+    told_as: ClassVar[str] = "slip of the unworn contact"
 
     def reduced(self, problem: Any, half_space: HalfSpace, *_: Any, **__: Any) -> ReducedContact:
-        """Hertz pressure and gap of the disc of radius c."""
+        """Hertz pressure and gap of the contact whose radius or half-width is c."""
         geometry = half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
         load, approach = problem.unworn_sliding.of_smooth(problem.hertz)

@@ -199,7 +199,12 @@ class WearProblem:
         return self.friction.coefficient * self.coupling * reduced.gap
 
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
-        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
+        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
+
+        Where slip is that of another contact than the given one, the unworn, so is δ.
+        """
+        if not (self.slip_model.follows_shape or self.loading.stroke):
+            approach = self.hertz.approach
         return self.friction.coefficient * self.coupling * (approach - reduced.approach)
 
     def of(self, state: State) -> WearProblem:
