@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fretwear.study.case import Case
 from fretwear.study.problems import StudyError, in_words
 from fretwear.study.study import load_study
 from fretwear.study.yamlfile import MAX_BYTES, read_document
@@ -273,6 +274,70 @@ def test_blocks_of_loading_can_be_varied(studies, content):
     content["output"] = {"cycles": [450]}
     (problem,) = studies.error(content).problems
     assert problem.rule.startswith("is beyond the last cycle, 400 (at blocks = [{cycles: 400}])")
+
+
+TANGENTIAL = ("tangential_ratio", "tangential_load")
+RIG = {"displacement_amplitude": "0.4 um"}
+ALL_GIVE = {
+    "a ratio": ({}, [{"tangential_ratio": 0.5}, {"tangential_ratio": 0.9}]),
+    "another way": ({}, [{"tangential_load": "10 N"}, {"displacement_ratio": 0.5}]),
+    # What only the first block has is not that of the second.
+    "a rig of one": ({}, [{**RIG, "rig_stiffness": "9 N/um"}, RIG]),
+    "one rig": ({"rig_stiffness": "9 N/um"}, [RIG, {"displacement_amplitude": "0.5 um"}]),
+    "loads": ({"tangential_ratio": 0.5}, [{"load": "50 N"}, {"load": "60 N"}]),
+    "friction": ({"tangential_ratio": 0.5}, [{"friction": 0.5}, {"friction": 0.7}]),
+}
+
+
+@pytest.mark.parametrize(("given", "blocks"), ALL_GIVE.values(), ids=ALL_GIVE)
+def test_what_all_blocks_give_need_not_be_given_once_more(
+    studies, content, validator, given, blocks
+):
+    """The case is that with the first block's values in base, and so is each point of a study."""
+    first = {name: each for name, each in blocks[0].items() if name != "rig_stiffness"}
+    blocks = [{"cycles": 100 * number, **block} for number, block in enumerate(blocks, start=1)]
+    base = {**content["base"], "load": "50 N", **given}
+    for name in ("cycles", *first, *(() if given.get("tangential_ratio") else TANGENTIAL)):
+        base.pop(name, None)
+    content |= {"base": {**base, "blocks": blocks}, "vary": {}}
+    (short,) = studies.load(content).cases().values()
+    assert validator.is_valid(content)
+    content["base"] |= first
+    (full,) = studies.load(content).cases().values()
+    assert (short, short.case_id) == (full, full.case_id)
+    assert short.scalar_coordinates() == full.scalar_coordinates()
+    assert [*short.in_blocks()] == [*full.in_blocks()]
+    assert Case(**base, blocks=blocks).case_id == full.case_id
+    # Blocks that vary have a first block each.
+    content |= {"base": base, "vary": {"blocks": [blocks, blocks[::-1]]}}
+    assert validator.is_valid(content)
+    there, back = studies.load(content).cases().values()
+    assert there == full
+    forth = [block.loading for _, block in full.in_blocks()]
+    assert [block.loading for _, block in back.in_blocks()] == forth[::-1]
+    # One block without it would have nothing to fall back on.
+    content |= {"base": {**base, "blocks": [*blocks, {"cycles": 5}]}, "vary": {}}
+    (problem,) = studies.error(content).problems
+    assert "is missing" in problem.rule
+    assert not validator.is_valid(content)
+
+
+def test_what_is_wrong_with_the_first_block_is_told_in_its_place(studies, content):
+    for name in ("cycles", *TANGENTIAL):
+        content["base"].pop(name, None)
+    blocks = [{"cycles": 200, "tangential_ratio": 1.5}, {"cycles": 300, "tangential_ratio": 0.5}]
+    content["base"]["blocks"] = blocks
+    (problem,) = studies.error(content).problems
+    assert problem.key == "base.blocks[0].tangential_ratio"
+    assert "gross sliding" in problem.rule
+    content["vary"]["blocks"] = [blocks[1:], blocks]
+    del content["base"]["blocks"]
+    (problem,) = studies.error(content).problems
+    assert problem.key == "vary.blocks[1][0].tangential_ratio"
+    # A block that cannot be read may give what seems to be missing.
+    content["vary"]["blocks"] = [[{"cycles": 20, "tangential_ratio": "much"}]]
+    (problem,) = studies.error(content).problems
+    assert problem.key == "vary.blocks[0][0].tangential_ratio"
 
 
 def test_a_mistake_in_a_block_is_told_with_its_line(studies, content):

@@ -103,7 +103,7 @@ class Case(Setup):
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)
         values = read_values(given, "", problems, units_required=False)
-        problems += missing(given, in_file=False)
+        problems += missing(given, in_file=False, blocks=values.get("blocks", ()))
         if problems:
             raise CaseError(problems)
         own = by_member({**values, "output_cycles": snapshots})

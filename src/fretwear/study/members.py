@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from fretwear.parts import (
     Choice,
@@ -76,12 +76,17 @@ class PartOf(Parameter):
         """Whether the fields of a part, as keys of the case, specify it completely."""
         return value is not None and value.kind in self.open_kinds
 
-    def make(self, values: Mapping[str, Any], kinds: Iterable[type[Part]] = ()) -> Part | None:
-        """Make a part of the first kind that has all of the keys and requires no others."""
+    def kind_of(self, keys: Set[str], kinds: Iterable[type[Part]] = ()) -> type[Part] | None:
+        """Return the first kind that has all of the keys and requires no others."""
         for kind in kinds or self.open_kinds.values():
-            if required(kind) <= values.keys() <= kind.parameters().keys():
-                return kind.unchecked(**values)
+            if required(kind) <= keys <= kind.parameters().keys():
+                return kind
         return None
+
+    def make(self, values: Mapping[str, Any], kinds: Iterable[type[Part]] = ()) -> Part | None:
+        """Make a part of the kind that these values are all keys of."""
+        kind = self.kind_of(values.keys(), kinds)
+        return None if kind is None else kind.unchecked(**values)
 
     def named(self, known: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
         """Parameters of a kind by name, of the second of two parts named after it."""
@@ -200,6 +205,18 @@ class Inline(PartOf):
             if found := self.make({name: vars(part)[name] for name in common} | given, [kind]):
                 return found
         return None
+
+    def completed(self, values: Mapping[str, Any], blocks: Sequence[Block]) -> Mapping[str, Any]:
+        """Return values with what they lack from the first block if every block gives it.
+
+        Only required values are taken: a later block without an optional one has its default.
+        """
+        given = [{n: v for n, v in block.values if n in self.keys} for block in blocks]
+        kinds = [self.kind_of(values.keys() | own.keys()) for own in given]
+        if self.kind_of(values.keys()) or not kinds or None in kinds:
+            return values
+        lacking = required(cast("type[Part]", kinds[0])) - values.keys()
+        return {**values, **{name: given[0][name] for name in lacking}}
 
     def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
         """Return what is wrong if the keys of no kind, or of several kinds, are given."""

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from fretwear.parts import Parameter, Part, Quantity, derived, required
-from fretwear.study.members import Inline, PartOf
+from fretwear.study.members import Block, Inline, PartOf
 from fretwear.study.problems import Problem, Problems, read_given
-from fretwear.study.setup import Setup, members
+from fretwear.study.setup import IN_BLOCKS, Setup, members
 from fretwear.units import nearest
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
@@ -194,31 +194,48 @@ def read_values(
     return values
 
 
-def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return values by name, grouped by the member of the case they belong to."""
+def by_member(values: Mapping[str, Any], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
+    """Return values by name, grouped by the member of the case they belong to.
+
+    Members that they and other names ``given`` leave incomplete get the blocks, if there are any.
+    """
     found: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         found.setdefault(member_of(name), {})[name] = value
+    for member, about in IN_BLOCKS.items() if "blocks" in values else ():
+        if about.kind_of(about.keys.keys() & {*values, *given}) is None:
+            found.setdefault(member, {})["blocks"] = values["blocks"]
     return found
 
 
 def make_member(member: str, values: Mapping[str, Any]) -> Any:
-    """Make a member of a case from its values by name; `KeyError` if they are incomplete."""
+    """Make a member of a case from its values by name; `KeyError` if they are incomplete.
+
+    Blocks among the values may complete them.
+    """
     if member in values:
         value = values[member]
         return None if isinstance(value, Part) and value.is_trivial else value
-    if part := cast("PartOf", members()[member]).make(values):
+    about, values = members()[member], dict(values)
+    blocks: Sequence[Block] = values.pop("blocks", ())
+    if blocks:
+        values = dict(IN_BLOCKS[member].completed(values, blocks))
+    if part := cast("PartOf", about).make(values):
         return part
     raise KeyError(member)
 
 
-def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
+def missing(
+    given: Iterable[str], *, in_file: bool, blocks: Sequence[Block] = ()
+) -> Iterator[Problem]:
     """Yield required keys that are missing, and alternative keys that exclude each other.
 
     Every key given counts, valid or not, and a misspelt key stands for the one meant. A file must
-    state some keys that have a default in Python.
+    state some keys that have a default in Python. What all blocks give need not be given.
     """
     given = set(given)
+    for part in IN_BLOCKS.values():
+        given |= part.completed(dict.fromkeys(given & part.keys.keys()), blocks).keys()
     unknown = [key for key in given if key not in parameter_names()]
     if {"cycles", "blocks"} <= given:
         rule = "is redundant: blocks have cycles of their own"
@@ -230,7 +247,9 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
                 yield Problem(name, None, rule, "give one of the two")
             continue
         must_be_given = member in required(Setup) or (in_file and about.must_be_written)
-        if not must_be_given or (member == "cycles" and "blocks" in given):
+        # Blocks that could not be read may give it.
+        unread = member in IN_BLOCKS and not (blocks or given.intersection(about.keys))
+        if not must_be_given or ("blocks" in given and (member == "cycles" or unread)):
             continue
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
@@ -243,12 +262,13 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
 
 def schema_required() -> list[dict[str, Any]]:
     """Return the keys required in `base` or `vary`, as conditions of a JSON Schema."""
-    conditions = []
+    conditions: list[dict[str, Any]] = []
     for problem in missing((), in_file=True):
         about = members()[member := member_of(problem.key)]
         names = [problem.key] if problem.key == member else [problem.key, member]
         if isinstance(about, Inline):
             names = [*about.leading] if problem.key in about.leading else [problem.key]
+        names += ["blocks"] if member == "cycles" else []
         places = [
             {
                 "anyOf": [
@@ -260,5 +280,17 @@ def schema_required() -> list[dict[str, Any]]:
             }
             for name in names
         ]
-        conditions.append({"oneOf": places} if len(places) > 1 else places[0])
+        condition: dict[str, Any] = {"oneOf": places} if len(places) > 1 else places[0]
+        if member in IN_BLOCKS:
+            all_give = {"items": {"anyOf": [{"required": [name]} for name in names]}}
+            sections = {"base": all_give, "vary": {"items": all_give}}
+            in_blocks = [
+                {
+                    "required": [section],
+                    "properties": {section: {"required": ["blocks"], "properties": {"blocks": of}}},
+                }
+                for section, of in sections.items()
+            ]
+            condition = {"anyOf": [condition, *in_blocks]}
+        conditions.append(condition)
     return conditions

@@ -23,12 +23,12 @@ MAX_CYCLES = 10**9
 
 _SNAPSHOTS = 8
 _USUAL_SLIP = Jaeger()
-# What a block of loading may change.
-_OF_BLOCKS = {
+IN_BLOCKS = {
     "normal": Inline(Normal),
     "loading": Inline(Loading),
     "friction_law": Inline(Friction),
 }
+"""Members that a block of loading may change, or that every block gives instead of the case."""
 
 
 @dataclass(frozen=True, init=False, kw_only=True)
@@ -110,11 +110,12 @@ class Setup:
         Blocks(
             "blocks",
             "blocks of loading",
-            tuple(_OF_BLOCKS.values()),
+            tuple(IN_BLOCKS.values()),
             WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
         ),
         "Blocks of loading one after the other, instead of cycles: each has "
-        "cycles, and what it changes of load, displacement or force, and friction.",
+        "cycles, and what it changes of load, displacement or force, and friction. What all of "
+        "them give need not be given beside.",
     ] = ()
     error_estimate: Annotated[
         bool,
@@ -285,7 +286,7 @@ class Setup:
         for block in self.blocks or (Block(self.cycles),):
             end += block.cycles
             changed: dict[str, Any] = {"blocks": ()}
-            for member, about in _OF_BLOCKS.items():
+            for member, about in IN_BLOCKS.items():
                 known = about.keys
                 if given := {name: value for name, value in block.values if name in known}:
                     changed[member] = about.changed(getattr(self, member), given)

@@ -14,7 +14,7 @@ from typing import Any
 from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
-from fretwear.study.members import PartOf
+from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (
     base_names,
     by_member,
@@ -31,7 +31,7 @@ from fretwear.study.parameters import (
 from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Sampled, read_axes
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import RULES, Rule
-from fretwear.study.setup import members
+from fretwear.study.setup import IN_BLOCKS, members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
@@ -127,8 +127,8 @@ class Study:
         Points share parts, so each combination of a part's values is made once.
         """
         found: dict[str, tuple[list[int], dict[tuple[int, ...], Any]]] = {}
-        fixed = by_member(self.fixed)
-        varied = by_member({axis.name: position for position, axis in enumerate(self.axes)})
+        positions = {axis.name: position for position, axis in enumerate(self.axes)}
+        fixed, varied = by_member(self.fixed, positions), by_member(positions, self.fixed)
         for member in {**fixed, **varied}:
             given, names = fixed.get(member, {}), varied.get(member, {})
             base, axes = given.get(member), [*names.values()]
@@ -354,7 +354,11 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
             base.setdefault(whole, {})
             parts.setdefault(whole, []).append(own)
     read = read_values(base, "base.", problems, units_required=True, varied=parts)
-    for problem in missing({*base, *varied}, in_file=True):
+    of_points: list[Any] = [read.get("blocks", ())]
+    for axis in axes:
+        of_points = [*axis.values] if axis.name == "blocks" else of_points
+    blocks = [block for of_point in of_points for block in of_point]
+    for problem in missing({*base, *varied}, in_file=True, blocks=blocks):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
     known = {axis.name for axis in axes}
@@ -380,9 +384,16 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     blocks = {"cycles"} if "blocks" in study.made else set()
     trials: list[tuple[Rule, list[int], dict[Any, Problem | None]]] = []
     for rule in RULES:
-        if {member_of(name) for name in rule.needs} <= {*study.made} | defaulted | blocks:
-            axes = enumerate(study.axes)
-            trials.append((rule, [i for i, a in axes if {a.member, a.name} & rule.needs], {}))
+        needed = {member_of(name) for name in rule.needs}
+        if needed <= {*study.made} | defaulted | blocks:
+            of_blocks = {i for name in needed & IN_BLOCKS.keys() for i in study.made[name][0]}
+            relevant = [
+                i
+                for i, axis in enumerate(study.axes)
+                if {axis.member, axis.name} & rule.needs
+                or (axis.name == "blocks" and i in of_blocks)
+            ]
+            trials.append((rule, relevant, {}))
     # Point by point, so that each case is made once for all rules.
     for index in study.indices:
         case: Case | None = None
@@ -394,6 +405,11 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
             if skip and relevant and (broken := tried[positions]):
                 study.invalid.setdefault(index, broken.sentence)
     listed = not isinstance(study.design, Sampled)
+
+    def gives(blocks: Sequence[Block] | None, name: str) -> bool:
+        """Whether the value is that of the first block, since there is no other."""
+        return name in dict(blocks[0].values if blocks else ()) and name not in study.fixed
+
     found: dict[str, list[Problem]] = {}
     for _, relevant, tried in trials:
         for positions, problem in tried.items():
@@ -401,10 +417,15 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 continue
             # Where in the file to mend it, and at which values it breaks.
             key = "output.cycles" if problem.key == "output_cycles" else f"base.{problem.key}"
+            if gives(study.fixed.get("blocks"), problem.key):
+                key = f"base.blocks[0].{problem.key}"
             others = []
             for axis, position in zip((study.axes[i] for i in relevant), positions, strict=True):
+                at = f"[{position}]" if listed else ""
                 if axis.key == problem.key:
-                    key = f"vary.{axis.name}" + (f"[{position}]" if listed else "")
+                    key = f"vary.{axis.name}{at}"
+                elif axis.name == "blocks" and gives(axis.values[position], problem.key):
+                    key = f"vary.blocks{at}[0].{problem.key}"
                 else:
                     others.append(f"{axis.name} = {axis.labels[position]}")
             at = f" (at {', '.join(others)})" if others else ""
