@@ -9,8 +9,17 @@ import pytest
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import BothRough, SelfAffineRoughness, WavyRoughness
+from fretwear.mechanics.surfaces import (
+    CrossedCylinders,
+    Cylinder,
+    Ellipsoid,
+    FlatPunch,
+    RoundPunch,
+    Sphere,
+)
 from fretwear.running.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
@@ -248,6 +257,93 @@ def test_a_round_punch_is_that_of_the_method_of_dimensionality_reduction(flat):
     assert carried == near(load, rel=2e-4)
     at_depth = contact.with_approach(contact.approach)
     assert at_depth.load == near(load, rel=1e-9)
+
+
+# Each kind of indenter by two random numbers of the order of 1: its size, m, and its proportions.
+INDENTERS = {
+    "sphere": lambda size, _: Sphere(size),
+    "cylinder": lambda size, _: Cylinder(size),
+    "ellipsoid": lambda size, part: Ellipsoid(size, part * size),
+    "crossed_cylinders": lambda size, part: CrossedCylinders((size, part * size), 0.25 * math.pi),
+    # Of whole micrometres, as users write them.
+    "round_punch": lambda size, part: RoundPunch(1e-6 * round(1e5 * size), part * size),
+    "flat_punch": lambda size, part: FlatPunch(1e-6 * round(1e5 * size), part * size),
+}
+
+
+@pytest.mark.parametrize("kind", INDENTERS)
+def test_closed_forms_hold_for_two_hundred_shapes_of_each_indenter(kind):
+    """Load, approach and pressure belong together, however sharp an edge and light the load."""
+    sizes, parts, widths, moduli = 10 ** np.random.default_rng(1).uniform(
+        [[-3], [-1], [-6], [8]], [[-1], [1], [-0.8], [11.5]], (4, 200)
+    )
+    angle = (np.arange(100) + 0.5) / 100
+    shapes = zip(sizes, parts, widths, moduli, strict=True)
+    for number, (size, part, wide, modulus) in enumerate(shapes):
+        indenter = INDENTERS[kind](size, part)
+        flat = getattr(indenter, "flat", 0.0)
+        unit = indenter.hertz(NormalLoad(1.0), modulus)
+        radius = flat + wide * (indenter.edge_radius if flat else unit.radius)
+        pressed = unit.with_load(unit.load_at(radius))
+        # What is beyond a flat has lost as many digits as it is narrower.
+        digits = 1e-13 * radius / (radius - flat)
+        assert pressed.contact_radius == near(radius, rel=1e-12)
+        assert pressed.load_at(pressed.contact_radius) == near(pressed.load, rel=max(digits, 1e-11))
+        assert pressed.with_approach(pressed.approach).load == near(pressed.load, rel=1e-9)
+        less, more = (pressed.with_load(part * pressed.load) for part in (0.999, 1.001))
+        stiffness = 0.002 * pressed.load / (more.approach - less.approach)
+        if indenter.is_line:
+            assert stiffness == near(1 / pressed.compliance, rel=1e-6)
+        elif indenter.is_axisymmetric:
+            assert stiffness == near(2 * modulus * radius, rel=1e-6)
+        else:
+            assert stiffness == near(1.5 * pressed.load / pressed.approach, rel=1e-6)
+        heavier = [pressed.with_load(part * pressed.load) for part in (1.0, 1.5, 20.0)]
+        for name in ("contact_radius", "approach", "mean_pressure"):
+            assert (np.diff([getattr(each, name) for each in heavier]) > 0).all(), name
+        if number % 4:
+            continue
+        # The midpoints of two parts of the contact, on and beyond the flat, where r = a sin φ.
+        end = math.atan2(flat, math.sqrt((radius - flat) * (radius + flat)))
+        angles = np.concatenate([end * angle, end + (0.5 * math.pi - end) * angle])
+        steps = np.repeat([end, 0.5 * math.pi - end], 100) / 100
+        sines, pressure = np.sin(angles), pressed.pressure(radius * np.sin(angles))
+        weight = 2.0 if indenter.is_line else 2.0 * math.pi * radius * sines
+        carried = (pressure * weight * radius * np.cos(angles) * steps).sum()
+        # The pressure has an infinite slope at the end of a flat.
+        assert carried == near(pressed.load, rel=1e-3)
+        assert (pressure > 0).all()
+        assert pressure.max() <= (1 + 1e-5) * pressed.peak_pressure <= 1.01 * pressure.max()
+
+
+@pytest.mark.parametrize("kind", INDENTERS)
+def test_first_loadings_of_eight_shapes_of_each_indenter_are_those_of_the_closed_forms(kind):
+    sizes, parts, loads = 10 ** np.random.default_rng(2).uniform(
+        [[-2.5], [-0.5], [-3]], [[-1], [1], [-2.2]], (3, 8)
+    )
+    for size, part, wide in zip(sizes, parts, loads, strict=True):
+        indenter = INDENTERS[kind](size, part)
+        unit = indenter.hertz(NormalLoad(1.0), MODULUS)
+        radius = getattr(indenter, "flat", 0.0) + wide * size
+        given = indenter.canonical() | {"kind": kind}
+        pressed = case(given, unit.load_at(radius))
+        problem = wear_problem(pressed)
+        found = measure(problem, first_loading(problem))
+        assert found.normal_force == near(pressed.hertz.load, rel=1e-9)
+        assert found.approach == near(pressed.hertz.approach, rel=1e-4)
+        area = pressed.hertz.load / pressed.hertz.mean_pressure
+        # Rings and strips interpolate the edge within one; of cells the fraction is estimated.
+        rel = 2e-3 if indenter.is_line or indenter.is_axisymmetric else 1e-2
+        assert found.contact_area == near(area, rel=rel)
+
+
+def test_a_round_punch_of_any_flat_has_a_pressure():
+    """√(t² − b²) of t = b: the square of a number and of an array's may differ by a rounding."""
+    for micrometres in range(20, 140, 5):
+        pressed = case(
+            {"kind": "round_punch", "flat_radius": f"{micrometres} um", "edge_radius": "2 mm"}, 5.0
+        )
+        assert math.isfinite(pressed.hertz.peak_pressure)
 
 
 @pytest.mark.parametrize("flat", PUNCHES)

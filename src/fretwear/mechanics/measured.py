@@ -354,6 +354,11 @@ class ProfileIndenter(FromFile, RoundIndenter):
         """Distance to which it is known, m."""
         return float(read_profile(self.file)[0][-1])
 
+    @property
+    def flat_radius(self) -> float:
+        """Zero, whatever its shape: its slope is smooth."""
+        return 0.0
+
     def depth(self, radius: float) -> float:
         """g, m."""
         return float(_curves(self.file)[1](radius))

@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
 _PUNCHES = 200
+# Logarithm of the lightest load of which an approach may be, over E* times the reference.
+_LIGHTEST = -70.0
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,11 @@ class LineContact(HertzContact):
         """Contact of the same bodies at an approach (m) as `approach` counts it."""
         require_positive(approach=approach)
         most = self.composite_modulus * self.reference
-        load = find_root(lambda p: approach - self.with_load(p).approach, 1e-12 * most, most)
-        return self.with_load(load)
+
+        def missing(folds: float) -> float:
+            return approach - self.with_load(most * math.exp(folds)).approach
+
+        return self.with_load(most * math.exp(find_root(missing, _LIGHTEST, 0.0)))
 
     @property
     def contact_radius(self) -> float:
@@ -134,7 +139,7 @@ class FlatPunchContact(LineContact):
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa, zero outside the contact, at positions ``r`` in m."""
         edge = self.contact_radius
-        flat = math.asin(self.flat_half_width / edge)
+        flat = 0.5 * math.pi - self._edge(edge)[0]
         sine = np.abs(np.asarray(r, dtype=float)) / edge
         angle = np.arcsin(np.minimum(sine, 1.0))
         # Its logarithms cancel at the end of the flat.
@@ -164,6 +169,7 @@ class FlatPunchContact(LineContact):
         return np.asarray(np.maximum(height - scale * risen, 0.0))
 
     def _edge(self, edge: float) -> tuple[float, float]:
-        """arccos(b/a) and √(a² - b²)."""
+        """arccos(b/a) and √(a² - b²), which keep their digits as a approaches b."""
         flat = self.flat_half_width
-        return math.acos(min(flat / edge, 1.0)), math.sqrt(max(edge**2 - flat**2, 0.0))
+        root = math.sqrt(max((edge - flat) * (edge + flat), 0.0))
+        return math.atan2(root, flat), root

@@ -253,6 +253,10 @@ class Reduced(Protocol):
     def reach(self) -> float:
         """Radius, m, that no contact may exceed."""
 
+    @property
+    def flat_radius(self) -> float:
+        """Radius, m, up to which g is zero."""
+
     def depth(self, radius: float) -> float:
         """g, m, at a radius in m."""
 
@@ -278,25 +282,25 @@ class RoundedPunch:
     def depth(self, radius: float) -> float:
         """G = (t/R)(√(t² − b²) − b arccos(b/t)), m."""
         root, angle = self._edge(radius)
-        return radius / self.edge_radius * (root - self.flat_radius * angle)
+        return float(radius / self.edge_radius * (root - self.flat_radius * angle))
 
     def slope(self, radii: FloatArray) -> FloatArray:
         """g′ = (2√(t² − b²) − b arccos(b/t))/R."""
-        outside = np.maximum(radii, self.flat_radius)
-        root = np.sqrt(outside**2 - self.flat_radius**2)
-        angle = np.arccos(self.flat_radius / outside)
+        root, angle = self._edge(radii)
         return np.asarray((2.0 * root - self.flat_radius * angle) / self.edge_radius)
 
     def integral(self, radius: float) -> float:
         """∫₀^a g dt, m²."""
         root, angle = self._edge(radius)
         flat = self.flat_radius
-        return (root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)) / self.edge_radius
+        inside = root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)
+        return float(inside / self.edge_radius)
 
-    def _edge(self, radius: float) -> tuple[float, float]:
-        outside = max(radius, self.flat_radius)
-        root = math.sqrt(outside**2 - self.flat_radius**2)
-        return root, math.acos(self.flat_radius / outside)
+    def _edge(self, radii: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """√(t² − b²) and arccos(b/t), which keep their digits as t approaches b."""
+        outside = np.maximum(radii, self.flat_radius)
+        root = np.sqrt((outside - self.flat_radius) * (outside + self.flat_radius))
+        return root, np.arctan2(root, self.flat_radius)
 
 
 @dataclass(frozen=True)
@@ -326,19 +330,27 @@ class RoundContact(HertzContact):
     @cached_property
     def peak_pressure(self) -> float:
         """Largest pressure, Pa: anywhere, as a rule where the profile leaves a flat."""
-        radii = np.linspace(0.0, 1.0, 201)[:-1] * self.contact_radius
-        around = radii[self.pressure(radii).argmax()] + np.linspace(-1.0, 1.0, 101) * radii[1]
-        return float(self.pressure(around).max())
+        # Sines are close to each other at the edge, where the peak of a sharp one is.
+        angles, step = np.linspace(0.0, 0.5 * math.pi, 201)[:-1], 0.5 * math.pi / 200
+        for part in (step, 0.02 * step):
+            best = angles[self.pressure(self.contact_radius * np.sin(angles)).argmax()]
+            angles = best + np.linspace(-part, part, 101)
+        return float(self.pressure(self.contact_radius * np.sin(angles)).max())
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa, zero outside the contact, at distances ``r`` in m.
 
-        (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded.
+        (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = s² + v² from s, the larger one of r and the radius of a
+        flat: there the integrand is bounded, and smooth.
         """
         distance, edge = np.abs(np.asarray(r, dtype=float)), self.contact_radius
-        length = np.sqrt(np.maximum(edge**2 - distance**2, 0.0))
-        at = np.hypot(distance[..., None], _MIDPOINTS * length[..., None])
-        total = (self.profile.slope(at) / at).sum(axis=-1)
+        inner = np.maximum(distance, self.profile.flat_radius)
+        length = np.sqrt(np.maximum((edge - inner) * (edge + inner), 0.0))
+        risen = _MIDPOINTS * length[..., None]
+        at = np.hypot(inner[..., None], risen)
+        inside = np.sqrt((inner - distance) * (inner + distance))
+        share = risen / np.maximum(np.hypot(inside[..., None], risen), np.finfo(float).tiny)
+        total = (self.profile.slope(at) / at * share).sum(axis=-1)
         scale = _MIDPOINTS.size * math.pi
         return np.asarray(total * length / scale * self.composite_modulus)
 
