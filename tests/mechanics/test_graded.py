@@ -74,6 +74,15 @@ def on_cells(kind, ratio):
     return rubbing(ratio), unworn, LineLimitingState(LINE, ratio)
 
 
+def at_onset(kind, displacement_ratio):
+    """The same on wider cells under a displacement in units of that of gross slip."""
+    problem, *_ = on_cells(kind, 0.5)
+    compliance = {} if kind == "rings" else {"tangential_compliance": 1e-10}
+    loading = DisplacementRatio(displacement_ratio=displacement_ratio, **compliance)
+    plain = loading.plain(FRICTION, problem.coupling, problem.hertz)
+    return replace(problem, loading=plain, coarseness=2.0)
+
+
 BOTH = pytest.mark.parametrize("kind", ["rings", "strips"])
 RATIOS = pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
 
@@ -134,6 +143,53 @@ def test_influence_is_symmetric_and_that_of_discs():
     influence = line.areas * line.influence(1e11)
     np.testing.assert_allclose(influence, influence.T, rtol=1e-6)
     assert np.linalg.eigvalsh(0.5 * (influence + influence.T)).min() > 0
+
+
+def test_influence_of_narrow_rings_adds_up_to_that_of_wide_ones():
+    """They are differences of discs of nearly the same radius, which leave no digits by themselves.
+
+    A millionth is what the exact difference leaves of rings a 10 000th of the radius wide.
+    """
+    ends = np.array([0.4, 0.9998, 0.9999, 1.0, 1.0001, 1.3])
+    expected = mean_influence(np.insert(ends, 0, 0.0))[1:, 1:]
+    edges = np.unique(np.concatenate([np.linspace(*ends[i : i + 2], 41) for i in range(1, 4)]))
+    parts = mean_influence(np.concatenate([[0.0, 0.4], edges, [1.3]]))[1:, 1:]
+    starts = [0, 1, 41, 81, 121]
+    found = np.add.reduceat(np.add.reduceat(parts, starts, axis=0), starts, axis=1)
+    np.testing.assert_allclose(found, expected, rtol=3e-6)
+    # Small discs within large ones: 2b/E* in the middle.
+    small = mean_influence(np.array([0.0, 1e-6, 1.1e-6, 1.0]))[:2].sum(axis=1)
+    np.testing.assert_allclose(small, 2.0 * np.pi * np.diff([0.0, 1e-12, 1.21e-12]), rtol=1e-9)
+
+
+@BOTH
+@pytest.mark.parametrize("ratio", [1e-4, 1e-3, 1 - 1e-6, 1 - 1e-9])
+def test_narrow_zones_of_slip_and_stick_are_those_of_cattaneo_and_mindlin(kind, ratio):
+    problem, theory, _ = on_cells(kind, ratio)
+    found = measure(problem, first_loading(problem))
+    # A stick zone of a cylinder is narrower than a strip, and none of a sphere.
+    assert found.dissipated_energy == near(theory.dissipated_energy, rel=3e-3)
+    if kind == "rings":
+        assert found.stick_half_width_x == near(theory.stick_radius, rel=1e-4)
+
+
+@BOTH
+def test_pressure_in_the_middle_is_continuous_where_the_contact_begins_to_slide(kind):
+    """As little as sticks or is left open within a rounding of U_t, it is no cell of its own."""
+    steps = np.concatenate([10.0 ** np.arange(-15.5, -3.1, 0.75), [3e-5, 1e-7, 4e-4]])
+    ratios = [1.0, 1.0 - 1.2e-16, *(1.0 - steps), *(1.0 + steps), *np.linspace(0.999, 1.001, 8)]
+    assert len(ratios) == 50
+    worn = {}
+    for ratio in ratios:
+        problem = at_onset(kind, ratio)
+        state = first_loading(problem)
+        peak = problem.hertz.peak_pressure
+        assert state.pressure[0, 0] == near(peak, rel=1e-3), ratio
+        if ratio in (1.0, ratios[1], ratios[4], ratios[15]):
+            *_, last = evolve(problem, [1.0 / (problem.growth_rate * peak)])
+            worn[ratio] = last.pressure[0, 0] / peak
+    # It changes by less over a thousandth of U_t.
+    np.testing.assert_allclose([*worn.values()], worn[1.0], rtol=5e-3)
 
 
 @pytest.fixture(scope="module")

@@ -33,6 +33,8 @@ _CELLS_AT_ONCE = 50_000
 # Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
 # pressure grows without bound, and of the widest; and how the width grows with the distance.
 _NARROWEST, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
+# Strips across an unworn slip zone, at least.
+_ACROSS_SLIP = 20.0
 # Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
 # strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
 _INWARD_GRADING, _ACROSS_BAND = 0.03, 6.0
@@ -345,12 +347,18 @@ class Line(DenseCells):
             return cls(tuple(edges.tolist()), hertz.reference)
         load, scale = problem.stick_load, wider * hertz.contact_radius
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        narrowest, inward = _NARROWEST * scale, _GRADING * wider
+        annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
+        narrowest, inward = (
+            wider * min(_NARROWEST * hertz.contact_radius, annulus),
+            _GRADING * wider,
+        )
         if not math.isinf(problem.limit):
             limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
             band = limiting.width_above(problem.limit)
             narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
         widths = narrowest, _WIDEST * scale
+        # A strip that holds no more than the stick zone would be a sliver.
+        stick = stick if stick > narrowest else 0.0
         inner = stick - _distances(stick, *widths, inward)[::-1]
         inner[0] = 0.0
         outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]

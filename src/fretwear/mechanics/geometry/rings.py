@@ -41,6 +41,14 @@ _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
 # Rings are replaced when they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
+# Stick radius over that of the contact below which rings are those of a contact that slides as a
+# whole: less than a part in 10⁷ of its area sticks.
+_LEAST_STICK = 3e-4
+# Ratio of two radii below which the influence of discs on each other is that of a series.
+_SMALL = 1e-3
+# Width of the narrower of two rings over the radius of the larger one below which differences of
+# discs lose more digits than its width changes, if that is less than such a part of its own radius.
+_NARROW, _OF_RADIUS = 1e-5, 1e-2
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,7 @@ class Grading:
         """The grading for given radii of stick zone and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
+        stick = stick if stick > _LEAST_STICK * contact else 0.0
         ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / unworn) ** 3
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
@@ -206,9 +215,45 @@ def mean_influence(edges: Array) -> Array:
     ratio = edges[smaller] / edges[larger]
     complement = (1.0 - ratio) * (1.0 + ratio)
     second, first = _elliptic_integrals(np.sqrt(complement))
-    bracket = (1.0 + ratio**2) * second - complement * first
+    square = ratio**2
+    bracket = (1.0 + square) * second - complement * first
+    # For a small disc these cancel.
+    series = 0.75 * math.pi * square * (1.0 - 0.125 * square)
+    bracket = np.where(ratio < _SMALL, series, bracket)
     discs[larger, smaller] = discs[smaller, larger] = (8.0 / 3.0) * edges[larger] ** 3 * bracket
-    return np.diff(np.diff(discs, axis=0), axis=1)
+    found = np.diff(np.diff(discs, axis=0), axis=1)
+    widths, middles = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+    lost = widths[:, None] < _NARROW * np.maximum.outer(middles, middles)
+    narrow = lost & (widths < _OF_RADIUS * middles)[:, None] & (widths[:, None] <= widths)
+    if narrow.any():
+        across = 2.0 * math.pi * (middles * widths)[:, None] * np.diff(_mean_under_discs(edges))
+        found = np.where(narrow, across, np.where(narrow.T, across.T, found))
+    return found
+
+
+def _mean_under_discs(edges: Array) -> Array:
+    """Mean displacement over narrow rings under a unit pressure on each disc, times E*, m.
+
+    Differences of two discs of nearly the same radius lose half the digits on either side. On the
+    middle radius r of a ring, a disc of radius t leads to (4/π) t E(k) within and
+    (4/π) r [E(k) − (1 − k²) K(k)] beyond its edge, with k as above (Johnson, eq. 3.29). Beside
+    the edge that is singular as −(2/π) x ln|x| of the distance x = t − r, whose mean over the ring
+    is known; the rest has nearly the mean of the middle. Shape (n, n + 1).
+    """
+    middles, discs = 0.5 * (edges[1:] + edges[:-1])[:, None], edges[None, 1:]
+    larger, distance = np.maximum(middles, discs), discs - middles
+    apart = np.abs(distance) / larger
+    second, first = _elliptic_integrals(np.sqrt(apart * (2.0 - apart)))
+    beyond = second - apart * (2.0 - apart) * first
+    sunk = 4.0 / math.pi * larger * np.where(distance > 0.0, second, beyond)
+
+    def integral(x: Array) -> Any:
+        return 0.5 * x * x * (np.log(np.maximum(np.abs(x), np.finfo(np.float64).tiny)) - 0.5)
+
+    width = np.diff(edges)[:, None]
+    mean = (integral(distance + 0.5 * width) - integral(distance - 0.5 * width)) / width
+    sunk -= 2.0 / math.pi * (mean - distance * np.log(np.abs(distance)))
+    return np.concatenate([np.zeros((edges.size - 1, 1)), sunk], axis=1)
 
 
 def _elliptic_integrals(complement: Array) -> tuple[Array, Array]:
