@@ -9,10 +9,16 @@ from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
+from fretwear.study.case import Case
 from fretwear.study.doubts import doubts, yielding_ring_width
-from fretwear.study.plan import estimate, greatest_contact_radius
-from fretwear.study.spacing import MOST_CELLS, needed_spacings, zones_of_tip
-from fretwear.theory import HertzContact, LimitingState
+from fretwear.study.plan import estimate
+from fretwear.study.spacing import (
+    MOST_CELLS,
+    greatest_contact_radius,
+    needed_spacings,
+    zones_of_tip,
+)
+from fretwear.theory import CattaneoMindlin, HertzContact, LimitingState
 
 from ..studies import WAVES, steel
 
@@ -70,6 +76,36 @@ def test_the_convolutions_of_a_run_are_those_expected_within_a_factor_of_two(cha
     assert 0.5 < expected.convolutions / last.state.convolutions < 2.0
     cells = last.state.geometry.plane(case.grid_spacing).shape
     assert 0.5 < expected.cells / math.prod(cells) < 2.0
+
+
+@pytest.mark.parametrize("indenter", ["sphere", "cylinder", "round_punch", "flat_punch"])
+def test_fields_of_graded_cells_are_written_on_a_grid_for_the_eye(indenter):
+    """However narrow the zone of slip or of stick, which such cells resolve by themselves."""
+    known = {"radius": "10 mm"}
+    if "punch" in indenter:
+        flat = "flat_radius" if indenter == "round_punch" else "flat_half_width"
+        known = {flat: "60 um", "edge_radius": "10 mm"}
+    given = {"radius": None, "indenter": {"kind": indenter, **known}}
+    given["load"] = "50 N/mm" if indenter in ("cylinder", "flat_punch") else "50 N"
+    for ratio in (1e-4, 1e-3, 0.01, 0.05, 0.3, 0.8, 0.99, 0.9999):
+        for limit in (math.inf, 4.5e9):
+            case = steel(**given, tangential_ratio=ratio, plastic_limit=limit)
+            expected = estimate(case)
+            assert expected.cells_x <= 600
+            assert expected.memory_bytes < 5e8
+            again = Case(**case.canonical_parameters())
+            assert (
+                again.case_id == steel(**given, tangential_ratio=ratio, plastic_limit=limit).case_id
+            )
+    fine = steel(**given, tangential_ratio=1e-3, cell="0.1 um")
+    assert fine.grid_spacing == (1e-7, 1e-7)
+
+
+def test_a_slip_annulus_much_narrower_than_a_written_cell_dissipates_as_mindlin_says():
+    case = steel(tangential_ratio=1e-4, cycles=10, cell="4 um", error_estimate=False)
+    found = simulate(case, quarter=True)
+    theory = CattaneoMindlin(case.hertz, case.friction, case.tangential_load, case.coupling)
+    np.testing.assert_allclose(found.dissipated_energy, theory.dissipated_energy, rtol=3e-3)
 
 
 GENTLE = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}

@@ -90,7 +90,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
             "results within their errors",
         )
     radius, cell = case.stick_radius, max(cells)
-    if radius < FEW_CELLS * cell and case.force_is_held and not case.is_on_rings:
+    if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
         yield Doubt(
             "sticks in a zone of few cells, whose edge is a staircase",
             _lengths(radius=radius, cell=cell),

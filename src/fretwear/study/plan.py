@@ -9,14 +9,14 @@ import csv
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 
 from fretwear.mechanics.materials import Archard
-from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate
+from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
@@ -51,9 +51,6 @@ SECONDS_PER_SOLUTION = 2.5e-4
 DENSE_COARSER = 0.35
 
 WINDOW_MARGIN = 1.15
-FOLDS_TO_LIMITING_STATE = 8.0
-YIELDING_TIMES_TO_WIDEN = 50.0
-WIDENING = 0.36
 MEMORY_TO_START = 165_000_000
 ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
@@ -153,7 +150,7 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     """
     rough, worn = case.rough is not None, case.cycles * case.wear_growth
     folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
-    if _stick_shrinks(case):
+    if stick_shrinks(case):
         times = worn * case.plastic_limit
     finer = (TIGHTER_ON_RINGS if case.is_on_rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
@@ -169,37 +166,6 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     yielding = STEPS_PER_YIELDING_TIME * times
     flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
     return elastic + yielding * finer**0.5, each * elastic + flowing
-
-
-def greatest_contact_radius(case: Case) -> float:
-    """Return an upper bound, m, of the contact radius during a run."""
-    if case.loading.stroke:
-        return case.scar_half_width + case.loading.stroke
-    # Where a displacement is imposed the tangential load falls as the contact wears.
-    ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
-    limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]
-    worn = case.cycles * case.wear_growth
-    grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
-    wider = 1.0 + (limiting - 1.0) * grown
-    if _stick_shrinks(case):
-        wider *= (1.0 + worn * case.plastic_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
-    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
-    # Tips can touch as far out as the sphere has receded by the height of the waves.
-    tips = 0.0 if case.rough is None else case.rough.tips
-    return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
-
-
-def _stick_shrinks(case: Case) -> bool:
-    """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
-    return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
-
-
-@lru_cache(maxsize=4096)
-def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
-    """Return a∞/a, the relative contact radius of smooth elastic bodies in the limit of wear."""
-    unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
-    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
-    return limiting.contact_radius / unworn.contact_radius
 
 
 @dataclass(frozen=True)

@@ -175,6 +175,12 @@ class Setup:
         return self.rough is None and self.indenter.is_axisymmetric and not self.loading.stroke
 
     @property
+    def is_graded(self) -> bool:
+        """Whether it is computed on graded rings or strips: `cell` is that of written fields."""
+        is_line = self.rough is None and self.indenter.is_line and not self.loading.stroke
+        return self.is_on_rings or is_line
+
+    @property
     def composite_modulus(self) -> float:
         """E* in Pa."""
         return self.bodies.composite_modulus

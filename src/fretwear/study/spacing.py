@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
+from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.setup import Setup
 from fretwear.theory import EllipticContact, HertzContact, LimitingState
 
@@ -19,14 +21,23 @@ CELLS_ACROSS_TIP = 12.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
 MOST_CELLS = 30_000
 """Computed cells of the unworn contact up to which its tips are resolved by default."""
+MOST_WRITTEN = 600
+"""Cells along an axis of fields that are computed on graded cells and only written on a grid."""
+# Largest part of the window that is beyond the contact, over the contact.
+_WINDOW = 1.28
+
+# Fitted to runs, with the costs of `fretwear.study.plan`.
+FOLDS_TO_LIMITING_STATE = 8.0
+YIELDING_TIMES_TO_WIDEN = 50.0
+WIDENING = 0.36
 
 
 def default_spacing(case: Setup) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
-    `MOST_CELLS` allow. It is rounded down to two digits, which makes it readable and the same on
-    every machine.
+    `MOST_CELLS` allow; where it is that of written fields only, as far as `MOST_WRITTEN` allow. It
+    is rounded down to two digits, which makes it readable and the same on every machine.
     """
     (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
@@ -35,6 +46,10 @@ def default_spacing(case: Setup) -> Spacing:
     for _ in range(2):
         wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
+    if case.is_graded:
+        least = _WINDOW * greatest_contact_radius(case) / MOST_WRITTEN
+        # A tenth more for the rounding.
+        dx, dy = (each if each >= least else 1.1 * least for each in (dx, dy))
     return rounded_down(dx), rounded_down(dy)
 
 
@@ -113,3 +128,34 @@ def rounded_down(length: float, digits: int = 2) -> float:
     unit = 10.0 ** (math.floor(math.log10(length)) + 1 - digits)
     # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
+
+
+def greatest_contact_radius(case: Setup) -> float:
+    """Return an upper bound, m, of the contact radius during a run."""
+    if case.loading.stroke:
+        return case.scar_half_width + case.loading.stroke
+    # Where a displacement is imposed the tangential load falls as the contact wears.
+    ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
+    limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]
+    worn = case.cycles * case.wear_growth
+    grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
+    wider = 1.0 + (limiting - 1.0) * grown
+    if stick_shrinks(case):
+        wider *= (1.0 + worn * case.plastic_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
+    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
+    # Tips can touch as far out as the sphere has receded by the height of the waves.
+    tips = 0.0 if case.rough is None else case.rough.tips
+    return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
+
+
+def stick_shrinks(case: Setup) -> bool:
+    """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
+    return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
+
+
+@lru_cache(maxsize=4096)
+def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
+    """Return a∞/a, the relative contact radius of smooth elastic bodies in the limit of wear."""
+    unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
+    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
+    return limiting.contact_radius / unworn.contact_radius
