@@ -117,8 +117,7 @@ value (allowed: 1e-8; both contacts of the library solved to 1e-12):
 
 {table(["", "cells that slip", "s", "q", "δ_x", "−2s", "+2s"], rows)}
 
-The coupling of x with y tractions is neglected by both; it changes integrals by less than 0.5 % at
-ν = 0.3, and local slip by up to −14 % on the x axis and +13 % on the y axis.
+The coupling of x with y tractions is neglected by both; the next section shows what it changes.
 """
 
 

@@ -139,14 +139,17 @@ def tangential_step(
     cell: float,
     force: float | None = None,
     displacement: float = 0.0,
+    drag: Array | float = 0.0,
 ) -> TangentialStep:
     """Bring the tangential force to ``force``, or shift distant points by ``displacement``.
 
     It starts from a state with the traction ``before``, which need not be that of the same
     pressure. ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The
-    relative displacement of the surfaces in the step is v = δ - K (q - q_before): zero where
-    |q| < µp, positive where q = µp, negative where q = -µp.
+    relative displacement of the surfaces in the step is v = δ - K (q - q_before) - drag: zero where
+    |q| < µp, positive where q = µp, negative where q = -µp. ``drag``, m, is what a change of
+    pressure adds to K (q - q_before).
     """
+    drag = np.zeros_like(bound) + drag
     touching = bound > 0.0
     # a step that barely moves leaves slipping cells on both bounds at once, up to rounding
     outside = bound + 1e-12 * bound.max()
@@ -155,12 +158,13 @@ def tangential_step(
         traction = np.where(upper, bound, np.where(lower, -bound, 0.0))
         stick = np.flatnonzero(touching & ~upper & ~lower)
         matrix, forced = influence[np.ix_(stick, stick)], influence[stick] @ (traction - before)
+        forced = forced + drag[stick]
         if force is None:
             traction[stick] = np.linalg.solve(matrix, displacement - forced)
         else:
             total = force / cell - traction.sum()
             traction[stick], displacement = _solve_with_total(matrix, -forced, total)
-        slip = displacement - influence @ (traction - before)
+        slip = displacement - influence @ (traction - before) - drag
         above = np.where(upper, slip >= 0.0, ~lower & touching & (traction > outside))
         below = np.where(lower, slip <= 0.0, ~upper & touching & (traction < -outside))
         if np.array_equal(above, upper) and np.array_equal(below, lower):

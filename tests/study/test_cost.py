@@ -211,6 +211,32 @@ def test_what_makes_results_doubtful_is_told_with_its_numbers(changes, told):
     assert doubt.remedy
 
 
+STIFF = {"youngs_modulus": (208e9, 70e9), "poisson_ratio": (0.3, 0.33)}  # β = 0.12
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        # Steel on aluminium: nothing over many cycles, unless friction is high.
+        ({"friction": 0.2, "cycles": 1000}, []),
+        ({"friction": 0.9, "cycles": 1000}, ["also moves them apart"]),
+        ({"friction": 0.2, "cycles": 20}, ["so few cycles"]),
+        ({"friction": 0.9, "cycles": 1}, ["also moves them apart", "so few cycles"]),
+    ],
+)
+def test_unlike_bodies_are_doubted_in_first_cycles_and_where_friction_moves_them_apart(
+    changes, told
+):
+    case = steel(**STIFF, **changes, tangential_ratio=0.8)
+    found = doubts(case)
+    assert len(found) == len(told)
+    assert all(words in doubt.what for words, doubt in zip(told, found, strict=True))
+    if few := [doubt for doubt in found if "so few cycles" in doubt.what]:
+        enough = int(few[0].remedy.split()[1])
+        assert not [d for d in doubts(case.replace(cycles=enough)) if d.what == few[0].what]
+        assert [d for d in doubts(case.replace(cycles=enough - 1)) if d.what == few[0].what]
+
+
 def test_dundurs_constant_is_that_of_the_closed_form():
     """Steel on a rigid body: β = (1 − 2ν)/(2 (1 − ν)); alike or incompressible bodies have none."""
     rigid = {"youngs_modulus": (208e9, 208e18)}

@@ -31,7 +31,7 @@ class Bodies(Part):
 
     composite_modulus: float  # E*, Pa
     coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
-    dundurs_beta = 0.0  # |β|, which couples pressure and slip; the model neglects it
+    dundurs_beta = 0.0  # |β|, which couples normal and tangential directions; neglected
 
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
@@ -42,8 +42,9 @@ class Bodies(Part):
 class ElasticBodies(Bodies):
     """Two isotropic elastic bodies, of the same or different materials.
 
-    The coupling of normal pressure and tangential displacement between different materials
-    (Dundurs' β) is neglected.
+    The couplings between normal and tangential directions of different materials (Dundurs' β) are
+    neglected: pressure drags such bodies over each other, which cycles under a constant load
+    forget, and friction moves them apart.
     """
 
     youngs_modulus: Annotated[

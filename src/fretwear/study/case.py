@@ -80,8 +80,9 @@ class Case(Setup):
     the last at which fields are kept; by default (``auto``) about eight.
 
     The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
-    both.  For two different materials the coupling of normal pressure and tangential
-    displacement (Dundurs' β) is neglected.
+    both.  For two different materials the coupling of normal and tangential directions (Dundurs'
+    β) is neglected, and so is, for all, that of x and y: the maximum wear depth of a smooth sphere
+    comes out 6 to 11 % too small at ν = 0.3.
 
     Raises
     ------
