@@ -15,6 +15,8 @@ from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import study_figures
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.integrator import WearError
 from fretwear.report import build_report
 from fretwear.running.batch import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
@@ -323,3 +325,14 @@ def test_cylinders_and_spheres_make_two_studies(tmp_path):
     }
     with pytest.raises(StudyError, match=r"vary\.indenter .*has cylinders.*\n.*two studies"):
         load_study(write_study(tmp_path / "both.yaml", content))
+
+
+@pytest.mark.parametrize("changes", [{}, {"plastic_limit": "500 MPa", "cycles": 1}])
+def test_a_tangential_load_that_becomes_too_much_ends_the_run_with_a_remedy(changes):
+    # At a held approach the normal force falls, as bodies wear or yield, until Q is µP.
+    given = {"load": None, "indentation": "2.2 um", "cycles": 1000, "error_estimate": False}
+    case = steel(**{**given, "tangential_load": "24 N", **changes})
+    with pytest.raises((ContactError, WearError), match="fallen below Q/µ.*give tangential_ratio"):
+        run(case)
+    found = run(steel(**{**given, "tangential_ratio": 0.8, **changes})).dataset
+    assert (found.tangential_force < 0.5 * found.normal_force).all()

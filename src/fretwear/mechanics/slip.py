@@ -22,7 +22,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.contact import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.loading import Sliding
@@ -119,6 +119,13 @@ class Jaeger(SlipModel):
         sliding = sliding or problem.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
         if sliding.load is not None:
+            if sliding.load <= 0.0:
+                # At a held approach the normal force falls as the bodies yield and wear.
+                raise ContactError(
+                    "the normal force has fallen below Q/µ, with which the tangential load slides "
+                    "the contact as a whole; give tangential_ratio or a displacement instead, or "
+                    "fewer cycles"
+                )
             return contact_under(half_space, shape, sliding.load, None, guess, tolerance)
         lowest, scale, flexibility = float(shape.min()), problem.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
