@@ -166,6 +166,7 @@ rule report:
         local(f"{RESULTS}/figures"),
     output:
         report(local(f"{RESULTS}/report.html"), category="Report"),
+        local(f"{RESULTS}/answer.json"),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:

@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
-from fretwear.report import Section, build_report
+from fretwear.report import Section, answers, build_report
 from fretwear.report.build import parameter_rows, study_text
 from fretwear.report.explorer import PROFILES
 from fretwear.report.results import computation_facts, examine, point_results, residuals
@@ -112,6 +112,18 @@ def test_every_point_is_in_the_table_of_cases_with_its_numbers(page, finished):
     assert all(RESULTS[name].label in heads for name in HEADLINES)
     # What a single cell says is no key result.
     assert not {"peak_pressure", "central_pressure"} & set(HEADLINES)
+
+
+def test_each_result_has_a_line_for_each_parameter_and_folds_those_below_the_third(page, finished):
+    cards = page.split('<dl class="answers">')[1].split("</dl>")[0].split("<dt>")[1:]
+    found = list(answers(finished.summary))
+    assert len(cards) == len(found) > 4
+    for card, answer in zip(cards, found, strict=True):
+        assert len(answer.lines) == 4
+        shown, _, folded = card.partition("<details>")
+        for place, line in enumerate(answer.lines):
+            assert line.text in (folded if place > 2 else shown)
+            assert line.text not in (shown if place > 2 else folded)
 
 
 def test_where_nothing_sticks_there_is_no_mean_stick_pressure(finished):

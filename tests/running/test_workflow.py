@@ -60,6 +60,9 @@ def test_a_study_ends_in_datasets_figures_and_a_report(finished):
     assert figures == {".svg", ".png"}
     page = (finished.results / "report.html").read_text(encoding="utf-8")
     assert all(name in page for name in cases)
+    claims = json.loads((finished.results / "answer.json").read_text(encoding="utf-8"))
+    assert {(each["parameter"], each["from"], each["to"]) for each in claims} == {("load", 25, 50)}
+    assert all(each["text"] in page for each in claims)
 
 
 BOTH = {"P25N-Q9N", "P50N-Q9N"}

@@ -336,12 +336,12 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
 
 @logged
 def report(log: Log, file: StudyFile, results: Results = None) -> None:
-    """Write the report of a merged study and its figures to report.html."""
+    """Write report.html, on a merged study and its figures, and answer.json, what it claims."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import read_summary
     from fretwear.data.safe import write_text
-    from fretwear.report import build_report
+    from fretwear.report import answer_text, answers, build_report
     from fretwear.source_study.claims import source_sections
     from fretwear.study.plan import Plan
 
@@ -349,6 +349,7 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
     sections = source_sections(summary, folder / "cases")
     page = build_report(Plan(study), summary, folder, sections=sections)
     write_text(folder / "report.html", page)
+    write_text(folder / "answer.json", answer_text(answers(summary)))
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 
 

@@ -47,7 +47,6 @@ SEED, LEAST_SEEDS = "roughness_seed", 3
 BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 """Coordinates of points that are no parameters."""
 
-_CEASED = 1e-3
 _MATTERS = math.log(1.05)
 _EXPLAINED = 0.3
 
@@ -95,13 +94,12 @@ def final_results(summary: Merged) -> dict[str, Array]:
     Cases may end at different cycles.
     """
     dims = {*point_dims(summary), CYCLE.name}
-    found = {}
-    for name in [str(n) for n, each in summary.variables.items() if set(each.dims) == dims]:
-        last, *following = np.moveaxis(_in_order(summary, name), -1, 0)
-        for values in following:
-            last = np.where(np.isnan(values), last, values)
-        found[name] = last
-    return found
+    names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
+    values = {name: _in_order(summary, name) for name in names}
+    # Some results are undefined in a snapshot that is there: the pressure of no stick zone.
+    stored = np.any([~np.isnan(each) for each in values.values()] or [[False]], axis=0)
+    last = stored.shape[-1] - 1 - np.argmax(stored[..., ::-1], axis=-1, keepdims=True)
+    return {name: np.take_along_axis(each, last, -1)[..., 0] for name, each in values.items()}
 
 
 def results_table(summary: Merged) -> str:
@@ -136,8 +134,8 @@ class Points:
     levels: Mapping[str, tuple[Value, ...]]
     places: Rows  # shape (n, k): index of the level of each parameter at each point
     variables: Mapping[str, Variable]  # of the results, in a line contact some are per length
-    # Every scalar after the last cycle, SI units, shape (n,). A dissipated energy below a
-    # thousandth of its first value is NaN: wear has ceased, and the rest is rounding.
+    # Every scalar after the last cycle, SI units, shape (n,). It is NaN where its estimated error
+    # is as large as itself: a singular peak, or the dissipation of wear that has ceased.
     results: Mapping[str, Array]
     parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
     ids: tuple[str, ...]  # of the cases
@@ -162,10 +160,10 @@ class Points:
                 place = {value: number for number, value in enumerate(levels[name])}
                 places.append([place[value] for value in values])
         results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
-        energy = "dissipated_energy"
-        if energy in results:
-            first = _in_order(summary, energy)[..., 0].ravel()[done]
-            results[energy] = np.where(results[energy] < _CEASED * first, np.nan, results[energy])
+        for name in results:
+            error = results.get(f"{name}_error", np.zeros(int(done.sum())))
+            unknown = (results[name] != 0.0) & (error >= np.abs(results[name]))
+            results[name] = np.where(unknown, np.nan, results[name])
         numbers = {
             str(name): point_values(summary, str(name))[done]
             for name, each in summary.variables.items()
@@ -183,14 +181,15 @@ class Points:
 
     @cached_property
     def lines(self) -> Mapping[str, list[list[int]]]:
-        """Rows of two or more points that differ only in one parameter, in order of its levels."""
+        """Rows of two or more cases that differ only in one parameter, in order of its levels."""
         found = {}
         for axis, name in enumerate(self.levels):
-            lines: dict[bytes, list[int]] = {}
+            lines: dict[bytes, dict[str, int]] = {}
             others = np.ascontiguousarray(np.delete(self.places, axis, axis=1))
             for row in np.argsort(self.places[:, axis], kind="stable").tolist():
-                lines.setdefault(others[row].tobytes(), []).append(row)
-            found[name] = [line for line in lines.values() if len(line) > 1]
+                # Several points may be one case: the slopes of a smooth surface mean nothing.
+                lines.setdefault(others[row].tobytes(), {}).setdefault(self.ids[row], row)
+            found[name] = [[*line.values()] for line in lines.values() if len(line) > 1]
         return found
 
     def place(self, name: str) -> Rows:
@@ -198,22 +197,25 @@ class Points:
         return self.places[:, list(self.levels).index(name)]
 
     def effect(self, parameter: str, result: str) -> Effect:
-        """Return the effect of a parameter on a result."""
+        """Return the effect of a parameter on a result, for every two points of its lines."""
         lines = [np.array(line) for line in self.lines[parameter]]
         ends = [np.triu_indices(len(line), 1) for line in lines]
         pairs = [(line[i], line[j]) for line, (i, j) in zip(lines, ends, strict=True)]
         low, high = np.hstack(pairs) if pairs else np.empty((2, 0), np.intp)
-        line = np.repeat(np.arange(len(lines)), [len(i) for i, _ in ends])
-        values = self.results[result]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factors = values[high] / values[low]
-        factors[~(np.isfinite(factors) & (factors > 0.0))] = np.nan
-        return Effect(self, parameter, result, low, high, line, factors)
+        return Effect(self, parameter, result, low, high)
 
-    def effects(self, result: str) -> list[Effect]:
-        """Return the effects on a result, the largest first."""
-        found = [self.effect(name, result) for name in self.levels]
-        return sorted((each for each in found if each.low.size), key=lambda e: -e.size)
+    def importance(self, parameter: str, result: str) -> tuple[float, float]:
+        """Return how much a parameter changes a result, to be compared with other parameters.
+
+        First the share of its lines in which the result is zero at some points only, then the mean
+        over the others of the logarithm of the factor between largest and smallest result.
+        """
+        lines = [self.results[result][line] for line in self.lines[parameter]]
+        known = [line[np.isfinite(line)] for line in lines]
+        positive = [line for line in known if (line > 0.0).any()]
+        sizes = [math.log(line.max() / line.min()) for line in positive if line.min() > 0.0]
+        appearing = (len(positive) - len(sizes)) / len(lines)
+        return appearing, math.fsum(sizes) / len(sizes) if sizes else 0.0
 
     @property
     def sizes(self) -> list[int]:
@@ -259,15 +261,27 @@ class Points:
 
 @dataclass(frozen=True)
 class Effect:
-    """The effect of a parameter on a result, for each of m pairs of points."""
+    """The effect of a parameter on a result in m pairs of points that differ in nothing else."""
 
     points: Points
     parameter: str
     result: str
     low: Rows  # of the point of each pair that has the lower level
     high: Rows  # of the other
-    line: Rows  # number of the line of points, in which nothing else differs, of each pair
-    factors: Array  # result at `high` over that at `low`; NaN where one is zero or has ceased
+
+    @cached_property
+    def values(self) -> tuple[Array, Array]:
+        """The result at `low` and at `high`."""
+        values = self.points.results[self.result]
+        return values[self.low], values[self.high]
+
+    @cached_property
+    def factors(self) -> Array:
+        """Result at `high` over that at `low`; NaN where one is not known or zero."""
+        before, after = self.values
+        factors = np.full(before.shape, np.nan)
+        np.divide(after, before, out=factors, where=(before > 0.0) & (after > 0.0))
+        return factors
 
     @cached_property
     def _ends(self) -> tuple[Rows, Rows]:
@@ -279,21 +293,13 @@ class Effect:
         first, second = self._ends
         return np.equal(first, low) & np.equal(second, high)
 
+    def select(self, pairs: NDArray[np.bool_]) -> Effect:
+        """Return the effect in some of the pairs."""
+        return replace(self, low=self.low[pairs], high=self.high[pairs])
+
     def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
         """Return in which pairs another parameter has a given level, by index."""
         return np.isin(self.points.place(parameter)[self.low], level)
-
-    @cached_property
-    def size(self) -> float:
-        """Mean over the lines of the logarithm of the factor between largest and smallest result.
-
-        It is 0 if no pair has a factor.
-        """
-        largest: dict[int, float] = {}
-        for line, factor in zip(self.line.tolist(), self.factors.tolist(), strict=True):
-            if math.isfinite(factor):
-                largest[line] = max(largest.get(line, 0.0), abs(math.log(factor)))
-        return math.fsum(largest.values()) / len(largest) if largest else 0.0
 
     @cached_property
     def divider(self) -> str:

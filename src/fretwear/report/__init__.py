@@ -1,6 +1,7 @@
-"""The report of a study: one HTML file that needs nothing else."""
+"""The report of a study: one HTML file that needs nothing else, and its claims in numbers."""
 
+from fretwear.report.answer import answer_text, answers
 from fretwear.report.build import build_report
 from fretwear.report.page import Section, environment
 
-__all__ = ["Section", "build_report", "environment"]
+__all__ = ["Section", "answer_text", "answers", "build_report", "environment"]

@@ -1,11 +1,17 @@
-"""What a study found, in sentences whose numbers hold for every pair of cases they speak of."""
+"""What a study found: claims in numbers, and the sentences that are rendered from them.
+
+A claim compares the final results of cases that differ in one parameter alone, at two of its
+levels. Its factors are those of the result at the last of these over that at the first.
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +23,7 @@ from fretwear.data.effects import (
     Effect,
     Indices,
     Points,
+    Value,
     rank_correlations,
 )
 from fretwear.study.parameters import parameter, value_text
@@ -27,110 +34,230 @@ if TYPE_CHECKING:
     from fretwear.data.effects import Merged
 
 _UNCHANGED = 5e-3
-_ROUND_OFF = 5e-4
+_EXACT = 1e-6
 _DIGITS = 3
-_MOST_STEPS = 12
-_ONLY_PAIR = " in the one pair"
-_NUMERICS = ("hertz_", "cell_", "tolerance")
+_MOST_RUNS, _MOST_PARTS = 4, 3
+
+_STICK = "stick"  # in the names of results of the stick zone, which may not be there
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What some pairs of cases say of a parameter, and which pairs these are."""
+    """What m pairs of cases say of a result between two levels of a parameter."""
 
-    effect: Effect  # the parameter, the result and the factors of all m pairs
-    pairs: NDArray[np.bool_]  # shape (m,): of which pairs it is said
-    low: int  # from which level of the parameter, by its place among them
-    high: int  # to which
-    where: str = ""  # in which of the cases, in words; empty: in all
+    effect: Effect  # the parameter, the result and the m pairs, all between the same two levels
+    where: Mapping[str, Value] = field(default_factory=dict)  # other levels that it is limited to
 
-    @classmethod
-    def whole(cls, effect: Effect) -> Claim:
-        """Return what all pairs of an effect say."""
-        highest = len(effect.points.levels[effect.parameter]) - 1
-        return cls(effect, np.ones(effect.low.shape, dtype=bool), 0, highest)
+    @property
+    def ends(self) -> tuple[Value, Value]:
+        """The levels of the parameter that are compared."""
+        place = self.effect.points.place(self.effect.parameter)
+        levels = self.effect.points.levels[self.effect.parameter]
+        return levels[place[self.effect.low[0]]], levels[place[self.effect.high[0]]]
 
     @property
     def factors(self) -> Array:
-        """The factors of the pairs between its two levels that have one."""
-        return _known(self.effect.factors[self.pairs & self.effect.between(self.low, self.high)])
+        """The factors of the pairs that have one."""
+        return _known(self.effect.factors)
 
     @property
-    def way(self) -> str:
-        """How the result goes in every pair: ``stays``, ``grows``, ``falls``; empty if it differs.
+    def is_one_way(self) -> bool:
+        """Whether the result grows in all pairs, falls in all or stays in all, as far as known."""
+        return (
+            len({way for pair in zip(*self.effect.values, strict=True) for way in _steps(pair)}) < 2
+        )
 
-        That is in all pairs, also those with a level between the two.
+    @property
+    def proportion(self) -> str:
+        """Whether the result is exactly proportional to the parameter, or inversely, in words.
+
+        What is imposed makes it so: no integral over many steps is so exact by chance.
         """
-        changes = _known(self.effect.factors[self.pairs]) - 1.0
-        if (np.abs(changes) <= _UNCHANGED).all():
-            return "stays"
-        if (changes >= -_ROUND_OFF).all():
-            return "grows"
-        return "falls" if (changes <= _ROUND_OFF).all() else ""
+        first, last = self.ends
+        if self.factors.size < len(self.effect.low) or not (_is_number(last) and first > 0.0):
+            return ""
+        kinds = {"proportional": last / first, "inversely proportional": first / last}
+        exact = (w for w, f in kinds.items() if (np.abs(self.factors / f - 1.0) < _EXACT).all())
+        return next(exact, "")
+
+    @property
+    def between(self) -> str:
+        """Where the result goes another way between the levels than from end to end."""
+        points, name = self.effect.points, self.effect.parameter
+        place = points.place(name)
+        values = points.results[self.effect.result]
+        ways = set(_ways(self.factors).tolist())
+        if len(ways) != 1 or not all(map(_is_number, self.ends)):
+            return ""
+        (way,), count, known = ways, 0, np.isfinite(self.effect.factors)
+        ends = dict(zip(self.effect.low[known], place[self.effect.high[known]], strict=True))
+        for line in points.lines[name]:
+            here = [row for row in line if row in ends]
+            inside = [row for row in line for low in here if place[low] <= place[row] <= ends[low]]
+            count += any(step * way < 0 if way else step for step in _steps(values[inside]))
+        among = "" if count == len(ends) else f" in {count} of these {len(ends)} pairs"
+        verb = {1: "falls", -1: "grows", 0: "varies by more"}[way]
+        return f", end to end; in between it {verb}{among}" if count else ""
+
+    def content(self) -> dict[str, Any]:
+        """Return the claim as ``answer.json`` has it."""
+        before, after = self.effect.values
+        factors = self.factors
+        return {
+            "result": self.effect.result,
+            "parameter": self.effect.parameter,
+            "from": _plain(self.ends[0]),
+            "to": _plain(self.ends[1]),
+            "where": {name: _plain(value) for name, value in self.where.items()},
+            "pairs": len(before),
+            "lowest_factor": float(factors.min()) if factors.size else None,
+            "highest_factor": float(factors.max()) if factors.size else None,
+            "undefined": len(before) - factors.size,
+            "appears": int(((before == 0.0) & (after > 0.0)).sum()),
+            "vanishes": int(((before > 0.0) & (after == 0.0)).sum()),
+            "text": self.text,
+        }
 
     @property
     def text(self) -> str:
-        """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
-        factors, where = self.factors, f" {self.where}" if self.where else ""
-        if not factors.size:
-            return f"vanishes at one end{where}"
-        pairs = f"{factors.size} pair{'s' * (factors.size != 1)}"
-        few = {1: "" if where else _ONLY_PAIR, 2: " in both pairs"}
-        among = few.get(factors.size, f" in all {pairs}") + where
-        ends = self.pairs & self.effect.between(self.low, self.high)
-        without = int(ends.sum()) - factors.size
-        rest = f" (in {without} more it vanishes at one end)" if without else ""
-        if self.way == "stays":
-            most = 100.0 * float(np.abs(factors - 1.0).max())
-            within = f" within {_digits(most)}\u00a0%" if most >= 0.05 else ""
-            return f"stays the same{within}{among}{rest}"
-        grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
-        if self.way or not grows.size or not falls.size:
-            # Between its levels it may go the other way somewhere.
-            return f"{_by(factors)}{among}{rest}{'' if self.way else ', though not in every step'}"
-        grown, fallen = f"{_by(grows)} in {grows.size}", f"{_by(falls)} in {falls.size}"
-        return f"{grown} and {fallen} of {pairs}{where}{rest}"
+        """The claim in words, of which the result is the subject, or its stick zone."""
+        where = [_where(name, value) for name, value in self.where.items()]
+        start = f"where {listed(where)}, " if where else ""
+        change = _change(self.effect.parameter, *self.ends)
+        own = [*self._verbs()]
+        first, *others = [f"it {own[0]}", *own[1:], *self._of_zone()] if own else self._of_zone()
+        others = [each.replace(f" of {len(self.effect.low)} pairs", "") for each in others]
+        return f"{start}from {change} {listed([first, *others])}{self.between}"
+
+    def _verbs(self) -> Iterator[str]:
+        """Yield how the result goes in some of the pairs each."""
+        before, after = self.effect.values
+        ways = _ways(self.factors)
+        for way in (1, -1, 0):
+            if (here := ways == way).any():
+                yield f"{_by(self.factors[here])}{self._among(here)}"
+        if not self.is_of_stick:
+            appears, vanishes = (before == 0.0) & (after > 0.0), (before > 0.0) & (after == 0.0)
+            if appears.any():
+                yield f"rises from zero to {self._size(after[appears])}{self._among(appears)}"
+            if vanishes.any():
+                yield f"falls from {self._size(before[vanishes])} to zero{self._among(vanishes)}"
+            if (nothing := (before == 0.0) & (after == 0.0)).any():
+                yield f"is zero{self._among(nothing)}"
+        unknown = np.isnan(before) | np.isnan(after)
+        if unknown.any():
+            slides = np.logical_or(*self._slides)[unknown]
+            why = ", where a case slides as a whole" if self.is_of_stick and slides.all() else ""
+            yield f"is undefined{self._among(unknown)}{why}"
+
+    def _of_zone(self) -> Iterator[str]:
+        """Yield in how many pairs a stick zone appears, vanishes or is not there."""
+        before, after = self.effect.values
+        if not self.is_of_stick:
+            return
+        slid, slides = self._slides
+        if (appears := (before == 0.0) & (after > 0.0)).any():
+            regime = ", as gross slip becomes partial slip"
+            regime *= bool((slid & ~slides)[appears].all())
+            size = self._size(after[appears])
+            yield f"a stick zone appears{self._among(appears)} ({size}){regime}"
+        if (vanishes := (before > 0.0) & (after == 0.0)).any():
+            regime = ", as partial slip becomes gross slip"
+            regime *= bool((slides & ~slid)[vanishes].all())
+            size = self._size(before[vanishes])
+            yield f"the stick zone ({size}) vanishes{self._among(vanishes)}{regime}"
+        if (nothing := (before == 0.0) & (after == 0.0)).any():
+            yield f"nothing sticks{self._among(nothing)}"
+
+    @property
+    def is_of_stick(self) -> bool:
+        """Whether the result is one of the stick zone, which may not be there."""
+        return _STICK in self.effect.result
+
+    @property
+    def _slides(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which cases at the first and at the last level are known to slide as a whole."""
+        points = self.effect.points
+        regime = points.results.get("regime", np.full(len(points.ids), np.nan))
+        return regime[self.effect.low] == 1.0, regime[self.effect.high] == 1.0
+
+    def _size(self, values: Array) -> str:
+        points, name = self.effect.points, self.effect.result
+        return _range(points.variables.get(name, RESULTS[name]), values)
+
+    def _among(self, pairs: NDArray[np.bool_]) -> str:
+        count, all_pairs = int(pairs.sum()), len(self.effect.low)
+        if count < all_pairs:
+            return f" in {count} of {all_pairs} pairs"
+        return {1: "", 2: " in both pairs"}.get(count, f" in all {count} pairs")
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What one parameter does to one result: claims that together cover all pairs."""
+class Chance(NamedTuple):
+    """What a seed does to a result: one value of it is as good as another."""
 
     effect: Effect
-    claims: tuple[Claim, ...]
+
+    def content(self) -> dict[str, Any]:
+        """Return the claim as ``answer.json`` has it: factors are those to the mean of all seeds.
+
+        Levels are null, since the order of seeds means nothing.
+        """
+        shares = np.concatenate([line / line.mean() for line in self._ensembles()] or [[]])
+        factors = self.effect.factors
+        return {
+            "result": self.effect.result,
+            "parameter": SEED,
+            "from": None,
+            "to": None,
+            "where": {},
+            "pairs": factors.size,
+            "lowest_factor": float(shares.min()) if shares.size else None,
+            "highest_factor": float(shares.max()) if shares.size else None,
+            "undefined": int(np.isnan(factors).sum()),
+            "appears": 0,
+            "vanishes": 0,
+            "text": self.text,
+        }
+
+    @property
+    def text(self) -> str:
+        """How much results vary with the seed: the quadratic mean over the ensembles."""
+        squares = [line.var(ddof=1) / line.mean() ** 2 for line in self._ensembles()]
+        if not squares:
+            return "it is undefined or zero for all seeds but one"
+        deviation = _percent(math.sqrt(math.fsum(squares) / len(squares)))
+        return f"it varies by chance, with a standard deviation of {deviation}\u00a0%"
+
+    def _ensembles(self) -> list[Array]:
+        """Return the results of each ensemble, without what is zero or undefined."""
+        points = self.effect.points
+        lines = [points.results[self.effect.result][line] for line in points.lines[SEED]]
+        return [line[line > 0.0] for line in lines if np.count_nonzero(line > 0.0) > 1]
+
+
+class Line(NamedTuple):
+    """What one parameter does to one result."""
+
+    parameter: str
+    told: Sequence[Claim | Chance]  # in order; together they are about all levels
+    details: Sequence[Claim] = ()  # the same by the levels of the parameter that divides them most
 
     @property
     def name(self) -> str:
-        """The parameter in words."""
-        return parameter(self.effect.parameter).words
+        """The parameter in words, as a sentence begins."""
+        words = parameter(self.parameter).words
+        return words[:1].upper() + words[1:]
 
     @property
-    def chance(self) -> str:
-        """By how much a seed, one value of which is as good as another, changes the result.
-
-        It is empty for other parameters; else in the quadratic mean over all ensembles.
-        """
-        if self.effect.parameter != SEED:
-            return ""
-        points = self.effect.points
-        ensembles = [points.results[self.effect.result][line] for line in points.lines[SEED]]
-        squares = [np.nanvar(e, ddof=1) / np.nanmean(e) ** 2 for e in ensembles if np.nansum(e)]
-        deviation = _digits(100.0 * math.sqrt(np.nanmean(squares)))
-        return f"chance, with a standard deviation of {deviation}\u00a0%"
+    def proportion(self) -> str:
+        """Whether all of it is true by definition: ``proportional`` or the inverse, or nothing."""
+        (found, *others) = {c.proportion if isinstance(c, Claim) else "" for c in self.told}
+        return "" if others else found
 
     @property
     def text(self) -> str:
-        """All claims in one sentence, without its subject."""
-        steps: dict[tuple[int, int], list[Claim]] = {}
-        for claim in self.claims:
-            steps.setdefault((claim.low, claim.high), []).append(claim)
-        parts = []
-        for ends, told in steps.items():
-            known = [claim.text for claim in told if claim.factors.size]
-            if len(known) < len(told):
-                known.append(f"vanishes {'elsewhere' if known else 'at one end or both'}")
-            parts.append(f"from {_change(self.effect, *ends)} it {listed(known)}")
-        return self.chance or "; ".join(parts)
+        """All that is told, in one sentence."""
+        return "; ".join(claim.text for claim in self.told)
 
 
 class Answer(NamedTuple):
@@ -139,11 +266,9 @@ class Answer(NamedTuple):
     name: str
     label: str
     values: str  # its range after the last cycle
-    # Which parameter matters most; empty where no two cases differ in one parameter alone.
-    headline: str
+    lines: tuple[Line, ...]  # one for each parameter, the most important first
+    headline: str = ""  # of a sampled study: which parameter matters most
     rest: str = ""  # more about it, which a narrow screen leaves out
-    # What every parameter does, the most important first; none for a sampled study.
-    findings: tuple[Finding, ...] = ()
 
 
 def answers(summary: Merged) -> Iterator[Answer]:
@@ -153,73 +278,146 @@ def answers(summary: Merged) -> Iterator[Answer]:
     out.
     """
     points = Points.of(summary)
+    _, cases = np.unique(points.ids, return_index=True)
     indices = points.indices if points.drawn and points.ids else {}
     for name in HEADLINES if points.ids else ():
         results = points.results.get(name, np.array([np.nan]))
         if not np.nan_to_num(results).any():
             continue
-        findings = () if points.drawn else points.effects(name)
-        found = tuple(Finding(effect, tuple(claims(effect))) for effect in findings)
-        if not points.drawn:
-            headline, rest = _headline(found), ""
-        elif name in indices and indices[name].quality >= GOOD:
+        lines = [] if points.drawn else [*_lines(points, name)]
+        imposed = [
+            f"{line.proportion} to the {parameter(line.parameter).words}"
+            for line in lines
+            if line.proportion
+        ]
+        headline, rest = "", f"What is imposed makes it {listed(imposed)}." if imposed else ""
+        if points.drawn and name in indices and indices[name].quality >= GOOD:
             headline, rest = _by_indices(points, indices[name])
-        else:
-            headline, rest = _by_ranks(points, results), ""
+        elif points.drawn:
+            headline = _by_ranks(points, results)
         variable = points.variables.get(name, RESULTS[name])
-        yield Answer(name, variable.label, _range(variable, results), headline, rest, found)
+        there = ~np.isnan(results[cases]) & ((results[cases] > 0.0) | (_STICK not in name))
+        values = _range(variable, results[cases][there])
+        if not there.all():
+            values += f", in {there.sum()} of {cases.size} cases"
+        told = tuple(line for line in lines if not line.proportion)
+        yield Answer(name, variable.label, values, told, headline, rest)
+
+
+def answer_text(found: Iterable[Answer]) -> str:
+    """Return every claim of the answers as JSON, for ``answer.json``."""
+    claims = [
+        claim.content()
+        for answer in found
+        for line in answer.lines
+        for claim in (*line.told, *line.details)
+    ]
+    return json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def regimes(summary: Merged) -> str:
+    """Say in which regimes of slip the cases are after the last cycle; nothing of partial slip."""
+    points = Points.of(summary)
+    _, cases = np.unique(points.ids, return_index=True)
+    empty = np.full(len(points.ids), np.nan)
+    regime = points.results.get("regime", empty)[cases]
+    stick = points.results.get("stick_half_width_x", empty)[cases]
+    gross, partial = int((regime == 1.0).sum()), int((regime == 0.0).sum())
+    if gross and partial:
+        return (
+            f"After the last cycle {partial} of {regime.size} cases "
+            f"{'are' if partial > 1 else 'is'} in partial slip and {gross} in gross slip."
+        )
+    if not stick.size or np.isnan(stick).all() or stick.any():
+        return ""
+    which = "Nothing sticks" if stick.size == 1 else "In no case does anything stick"
+    why = f": {'all are' if stick.size > 1 else 'it is'} in gross slip" if gross else ""
+    return f"{which} after the last cycle{why}."
+
+
+def _lines(points: Points, result: str) -> Iterator[Line]:
+    """Yield what each parameter does to a result, the most important first."""
+    found = []
+    for name in points.levels:
+        if not points.lines[name]:
+            continue
+        effect = points.effect(name, result)
+        if name == SEED:
+            line = Line(name, [Chance(effect)])
+        else:
+            told = [*claims(effect)]
+            details = [part for claim in told if not claim.where for part in _divided(claim)]
+            line = Line(name, told, details)
+        found.append((points.importance(name, result), line))
+    yield from (line for _, line in sorted(found, key=lambda each: each[0], reverse=True))
 
 
 def claims(effect: Effect) -> Iterator[Claim]:
-    """Yield claims that cover all pairs of an effect, as few as say in which way each goes."""
-    whole = Claim.whole(effect)
-    divided = [] if whole.way == "stays" else list(_divided(whole))
-    is_told = all(claim.way for claim in divided) if divided else whole.way
-    # It rises and falls: each step from a level to the next by itself, unless they are many, or
-    # the change is of many steps and hardly seen in any.
-    places = range(whole.high) if not is_told and 1 < whole.high <= _MOST_STEPS else ()
-    steps = [Claim(effect, effect.between(low, low + 1), low, low + 1) for low in places]
-    steps = [step for step in steps if step.pairs.any()]
-    if all(step.way == "stays" for step in steps):
-        yield from divided or [whole]
-        return
-    for step in steps:
-        yield from ([] if step.way else list(_divided(step))) or [step]
+    """Yield what is said of an effect, as little as tells in which way it goes.
+
+    Levels that are no numbers, such as no limit at all, are compared with the last number alone.
+    """
+    levels = effect.points.levels[effect.parameter]
+    numbers = [place for place, level in enumerate(levels) if _is_number(level)]
+    runs = [*_runs(effect, len(numbers))] if numbers else []
+    others = [place for place in range(len(levels)) if place not in numbers]
+    first = numbers[-1] if numbers else others.pop(0)
+    for low, high in [*runs, *((first, other) for other in others)]:
+        yield from _of_levels(effect, low, high)
+
+
+def _of_levels(effect: Effect, low: int, high: int) -> Iterator[Claim]:
+    """Yield claims on what happens from one level to another, usually one."""
+    points, name = effect.points, effect.parameter
+    numeric = [_is_number(level) for level in points.levels[name]]
+    # Where cases are missing some lines begin or end at a level between the two.
+    ends: set[tuple[int, int]] = set()
+    for line in (points.place(name)[line].tolist() for line in points.lines[name]):
+        if numeric[high]:
+            inside = [place for place in line if low <= place <= high]
+        else:
+            inside = [place for place in line if numeric[place]][-1:] if numeric[low] else line[:1]
+            inside += [place for place in line if place == high]
+        if inside and inside[0] != inside[-1]:
+            ends.add((inside[0], inside[-1]))
+    for first, last in sorted(ends):
+        claim = Claim(effect.select(effect.between(first, last)))
+        parts = [] if claim.is_one_way else [*_divided(claim)]
+        is_told = 0 < len(parts) <= _MOST_PARTS and all(part.is_one_way for part in parts)
+        yield from parts if is_told else [claim]
+
+
+def _runs(effect: Effect, count: int) -> Iterator[tuple[int, int]]:
+    """Yield ranges of the first `count` levels over which the result keeps its way, if few."""
+    place = effect.points.place(effect.parameter)
+    values = effect.points.results[effect.result]
+    steps: list[set[int]] = [set() for _ in range(count - 1)]
+    for line in effect.points.lines[effect.parameter]:
+        known = [row for row in line if place[row] < count and not np.isnan(values[row])]
+        for (low, high), way in zip(pairwise(known), _steps(values[known]), strict=True):
+            for each in steps[place[low] : place[high]]:
+                each.add(way)
+    runs, start, now = [], 0, {0}
+    for number, ways in enumerate(steps):
+        if ways - {0} and now - {0} and ways - {0} != now - {0}:
+            runs.append((start, number))
+            start, now = number, {0}
+        now |= ways
+    if count > 1:
+        runs.append((start, count - 1))
+    # Where the case at a turn is missing, what lies beyond it belongs to the same pair.
+    lines = [place[line] for line in effect.points.lines[effect.parameter]]
+    turns = [turn for turn, _ in runs[1:]]
+    is_broken = any(t not in line and line[0] < t < line[-1] for t in turns for line in lines)
+    yield from [(0, count - 1)] if is_broken or len(runs) > _MOST_RUNS else runs
 
 
 def _divided(claim: Claim) -> Iterator[Claim]:
     """Yield a claim for each level of the parameter on which the factor depends most."""
     effect, name = claim.effect, claim.effect.divider
     for level, value in enumerate(effect.points.levels.get(name, ())):
-        pairs = claim.pairs & effect.where(name, level)
-        if pairs.any():
-            about, text = parameter(name), value_text(name, value)
-            told = text if about.word_for(value) else f"the {about.words} is {text}"
-            yield Claim(effect, pairs, claim.low, claim.high, f"where {told}")
-
-
-def _headline(findings: Sequence[Finding]) -> str:
-    if not findings:
-        return ""
-    changing = [f for f in findings if Claim.whole(f.effect).way != "stays"]
-    if not changing:
-        what = "No parameter" if len(findings) > 1 else f"The {findings[0].name}"
-        verb = "changes" if len(findings) > 1 else "does not change"
-        return f"{what} {verb} it by more than {100.0 * _UNCHANGED:g}\u00a0%."
-    first = changing[0]
-    effect, whole = first.effect, Claim.whole(first.effect)
-    told = f"from {_change(effect, whole.low, whole.high)} it {whole.text}"
-    if len(findings) == 1:
-        if first.chance:
-            return f"It varies with the {first.name} by {first.chance}."
-        return f"With the {first.name} {told.replace(_ONLY_PAIR, '')}."
-    results = effect.points.results[effect.result]
-    gone = int(np.count_nonzero(~(results > 0.0)))
-    others = f"It vanishes in {gone} of {results.size} cases. In the others the" if gone else "The"
-    average = fixed_digits(math.exp(effect.size), _DIGITS)
-    told = f" on average by a factor of {average}: {told}"
-    told = f" and that is {first.chance}" if first.chance else told
-    return f"{others} {first.name} matters most,{told}."
+        if (pairs := effect.where(name, level)).any():
+            yield Claim(effect.select(pairs), {**claim.where, name: value})
 
 
 def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
@@ -246,56 +444,80 @@ def _by_ranks(points: Points, results: Array) -> str:
     if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
         return "There are too few points to compare, or they are all the same."
     lacking = int((~known).sum())
-    why = f"it has vanished at {lacking}" if lacking else "no emulator is good enough with"
+    why = f"it is undefined at {lacking} of" if lacking else "no emulator is good enough with"
     correlations = rank_correlations(points.unit[known], results[known, None])[:, 0]
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-np.abs(correlations))
-    listed = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
+    ranks = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
     return (
-        f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(listed)}. "
-        f"There are no Sobol indices, because {why} {'of ' * bool(lacking)}its {known.size} points."
+        f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(ranks)}. "
+        f"There are no Sobol indices, because {why} its {known.size} points."
     )
 
 
-def companions(points: Points) -> str:
-    """Say which parameters that were not varied change with those that were, or nothing."""
-    found: dict[str, list[str]] = {}
-    for name in points.levels:
-        for other in points.parameters:
-            if other in points.levels or other.startswith(_NUMERICS) or not points.lines[name]:
-                continue
-            low, high = np.array([(line[0], line[-1]) for line in points.lines[name]]).T
-            with np.errstate(divide="ignore", invalid="ignore"):
-                factors = points.parameters[other][high] / points.parameters[other][low]
-            if np.isfinite(factors).all() and (np.abs(factors - 1.0) > _UNCHANGED).all():
-                told = f"{_by(factors)} with the {parameter(name).words}"
-                found.setdefault(other, []).append(told)
-    return " ".join(
-        f"The {parameter(other).words} is not held constant: it {listed(told)}. The effects "
-        f"of {'these' if len(told) > 1 else 'this'} include that of the {parameter(other).words}."
-        for other, told in found.items()
-    )
+def _ways(factors: Array) -> NDArray[np.int_]:
+    """Return 1 where a result grows, −1 where it falls, 0 where it stays."""
+    return (factors > 1.0 + _UNCHANGED).astype(int) - (factors < 1.0 - _UNCHANGED)
 
 
-def _change(effect: Effect, low: int, high: int) -> str:
-    levels = effect.points.levels[effect.parameter]
-    texts = [value_text(effect.parameter, levels[place]) for place in (low, high)]
-    return " to ".join(text.replace(" ", "\u00a0") for text in texts)
+def _steps(values: Sequence[float] | Array) -> list[int]:
+    """Return how a result goes from each of its known values to the next."""
+    known = np.asarray(values)
+    known = known[~np.isnan(known)]
+    before, after = known[:-1], known[1:]
+    factors = np.divide(after, before, out=1.0 + np.sign(after), where=before > 0.0)
+    return _ways(factors).tolist()  # type: ignore[no-any-return]
+
+
+def _change(name: str, first: Value, last: Value) -> str:
+    texts = [value_text(name, value) for value in (first, last)]
+    numbers, units = zip(*(text.partition(" ")[::2] for text in texts), strict=True)
+    is_shared = units[0] == units[1] and not any(parameter(name).word_for(v) for v in (first, last))
+    low = numbers[0] if is_shared else texts[0]
+    return f"{low} to {texts[1]}".replace(" ", "\u00a0").replace("\u00a0to\u00a0", " to ")
+
+
+def _where(name: str, value: Value) -> str:
+    about, text = parameter(name), value_text(name, value).replace(" ", "\u00a0")
+    return text if about.word_for(value) else f"the {about.words} is {text}"
 
 
 def _by(factors: Array) -> str:
-    """Say by how much results grow or fall, all of them one way."""
+    """Say by how much results grow or fall or that they stay, all of them one way."""
     low, high = float(factors.min()), float(factors.max())
-    if low >= 1.0 - _ROUND_OFF and high >= 2.0:
-        return f"grows by a factor of {span([low, high], lambda f: fixed_digits(f, _DIGITS))}"
-    verb, ends = ("grows", (low, high)) if low >= 1.0 - _ROUND_OFF else ("falls", (high, low))
-    least, most = (_digits(100.0 * abs(end - 1.0)) for end in ends)
-    text = most if least == most else f"{least} to {most}" if float(least) else f"up to {most}"
-    return f"{verb} by {text}\u00a0%"
+    if not _ways(factors).any():
+        is_same = max(high - 1.0, 1.0 - low) < _EXACT
+        return (
+            "stays the same" if is_same else f"changes by less than {100.0 * _UNCHANGED:g}\u00a0%"
+        )
+    if high >= 2.0:
+        return f"grows by a factor of {_span(low, high, _factor)}"
+    if low < 0.1:
+        return f"falls by a factor of {_span(1.0 / high, 1.0 / low, _factor)}"
+    if low > 1.0:
+        return f"grows by {_span(low - 1.0, high - 1.0, _percent)}\u00a0%"
+    return f"falls by {_span(1.0 - high, 1.0 - low, _percent)}\u00a0%"
 
 
-def _digits(percent: float) -> str:
-    return f"{percent:.1f}" if percent < 9.95 or percent > 99.0 else f"{percent:.0f}"
+def _span(low: float, high: float, text: Any) -> str:
+    return span([low, high], text)
+
+
+def _factor(value: float) -> str:
+    return fixed_digits(value, _DIGITS)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.{1 if share < 0.0995 else 0}f}"
+
+
+def _is_number(value: Value) -> bool:
+    return not isinstance(value, str) and math.isfinite(value)
+
+
+def _plain(value: Value) -> float | str:
+    """Return a level as JSON and study files have it."""
+    return value if isinstance(value, str) else "none" if math.isinf(value) else float(value)
 
 
 def _known(values: Array) -> Array:

@@ -15,9 +15,9 @@ from markupsafe import Markup
 from ruamel.yaml import YAML
 
 import fretwear
-from fretwear.data.effects import Points, results_table
+from fretwear.data.effects import results_table
 from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
-from fretwear.report.answer import answers, companions
+from fretwear.report.answer import answers, regimes
 from fretwear.report.explorer import build_explorer, evenly
 from fretwear.report.page import Section, embedded, environment, page_scripts
 from fretwear.report.results import (
@@ -135,12 +135,9 @@ def build_report(
 
 def _answer(plan: Plan, summary: Merged, results: Sequence[PointResult]) -> tuple[Any, ...]:
     """Return what is doubtful, remarks on it, what the study found, and a note on all of that."""
-    found, together = list(answers(summary)), companions(Points.of(summary))
-    if len(results) > 1 and not any(answer.headline for answer in found):
-        together = "There are no two cases that differ in one parameter alone."
-    if found and "stick_half_width_x" not in {answer.name for answer in found}:
-        which = "Nothing sticks" if len(results) == 1 else "In no case does anything stick"
-        together = f"{together} {which} after the last cycle.".strip()
+    found, together = list(answers(summary)), regimes(summary)
+    if len(results) > 1 and not any(answer.headline or answer.lines for answer in found):
+        together = f"There are no two cases that differ in one parameter alone. {together}".strip()
     remarks: list[str] = summary.attrs.get("warnings", "").splitlines()
     errors = [
         (error, name, result.id) for result in results for name, error in result.errors.items()
