@@ -76,7 +76,7 @@ class Loop:
         reduced = self.reduced(shape, load, self.reduced_pressure)
         self.reduced_pressure = reduced.pressure
         gap = np.where(reduced.pressure > 0, 0.0, np.maximum(reduced.gap(shape), 0.0))
-        self.wear = self.wear + self.problem.growth_rate * cycles * self.pressure * gap
+        self.wear = self.wear + self.problem.wear_growth * cycles * self.pressure * gap
 
 
 def estimated_step(problem: WearProblem, state: State) -> float:
@@ -86,7 +86,7 @@ def estimated_step(problem: WearProblem, state: State) -> float:
     """
     softest = _SOFTEST * min(problem.spacing) / problem.bodies.composite_modulus
     touching = state.reduced.gap[in_contact(state)]
-    return 2.0 * softest / (problem.growth_rate * float(touching.max()))
+    return 2.0 * softest / (problem.wear_growth * float(touching.max()))
 
 
 def longest_step(problem: WearProblem, state: State) -> float:

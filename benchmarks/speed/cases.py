@@ -47,5 +47,5 @@ def first_contact(cells: int, *, rough: bool) -> ContactProblem:
     size = MARGIN * case.hertz_radius / cells
     window = Grid((cells, cells), (size, size))
     bodies = window.half_space(problem.bodies.composite_modulus)
-    limit = problem.limit if rough else math.inf
+    limit = problem.plastic_limit if rough else math.inf
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load, limit)

@@ -474,6 +474,15 @@ class Part:
         """The rule between the part's own parameters that is broken, and a remedy."""
         return None
 
+    def at(self, cycle: float) -> Self:  # noqa: ARG002 - constant unless a kind says otherwise
+        """The part at a cycle; itself if nothing about it changes."""
+        return self
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which the part does not change smoothly."""
+        return ()
+
     @property
     def is_trivial(self) -> bool:
         """Whether the part has no effect, such as a roughness without height."""

@@ -201,27 +201,27 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
     """Euler's method for dW/dN = β p g* on a window that the contact never leaves.
 
     Before each step the bodies yield where the pressure reaches its limit, for good, and the
-    contact at the reduced load is solved on the shape of that moment.
+    contact at the reduced load is solved on the shape of that moment. Loads are forces, which may
+    change over the cycles as all else may.
     """
     bodies, unworn = problem.half_space(window), problem.unworn(window)
-    rate = problem.growth_rate * cycles / steps
     wear, plastic = np.zeros(window.shape), np.zeros(window.shape)
-    pressure, reduced = None, None
+    pressure, reduced, load = None, None, None
     for step in range(steps + 1):
-        contact = solve_contact(
-            problem.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE
-        )
+        now = problem.at(step * cycles / steps)
+        contact = solve_contact(now.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE)
         pressure = contact.pressure
         plastic = plastic + contact.penetration
-        if reduced is None or contact.penetration.any():
+        if reduced is None or contact.penetration.any() or load != now.stick_load:
+            load = now.stick_load
             reduced = solve_contact(
-                ContactProblem(bodies, unworn + wear + plastic, problem.stick_load),
+                ContactProblem(bodies, unworn + wear + plastic, load),
                 None if reduced is None else reduced.pressure,
                 _TOLERANCE,
             )
             gap = np.where(reduced.pressure > 0, 0.0, np.maximum(reduced.gap, 0.0))
         if step < steps:
-            worn = rate * pressure * gap
+            worn = now.wear_growth * cycles / steps * pressure * gap
             wear = wear + worn
             gap = gap + worn
     return Worn(wear, plastic, pressure, gap)

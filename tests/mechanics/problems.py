@@ -12,7 +12,7 @@ from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Laye
 from fretwear.mechanics.geometry import Array, Even, Mask
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
-from fretwear.mechanics.materials import Archard, Coulomb
+from fretwear.mechanics.materials import Archard, Bodies, Coulomb
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
@@ -30,7 +30,7 @@ SPHERE = Sphere(RADIUS)
 
 
 @dataclass(frozen=True)
-class Elastic:
+class Elastic(Bodies):
     """Bodies by their composite modulus, Pa, and κ alone."""
 
     composite_modulus: float = MODULUS
@@ -38,14 +38,13 @@ class Elastic:
 
 
 @dataclass(frozen=True)
-class Waves:
+class Waves(Roughness):
     """Height A cos(k_x x) cos(k_y y), m, of any steepness."""
 
     amplitude: float
     wavenumber_x: float
     wavenumber_y: float
     even: Even = (True, True)
-    mean_height = Roughness.mean_height
 
     def height(self, x: Array, y: Array) -> Array:
         return self.amplitude * np.cos(self.wavenumber_x * x) * np.cos(self.wavenumber_y * y)
@@ -88,10 +87,10 @@ def fretting(
         bodies=Elastic(),
         normal=NormalLoad(LOAD),
         loading=TangentialRatio(load_ratio),
-        friction=Coulomb(FRICTION),
+        friction_law=Coulomb(FRICTION),
         wear_law=Archard(wear_coefficient),
         slip_model=Jaeger(),
-        limit=limit * P0,
+        plastic_limit=limit * P0,
         spacing=(A / cells, A / cells),
         extent=(1.15 * A, 1.15 * A),
     )

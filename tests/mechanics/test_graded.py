@@ -115,7 +115,7 @@ def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
 def test_endless_wear_reaches_the_limiting_state(kind, ratio):
     problem, theory, limit = on_cells(kind, ratio)
     cycles = 60 if kind == "rings" else 1e4
-    *_, last = evolve(problem, [cycles / (problem.growth_rate * theory.hertz.peak_pressure)])
+    *_, last = evolve(problem, [cycles / (problem.wear_growth * theory.hertz.peak_pressure)])
     found, rel = measure(problem, last), 3e-3 if kind == "rings" else 1e-3
     assert found.approach == near(limit.approach, rel=1e-4 if kind == "rings" else 1e-5)
     assert found.central_pressure == near(limit.central_pressure, rel=1e-3)
@@ -186,7 +186,7 @@ def test_pressure_in_the_middle_is_continuous_where_the_contact_begins_to_slide(
         peak = problem.hertz.peak_pressure
         assert state.pressure[0, 0] == near(peak, rel=1e-3), ratio
         if ratio in (1.0, ratios[1], ratios[4], ratios[15]):
-            *_, last = evolve(problem, [1.0 / (problem.growth_rate * peak)])
+            *_, last = evolve(problem, [1.0 / (problem.wear_growth * peak)])
             worn[ratio] = last.pressure[0, 0] / peak
     # It changes by less over a thousandth of U_t.
     np.testing.assert_allclose([*worn.values()], worn[1.0], rtol=5e-3)
@@ -242,7 +242,7 @@ def test_a_capped_contact_meets_its_conditions(rings):
 def test_wear_is_that_of_the_independent_reference(ratio, limit):
     known = independent(ratio, limit)
     problem = fretting(load_ratio=ratio, limit=limit, geometry=Rings)
-    times = {tau / (problem.growth_rate * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
+    times = {tau / (problem.wear_growth * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
     # The tolerance of a step is 1 %, and errors of steps mend each other.
     bound = 5e-3
     for state in evolve(problem, sorted(times)):
@@ -286,7 +286,7 @@ def test_fields_on_a_plane_are_those_along_the_radius():
 def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
     limit = 1.5 * LINE.peak_pressure
     problem = rubbing(0.8, limit=limit / P0)
-    first, *_, last = evolve(problem, [10.0 / (problem.growth_rate * LINE.peak_pressure)])
+    first, *_, last = evolve(problem, [10.0 / (problem.wear_growth * LINE.peak_pressure)])
     assert last.pressure.max() == near(limit)
     assert last.geometry.integral(last.pressure) == near(LOAD)
     assert last.plastic.max() > 0
@@ -314,7 +314,7 @@ def test_a_punch_with_rounded_edges(share):
     assert found.central_pressure == near(float(hertz.pressure(0.0)), rel=1e-4)
     assert found.peak_pressure == near(hertz.peak_pressure, rel=1e-3)
     assert found.approach == near(hertz.approach, rel=1e-5)
-    *_, last = evolve(problem, [1e4 / (problem.growth_rate * hertz.peak_pressure)])
+    *_, last = evolve(problem, [1e4 / (problem.wear_growth * hertz.peak_pressure)])
     found, limiting = measure(problem, last), LineLimitingState(hertz, 0.5)
     assert found.central_pressure == near(limiting.central_pressure, rel=1e-3)
     assert found.approach == near(limiting.approach, rel=1e-4)
@@ -358,7 +358,7 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
 def test_wear_under_a_displacement_against_explicit_steps():
     """Euler's steps of the contacts under P and P*, the latter by bisection of the condition."""
     problem = driven(0.8, 5e-12)
-    cycles = 2.0 / (problem.growth_rate * LINE.peak_pressure)
+    cycles = 2.0 / (problem.wear_growth * LINE.peak_pressure)
     *_, last = evolve(problem, [cycles])
     line = Line(tuple(np.linspace(0.0, 1.5 * EDGE, 121)), LINE.radius)
     bodies, unworn = problem.half_space(line), problem.unworn(line)
@@ -376,7 +376,7 @@ def test_wear_under_a_displacement_against_explicit_steps():
         held = brentq(excess, 1e-3 * LOAD, LOAD, xtol=1e-6 * LOAD)
         stuck = solve_contact(ContactProblem(bodies, shape, held), start)
         if step < steps:
-            wear += problem.growth_rate * cycles / steps * start * np.maximum(stuck.gap, 0.0)
+            wear += problem.wear_growth * cycles / steps * start * np.maximum(stuck.gap, 0.0)
     assert last.geometry.integral(last.wear) == near(line.integral(wear), rel=2e-3)
     assert last.reduced.load == near(held, rel=4e-3)
     assert last.reduced.load > 1.05 * problem.stick_load
@@ -397,7 +397,7 @@ def test_waves_across_the_line():
     assert state.geometry.integral(state.pressure) == near(LOAD)
     steep = WavyRoughness(20.0 * height, math.atan(80.0 * height / length), 0.0)
     higher = replace(problem, roughness=steep)
-    *_, last = evolve(higher, [20.0 / (problem.growth_rate * LINE.peak_pressure)])
+    *_, last = evolve(higher, [20.0 / (problem.wear_growth * LINE.peak_pressure)])
     closed = last.pressure[:, 0] > 0
     assert np.diff(np.flatnonzero(closed)).max() > 1  # tips, and none of them beyond the strips
     tips = last.geometry.half_space(STEEL.composite_modulus).displacement(last.pressure)

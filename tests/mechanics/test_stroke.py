@@ -20,7 +20,7 @@ from fretwear.mechanics.materials import (
     FallingCoefficient,
 )
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.roughness import BothRough, WavyRoughness
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
@@ -43,7 +43,7 @@ def sliding(stroke=STROKE, coefficients=(INDENTER, FLAT), cells=12, **changes):
             "bodies": BODIES,
             "normal": NormalLoad(LOAD),
             "loading": SlidingAmplitude(stroke),
-            "friction": Coulomb(0.9),
+            "friction_law": Coulomb(0.9),
             "wear_law": Archard(coefficients),
             "spacing": (A / cells, A / cells),
             "extent": (1.15 * A, 1.15 * A),
@@ -115,13 +115,13 @@ def test_every_position_carries_the_load_without_penetration(worn):
 def test_blocks_follow_each_other():
     """Equal blocks are one run, and each body loses what all of them wear off."""
     plain = sliding(cells=8)
-    halves = replace(plain, end=1000.0, following=plain)
+    halves = replace(plain, blocks=((1000.0, plain), (math.inf, plain)))
     *_, whole = slide(plain, (1000.0, 2000.0))
     *_, found = slide(halves, (2000.0,))
     assert found.wear_flat.max() == pytest.approx(whole.wear_flat.max(), rel=2e-4)
     shorter = replace(plain, loading=SlidingAmplitude(0.3 * STROKE), normal=NormalLoad(0.5 * LOAD))
     longer = replace(plain, loading=SlidingAmplitude(4 * STROKE))
-    problem = replace(plain, end=1000.0, following=replace(shorter, end=1500.0, following=longer))
+    problem = replace(plain, blocks=((1000.0, plain), (1500.0, shorter), (math.inf, longer)))
     path = 4 * STROKE * LOAD * (1000 + 0.3 * 0.5 * 500 + 4 * 500)
     states = {state.cycle: state for state in slide(problem, (1200.0, 2000.0))}
     last = states[2000.0]
@@ -135,7 +135,7 @@ def test_blocks_follow_each_other():
 def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_gap():
     """K = αµ, and µ rises linearly from 0.5 to 1 over the first half of the run."""
     friction = Coulomb(Course((0.0, 1000.0), (0.5, 1.0)))
-    problem = sliding(wear_law=EnergyWear((INDENTER, FLAT)), friction=friction)
+    problem = sliding(wear_law=EnergyWear((INDENTER, FLAT)), friction_law=friction)
     *_, last = slide(problem, (2000.0,))
     expected = FLAT * LOAD * 4 * STROKE * (0.75 * 1000 + 1000)
     assert last.geometry.integral(last.wear_flat) == pytest.approx(expected, rel=1e-4)
@@ -155,7 +155,7 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
     """Both bodies sink alike until no position needs more than the limit; then wear goes on."""
     problem = sliding(limit=0.7 * HERTZ_PRESSURE / P0)
     first, *_, last = slide(problem, (200.0,))
-    assert first.pressures.max() == pytest.approx(problem.limit, rel=1e-12)
+    assert first.pressures.max() == pytest.approx(problem.plastic_limit, rel=1e-12)
     assert first.plastic.max() > 0
     assert np.array_equal(first.plastic, first.sunk.sum(axis=0))
     assert first.sunk[0].max() == pytest.approx(first.sunk[1].max())
@@ -164,7 +164,7 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
     assert last.geometry.integral(last.wear_flat) == pytest.approx(
         FLAT * LOAD * 4 * STROKE * 200, rel=1e-9
     )
-    assert last.pressures.max() < problem.limit * (1 + 1e-9)
+    assert last.pressures.max() < problem.plastic_limit * (1 + 1e-9)
     assert last.plastic.max() < 2 * first.plastic.max()
     *_, elastic = slide(sliding(limit=1e3), (200.0,))
     *_, without = slide(sliding(), (200.0,))
@@ -176,7 +176,7 @@ class Uniform(SlipModel):
 
     def reduced(self, problem, half_space, shape, *start, **tolerance):
         del half_space, start, tolerance
-        gap = problem.loading.stroke / (problem.friction.coefficient * problem.coupling)
+        gap = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
         return ReducedContact(np.zeros_like(shape), np.full_like(shape, gap), 0.0, 0.0)
 
 
@@ -192,8 +192,8 @@ def test_a_short_stroke_is_a_fixed_contact(problem):
     """Against the integrator of contacts that stay where they are, with the same slip."""
     assert positions(problem)[0] == [0.0]
     hertz = problem.hertz
-    cycles = 3.0 / (problem.growth_rate * hertz.peak_pressure)
-    cycles *= problem.friction.coefficient * hertz.approach / problem.loading.stroke
+    cycles = 3.0 / (problem.wear_growth * hertz.peak_pressure)
+    cycles *= problem.friction_law.coefficient * hertz.approach / problem.loading.stroke
     *_, found = slide(problem, (cycles,), 0.003)
     fixed = replace(problem, slip_model=Uniform())
     *_, expected = evolve(fixed, (cycles,), 0.003)
@@ -294,7 +294,7 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     left = last.wear_flat[:, 0] + height - flat
     assert np.ptp(left[inside]) < 0.25 * np.ptp(height)
     # Both bodies rough: that of the indenter moves with it.
-    pressed = Rubbing(replace(rough, roughness=BothRough(waves, waves)), (60, 1))
+    pressed = Rubbing(replace(rough, counterface=waves), (60, 1))
     for place, shape in zip(pressed.places, pressed.shapes, strict=True):
         both = waves.height(pressed.x, 0.0) + waves.height(pressed.x - place, 0.0)
         expected = CYLINDER.gap(pressed.x - place, 0.0) + both

@@ -132,7 +132,7 @@ def test_a_cycle_is_a_fresh_loading_whatever_came_before(friction, cycles, growt
     problem = fretting(
         12,
         loading=DisplacementAmplitude(displacement_amplitude=amplitude),
-        friction=Coulomb.unchecked(friction=friction),
+        friction_law=Coulomb.unchecked(friction=friction),
         extent=(1.4 * A, 1.4 * A),
     )
     every = range(1, cycles + 1)
@@ -142,7 +142,7 @@ def test_a_cycle_is_a_fresh_loading_whatever_came_before(friction, cycles, growt
     traction, last = np.zeros(window.shape).ravel(), None
     sticks, shifts = [], []
     for state in states:
-        now, mu = problem.at(state.cycle), problem.at(state.cycle).friction.coefficient
+        now, mu = problem.at(state.cycle), problem.at(state.cycle).friction_law.coefficient
         pressure, stick, gap = (
             state.geometry.resized(field, window).ravel()
             for field in (state.pressure, state.reduced.pressure, state.reduced.gap)

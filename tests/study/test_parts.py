@@ -66,8 +66,7 @@ class WearPerLoad(WearLaw):
     ]
     kind: Literal["by_friction"] = "by_friction"
 
-    def coefficient(self, friction, energy_density=0.0):
-        del energy_density
+    def coefficient(self, friction):
         return self.friction_wear * friction.coefficient
 
 

@@ -143,21 +143,20 @@ def march(
     ``begin`` makes the integrator of a block from the state before, if there is one.
     """
     first = 0.0
-    block: WearProblem | None = problem
-    while block is not None:
-        if state is None or state.cycle < block.end:
-            integrator = begin(block, state)
+    for last, setup in problem.blocks or ((inf, problem),):
+        if state is None or state.cycle < last:
+            integrator = begin(problem.with_setup(setup), state)
             if state is None or state.cycle == first > 0.0:
                 integrator.load()
             if state is None:
                 yield integrator.state
             # Neither a step nor its error estimate may span a kink.
-            kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
+            kinks = {kink for kink in (*setup.kinks, last) if kink < stops[-1]}
             for stop in sorted({*stops, *kinks}):
-                while first <= integrator.state.cycle < min(stop, block.end):
+                while first <= integrator.state.cycle < min(stop, last):
                     yield integrator.advance(stop)
             state = integrator.state
-        first, block = block.end, block.following
+        first = last
 
 
 def evolve(
@@ -229,7 +228,7 @@ def first_loading(
         approach=contact.approach,
         residual=contact.residual,
         reduced=reduced,
-        next_step=_FIRST_STEP / (now.growth_rate * float(contact.pressure.max())),
+        next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
         pressure_rate=nothing,
         source_rate=nothing,
         step=step,
@@ -269,15 +268,16 @@ class Evolution(Integrator):
         """Both stages, and what they differ by from embedded formulas."""
         base, problem, cellwise = self.state, self.problem, self._cellwise
         geometry, accuracy = base.geometry, self.accuracy
-        now, density = problem.worn_by(base, base.cycle, geometry)
+        model, team = problem.slip_model, problem.team
+        now, driver = problem.worn_by(base, base.cycle, geometry)
         early, middle = GAMMA * step, base.cycle + GAMMA * step
-        # A wear coefficient that follows the power lags by one stage.
-        then = problem.at(middle, density)
-        p0, rate = base.pressure, now.growth_rate * step
+        # What drives the wear coefficient lags by one stage.
+        then = problem.at(middle).driven(driver)
+        p0, rate = base.pressure, now.wear_growth * step
         first = self.stage(
             base,
             cellwise(np.multiply, p0, rate * DIAGONAL),
-            then.growth_rate * step * DIAGONAL,
+            then.wear_growth * step * DIAGONAL,
             cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
             cellwise(np.multiply, base.source_rate, early),
             accuracy.first_stage,
@@ -285,18 +285,19 @@ class Evolution(Integrator):
         )
         p1 = first.pressure
         known = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
-        found, last = then, problem.at(end)
-        if problem.changes:
-            found, reached = problem.worn_by(first, middle, geometry)
-            last = problem.at(end, max(0.0, reached + BEYOND * (reached - density)))
-            r0, lagged, r1 = (each.growth_rate * step for each in (now, then, found))
+        found, reached = problem.worn_by(first, middle, geometry)
+        last = problem.at(end).driven(max(0.0, reached + BEYOND * (reached - driver)))
+        r0, lagged, r1 = (each.wear_growth * step for each in (now, then, found))
+        if not r0 == lagged == r1:
             known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
         second = self.stage(
             first,
             known,
-            last.growth_rate * step * DIAGONAL,
+            last.wear_growth * step * DIAGONAL,
             cellwise(lambda p, q: q + BEYOND * (q - p), p0, p1),
-            cellwise(np.multiply, first.source_since(base, problem.team), BEYOND),
+            cellwise(
+                np.multiply, first.source_since(base, problem.slip_model, problem.team), BEYOND
+            ),
             accuracy.contact,
             problem=last,
             output_step=output_step,
@@ -305,8 +306,8 @@ class Evolution(Integrator):
         if fitting is not geometry:
             self._move_to(fitting)
             return None
-        rates = [each.growth_rate for each in (now, found, last)]
-        error, factor, accepted = self._assess(step, rates, first, second)
+        rates = [each.wear_growth for each in (now, found, last)]
+        error, factor, accepted = self._assess(step, last, rates, first, second)
         between = (1.0 - GAMMA) * step
         state = State(
             **vars(second),
@@ -314,7 +315,7 @@ class Evolution(Integrator):
             geometry=geometry,
             next_step=step,
             pressure_rate=cellwise(lambda p, q: (q - p) / between, p1, second.pressure),
-            source_rate=cellwise(np.divide, second.source_since(first, problem.team), between),
+            source_rate=cellwise(np.divide, second.source_since(first, model, team), between),
             step=base.step + 1,
             error_estimate=error,
             convolutions=base.convolutions + self._convolutions,
@@ -324,13 +325,19 @@ class Evolution(Integrator):
         return state, factor, accepted
 
     def _assess(
-        self, step: float, rates: Sequence[float], first: Stage, second: Stage
+        self,
+        step: float,
+        problem: WearProblem,
+        rates: Sequence[float],
+        first: Stage,
+        second: Stage,
     ) -> tuple[float, float, bool]:
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
-        ``rates`` are β at the start and at the end of both stages, 1/Pa per cycle.
+        ``problem`` is that at the end of the step, and ``rates`` are β at its start and at the end
+        of both stages, 1/Pa per cycle.
         """
-        base, problem, cellwise = self.state, self.problem, self._cellwise
+        base, cellwise = self.state, self._cellwise
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
         if volume == 0:
@@ -348,10 +355,11 @@ class Evolution(Integrator):
             return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
         error = integral(cellwise(lost, second.reduced.gap, exponent(DIFFERENCE)))
-        if second.yielded or problem.slip_moves:
+        model = problem.slip_model
+        if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.
-            x, shift = exponent(MAIN), second.source_since(base, problem.team)
-            layer = problem.slip_model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
+            x, shift = exponent(MAIN), second.source_since(base, model, problem.team)
+            layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
             worn = layer.displacement(second.pressure, problem.team)
             if kept:
                 worn = base.wear + _all_worn(kept, worn - base.opening, gap, shift, x)
@@ -364,7 +372,7 @@ class Evolution(Integrator):
         if first.yielded or second.yielded:
             # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A much longer
             # step would miss the flow in between.
-            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.limit)
+            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.plastic_limit)
             factor = min(factor, longest / step)
             accepted &= step <= _ACCEPTED * longest
         return error, factor, accepted
@@ -378,22 +386,23 @@ class Evolution(Integrator):
         guess: Array,
         tolerance: float,
         *,
-        problem: WearProblem | None = None,
+        problem: WearProblem,
         output_step: bool = False,
     ) -> Stage:
         """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
 
         ``start`` and ``guess`` are first guesses of the pressure, Pa, and of the change of G by
         plastic flow, m; ``tolerance`` is that of the contact, and ``problem`` that at the end of
-        the stage, if it changes. Only one that ends at a requested cycle, an ``output_step``,
+        the stage. Only one that ends at a requested cycle, an ``output_step``,
         solves the reduced contact to full accuracy and has its residual from a separate
         convolution. A ContactError says that a contact or the iteration between flow and wear does
         not converge, or that a value is not finite.
         """
-        problem, accuracy, geometry = problem or self.problem, self.accuracy, self.state.geometry
+        accuracy, geometry = self.accuracy, self.state.geometry
         ground, cellwise = self.workspace.on(geometry), self._cellwise
         bodies, unworn, team = ground.half_space, ground.unworn, problem.team
-        model, moves, kept = problem.slip_model, self.problem.slip_moves, problem.debris_fraction
+        model, kept = problem.slip_model, problem.debris_fraction
+        moves = not model.still_holds(base.reduced, problem, base.load)
         reduced, gap_before = base.reduced, base.reduced.gap
         shift = guess if base.yielded else None
         response, level = None, None
@@ -416,7 +425,7 @@ class Evolution(Integrator):
                 layer = replace(layer, response=response, level=level)
             try:
                 contact = solve_contact(
-                    self.problem.contact(bodies, sunk, layer),
+                    problem.contact(bodies, sunk, layer),
                     start,
                     tolerance,
                     verified=output_step,
@@ -478,7 +487,7 @@ class Evolution(Integrator):
             )
             if not yielded and shift is None:
                 break
-            missing = stage.source_since(base, team)
+            missing = stage.source_since(base, model, team)
             if shift is not None:
                 missing = cellwise(np.subtract, missing, shift)
             # The wear due to the missing flow, or to slip that changes midway.

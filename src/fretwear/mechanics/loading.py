@@ -132,8 +132,6 @@ class Loading(Imposed):
     """
 
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
-    # Whether a fraction of the load of gross sliding is imposed, which does not depend on friction.
-    is_ratio: ClassVar[bool] = False
     stroke: float = 0.0  # amplitude of sliding, m, if imposed
 
     def load_ratio(self, friction: float, load: float) -> float:
@@ -153,6 +151,10 @@ class Loading(Imposed):
     def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
         """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
         return self.load_ratio(friction, hertz.load)
+
+    def stick_load(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; none where it slides."""
+        return max(0.0, hertz.load * (1.0 - self.ratio(friction, coupling, hertz)))
 
     def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """Tangential load amplitude Q, N, of the unworn smooth contact."""
@@ -190,8 +192,6 @@ class TangentialRatio(Loading):
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
     letter: ClassVar[str] = "X"
-
-    is_ratio: ClassVar[bool] = True
 
     def load_ratio(self, *_: float) -> float:
         """X = Q/(µP), as given."""
@@ -297,10 +297,14 @@ class Displacement(Loading):
 
     def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
+        return 1.0 - self.stick_load(friction, coupling, hertz) / hertz.load
+
+    def stick_load(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; none where it slides."""
         plain = self.plain(friction, coupling, hertz)
         flexibility = self.flexibility(hertz)
         sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach, flexibility)
-        return 1.0 - sliding.of_smooth(hertz)[0] / hertz.load
+        return sliding.of_smooth(hertz)[0]
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> DisplacementAmplitude:
         """The amplitude in m."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
 
@@ -168,11 +168,6 @@ class Friction(Part):
 
     coefficient: float  # coefficient of friction µ, at cycle 0 where it changes
     least: float  # smallest coefficient of all cycles
-    kinks: tuple[float, ...] = ()  # cycles at which the coefficient does not change smoothly
-
-    def at(self, cycle: float) -> Friction:  # noqa: ARG002 - constant unless a kind says otherwise
-        """The friction of a cycle."""
-        return self
 
 
 @dataclass(frozen=True)
@@ -203,11 +198,11 @@ class Coulomb(Friction):
         return min(self._course.values)
 
     @property
-    def kinks(self) -> tuple[float, ...]:  # type: ignore[override]
+    def kinks(self) -> tuple[float, ...]:
         """Cycles at which the coefficient does not change smoothly."""
         return self._course.cycles
 
-    def at(self, cycle: float) -> Friction:
+    def at(self, cycle: float) -> Coulomb:
         """The friction of a cycle."""
         return Coulomb.unchecked(friction=self._course.at(cycle)) if self.kinks else self
 
@@ -328,20 +323,32 @@ class PerEnergy(OfBodies):
         return super().text(value.slow if isinstance(value, FallingCoefficient) else value)
 
 
+class Means(Protocol):
+    """What a wear law may read of the contact of the moment: means over its area and a cycle."""
+
+    @property
+    def energy_density(self) -> float:
+        """Dissipated energy per cycle and area of contact, J/m²."""
+
+
 class WearLaw(Part):
     """Worn depth in proportion to pressure and path of slip."""
 
     slug = ""  # the coefficient is left out of the id
-    follows_power: bool = False  # whether the proportion depends on the dissipated energy
     # Fractions of indenter and flat in the wear; None if only their sum is known.
     shares: tuple[float, float] | None = None
 
-    def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
-        """Worn depth of both bodies together per pressure and path of slip, 1/Pa.
-
-        ``energy_density`` is the energy per cycle and area of contact, J/m².
-        """
+    def coefficient(self, friction: Friction) -> float:
+        """Worn depth of both bodies together per pressure and path of slip, 1/Pa."""
         raise NotImplementedError
+
+    def driver(self, contact: Means) -> float:  # noqa: ARG002 - a constant has none
+        """What the coefficient follows in the course of wear, read off a contact."""
+        return 0.0
+
+    def driven(self, driver: float) -> WearLaw:  # noqa: ARG002
+        """The law with the coefficient that it has at a value of its driver."""
+        return self
 
 
 @dataclass(frozen=True)
@@ -356,7 +363,7 @@ class Archard(WearLaw):
     ]
     kind: Literal["archard"] = "archard"
 
-    def coefficient(self, *_: Any, **__: Any) -> float:
+    def coefficient(self, friction: Friction) -> float:  # noqa: ARG002 - of any friction
         """K_w, 1/Pa."""
         return _total(self.wear_coefficient)
 
@@ -384,17 +391,26 @@ class EnergyWear(WearLaw):
     ]
     kind: Literal["energy"] = "energy"
 
-    @property
-    def follows_power(self) -> bool:  # type: ignore[override]
-        """Whether α falls with the friction power."""
-        return isinstance(self.energy_wear_coefficient, FallingCoefficient)
-
-    def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
-        """K = αµ, 1/Pa."""
+    def coefficient(self, friction: Friction) -> float:
+        """K = αµ, 1/Pa; without power where α falls with it."""
         value = self.energy_wear_coefficient
         if isinstance(value, FallingCoefficient):
-            value = value.at(energy_density)
+            value = value.at(0.0)
         return _total(value) * friction.coefficient
+
+    def driver(self, contact: Means) -> float:
+        """Energy per cycle and area of contact, J/m², where α falls with it."""
+        falls = isinstance(self.energy_wear_coefficient, FallingCoefficient)
+        return contact.energy_density if falls else 0.0
+
+    def driven(self, driver: float) -> EnergyWear:
+        """The law with the constant α of an energy density, J/m²."""
+        value = self.energy_wear_coefficient
+        if not isinstance(value, FallingCoefficient):
+            return self
+        total, shares = value.at(driver), self.shares
+        constant = total if shares is None else (shares[0] * total, shares[1] * total)
+        return EnergyWear.unchecked(energy_wear_coefficient=constant)
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]

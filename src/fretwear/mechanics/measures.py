@@ -60,9 +60,9 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     within, beside = (pressure.ravel()[each].sum() for each in (zone.inside, zone.outside))
     if beside > 0.0:
         stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
-    stick_load = min(stick_load, problem.limit * zone.area) if zone.area > 0.0 else 0.0
+    stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
     peak = float(pressure.max())
-    if isinstance(geometry, Rings) and np.isinf(problem.limit):
+    if isinstance(geometry, Rings) and np.isinf(problem.plastic_limit):
         # At the stick edge it grows as rings get narrower: that of an annulus as wide as a cell.
         peak = float(geometry.means(pressure, geometry.x, min(problem.spacing)).max())
     displacement = problem.tangential_displacement(state.approach, reduced)
@@ -199,7 +199,7 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     a thousandth of the displacement.
     """
     problem: WearProblem = workspace.problem.of(state)
-    coefficient, flexibility = problem.friction.coefficient, problem.flexibility
+    coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
     if largest := problem.loading.stroke:
         force, opening = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1), largest
         displacement = np.zeros_like(force)

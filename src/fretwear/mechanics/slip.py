@@ -18,18 +18,19 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 
 from fretwear.mechanics.contact import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
-from fretwear.mechanics.loading import Sliding
+from fretwear.mechanics.loading import Normal, Sliding
+from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team, kernels
 from fretwear.parts import Part
-from fretwear.theory import LineContact
+from fretwear.theory import HertzContact, LineContact
 
 _COARSE = 1e-2
 # From this tolerance on, displacements in single precision suffice beyond the stick zone.
@@ -56,6 +57,33 @@ class ReducedContact:
         return self.pressure > 0
 
 
+class Conditions(Protocol):
+    """What a slip model sees of a setup."""
+
+    @property
+    def hertz(self) -> HertzContact:
+        """The unworn smooth contact."""
+
+    @property
+    def normal(self) -> Normal:
+        """What presses the bodies together."""
+
+    @property
+    def friction_law(self) -> Friction:
+        """What resists slip."""
+
+    @property
+    def bodies(self) -> Bodies:
+        """What deforms."""
+
+    @property
+    def unworn_sliding(self) -> Sliding:
+        """The condition on the reduced contact of the unworn smooth contact."""
+
+    def sliding(self, load: float, approach: float) -> Sliding:
+        """The condition on that of a contact with a load, N, and an approach, m."""
+
+
 class SlipModel(Part):
     """How slip follows from the contact, and how wear follows from slip within a step.
 
@@ -66,12 +94,18 @@ class SlipModel(Part):
     follows_shape: ClassVar[bool] = False
 
     def reduced(
-        self, problem: Any, half_space: HalfSpace, shape: Array, *more: Any, **named: Any
+        self,
+        setup: Conditions,
+        half_space: HalfSpace,
+        shape: Array,
+        sliding: Sliding | None = None,
+        start: ReducedContact | None = None,
+        tolerance: float = 1e-8,
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        More arguments are ``sliding``, the condition on it, None for that of the unworn contact; a
-        first guess ``start``; and ``tolerance``, that of `solve_contact`.
+        ``sliding`` is the condition on it, None for that of the unworn contact; ``start`` a first
+        guess; and ``tolerance`` that of `solve_contact`.
         """
         raise NotImplementedError
 
@@ -84,7 +118,23 @@ class SlipModel(Part):
         """
         if self.follows_shape:
             return WearLayer(wear, gap, shift, exponent, rate)
-        return WinklerLayer(rate * gap, wear + exponent * gap)
+        mean = gap if shift is None else gap + 0.5 * shift
+        return WinklerLayer(rate * mean, wear + exponent * mean)
+
+    def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:
+        """Whether a reduced contact, worn on, is still the one that a setup asks for.
+
+        Wear outside the stick zone does not change the contact under a reduced load. A contact at
+        a reduced approach follows the approach of the bodies, and a load that is not held falls.
+        ``load`` is P, N, of the contact that the reduced one belongs to.
+        """
+        if not self.follows_shape:
+            return True
+        return setup.normal.holds_load and setup.sliding(load, 0.0).load == reduced.load
+
+    def source(self, gap: Array, opening: Array) -> Array:
+        """G, m: what g* has besides the gap opened by wear, which adds to it or does not."""
+        return gap - opening if self.follows_shape else gap
 
     def gap_after(self, gap: Array, wear: Array) -> Array:
         """g*, m, after wear by ``wear``, m, outside the stick zone and no plastic flow.
@@ -104,7 +154,7 @@ class Jaeger(SlipModel):
 
     def reduced(
         self,
-        problem: Any,
+        setup: Conditions,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding | None = None,
@@ -116,7 +166,7 @@ class Jaeger(SlipModel):
         If the reduced approach does not reach the shape nothing sticks, and the bodies slide by
         their gap.
         """
-        sliding = sliding or problem.unworn_sliding
+        sliding = sliding or setup.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
         if sliding.load is not None:
             if sliding.load <= 0.0:
@@ -127,7 +177,7 @@ class Jaeger(SlipModel):
                     "fewer cycles"
                 )
             return contact_under(half_space, shape, sliding.load, None, guess, tolerance)
-        lowest, scale, flexibility = float(shape.min()), problem.hertz.approach, sliding.flexibility
+        lowest, scale, flexibility = float(shape.min()), setup.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
             nothing, gap = np.zeros_like(shape), shape - sliding.level
@@ -136,12 +186,12 @@ class Jaeger(SlipModel):
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
         # P* is at most P.
-        low, high, convolutions = 0.0, depth + max(-flexibility, 0.0) * problem.hertz.load, 0
-        tried, power = depth, 1.0 if isinstance(problem.hertz, LineContact) else 1.5
+        low, high, convolutions = 0.0, depth + max(-flexibility, 0.0) * setup.hertz.load, 0
+        tried, power = depth, 1.0 if isinstance(setup.hertz, LineContact) else 1.5
         if flexibility and guess is not None and start is not None:
             tried = start.approach - lowest
         if flexibility and (guess is None or not low < tried < high):
-            tried = min(replace(sliding, level=depth).of_smooth(problem.hertz)[1], high)
+            tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
         before: tuple[float, float] | None = None
         while True:
             found = contact_under(
@@ -173,16 +223,28 @@ class CattaneoMindlin(SlipModel):
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
     told_as: ClassVar[str] = "slip of the unworn contact"
 
-    def reduced(self, problem: Any, half_space: HalfSpace, *_: Any, **__: Any) -> ReducedContact:
+    def reduced(
+        self,
+        setup: Conditions,
+        half_space: HalfSpace,
+        shape: Array,  # noqa: ARG002 - of any shape
+        sliding: Sliding | None = None,  # noqa: ARG002 - that of the unworn contact
+        start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
+        tolerance: float = 1e-8,  # noqa: ARG002
+    ) -> ReducedContact:
         """Hertz pressure and gap of the contact whose radius or half-width is c."""
         geometry = half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
-        load, approach = problem.unworn_sliding.of_smooth(problem.hertz)
+        load, approach = setup.unworn_sliding.of_smooth(setup.hertz)
         if not load > 0.0:
-            gap = r**2 / (2.0 * problem.hertz.radius) - approach
+            gap = r**2 / (2.0 * setup.hertz.radius) - approach
             return ReducedContact(np.zeros_like(r), gap, approach, 0.0)
-        hertz = problem.hertz.with_load(load)
+        hertz = setup.hertz.with_load(load)
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
+
+    def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:  # noqa: ARG002
+        """Whether the unworn contact, which is all that it follows, has the same reduced load."""
+        return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 
 
 def contact_under(

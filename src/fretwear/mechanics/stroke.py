@@ -39,7 +39,6 @@ from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
 from fretwear.mechanics.loading import SMALL_STROKE
-from fretwear.mechanics.roughness import BothRough
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
@@ -162,20 +161,17 @@ class _Slider(Integrator):
         state = self._state(cycle, step, found, worn, sunk + found.flow)
         self.state = replace(state, next_step=first)
 
-    def rates(self, cycle: float, energy_density: float = 0.0) -> Array:
-        """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1).
+    def rates(self, cycle: float, driver: float = 0.0) -> Array:
+        """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1)."""
+        problem = self.problem.at(cycle).driven(driver)
+        return np.asarray(
+            4.0 * problem.loading.stroke * problem.combined_wear_coefficient * self.shares
+        )
 
-        ``energy_density`` is the energy per cycle and area of contact, J/m².
-        """
-        coefficient = self.problem.at(cycle, energy_density).wear_coefficient
-        return np.asarray(4.0 * self.problem.loading.stroke * coefficient * self.shares)
-
-    def energy_density(self, cycle: float, pressures: Array) -> float:
-        """Energy per cycle and area of contact, J/m², in the mean over the stroke."""
-        problem, rubbing = self.problem.at(cycle), self.rubbing
-        area = 2.0 * rubbing.area * float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
-        force = problem.friction.coefficient * problem.hertz.load
-        return 4.0 * force * problem.loading.stroke / area
+    def driver(self, cycle: float, pressures: Array) -> float:
+        """What the wear coefficient follows, of contacts at all positions."""
+        problem = self.problem.at(cycle)
+        return problem.wear_law.driver(StrokeMeans(problem, self.rubbing, pressures))
 
     def attempt(self, step: float, end: float, *, output_step: bool) -> integrator.Attempt:
         """Both stages, and what they differ by from embedded formulas."""
@@ -187,15 +183,15 @@ class _Slider(Integrator):
             return self.rubbing.solve(self.opens * known + sunk, compliance, closed)
 
         middle, started = base.cycle + GAMMA * step, base.rates
-        # A wear coefficient that follows the power lags by one stage.
-        density = self.energy_density(base.cycle, base.pressures)
+        # What drives the wear coefficient lags by one stage.
+        driver = self.driver(base.cycle, base.pressures)
         known = base.worn + DIAGONAL * step * started
-        first = stage(known, base.sunk, self.rates(middle, density), base.pressures > 0)
-        reached = self.energy_density(middle, first.pressures)
+        first = stage(known, base.sunk, self.rates(middle, driver), base.pressures > 0)
+        reached = self.driver(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
         known = base.worn + WEIGHT * step * (started + between)
-        ahead = max(0.0, reached + BEYOND * (reached - density))
+        ahead = max(0.0, reached + BEYOND * (reached - driver))
         rates = self.rates(end, ahead)
         last = stage(known, sunk, rates, first.pressures > 0)
         if self._outgrown(last):
@@ -220,14 +216,14 @@ class _Slider(Integrator):
         # The middle of the stroke is the first position.
         middle = found.pressures[0, geometry.shape[0] :]
         separation = ground.half_space.displacement(middle) + ground.unworn + opening + plastic
-        free = (middle > 0) & (middle < problem.limit)
+        free = (middle > 0) & (middle < problem.plastic_limit)
         approach = float(separation[free].mean())
         gap = separation - approach
         residual = np.abs(np.where(free, gap, np.minimum(gap, 0.0))).max() / approach
-        slip = problem.loading.stroke / (problem.friction.coefficient * problem.coupling)
+        slip = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
         nothing = np.zeros(geometry.shape)
         reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
-        rates = self.rates(cycle, self.energy_density(cycle, found.pressures))
+        rates = self.rates(cycle, self.driver(cycle, found.pressures))
         return StrokeState(
             cycle=cycle,
             next_step=0.0,
@@ -275,6 +271,23 @@ class Contacts(NamedTuple):
     flow: Array  # how far each of them sinks where the pressure is at the limit, m
 
 
+@dataclass(frozen=True)
+class StrokeMeans:
+    """What a wear law may read of contacts over a stroke, in the mean over their positions."""
+
+    problem: WearProblem
+    rubbing: Rubbing
+    pressures: Array  # Pa, shape (positions, 2n, m)
+
+    @property
+    def energy_density(self) -> float:
+        """Dissipated energy per cycle and area of contact, J/m²."""
+        problem, rubbing = self.problem, self.rubbing
+        area = 2.0 * rubbing.area * float(rubbing.weights @ (self.pressures > 0).sum(axis=(1, 2)))
+        force = problem.friction_law.coefficient * problem.hertz.load
+        return 4.0 * force * problem.loading.stroke / area
+
+
 class Rubbing:
     """The contacts of a stroke on equal cells.
 
@@ -287,11 +300,11 @@ class Rubbing:
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
         from scipy.sparse import csr_matrix
 
-        self.load, self.limit = problem.hertz.load, problem.limit
+        self.load, self.limit = problem.hertz.load, problem.plastic_limit
         half, self.rows = shape
         count, (size, _) = 2 * half, problem.spacing
         self.places, self.weights = positions(problem)
-        modulus = problem.bodies.composite_modulus
+        modulus = problem.composite_modulus
         # Displacement by the distance along x, and the row of either cell.
         if problem.geometry is Line:
             assert isinstance(problem.hertz, LineContact)
@@ -311,8 +324,9 @@ class Rubbing:
         self.x = (np.arange(count) - half + 0.5) * size
         self.cells, values = count * self.rows, half * self.rows
         # A single roughness is that of the flat; of two, the other moves with the indenter.
-        rough = problem.roughness
-        both = (rough.first, rough.second) if isinstance(rough, BothRough) else (rough, None)
+        both = problem.roughness, problem.counterface
+        if None in both:
+            both = problem.rough, None
         # One row a cell, one column a value of the flat's wear, then of the indenter's.
         self.shapes, self.worn = [], []
         at, across = self.x[:, None], self.y[None, :]

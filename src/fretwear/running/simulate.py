@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from types import SimpleNamespace
@@ -22,6 +22,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import loop, measure
+from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
@@ -315,34 +316,24 @@ def wear_problem(
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
     usual = Line if case.indenter.is_line else Rings if case.is_on_rings else Grid
-    problem = WearProblem(
-        indenter=case.indenter,
-        roughness=case.rough,
-        bodies=case.bodies,
-        normal=case.normal,
-        loading=case.loading,
-        friction=case.friction_law,
-        wear_law=case.wear_law,
-        slip_model=case.slip_model,
-        limit=case.plastic_limit,
+    blocks: list[tuple[float, Setup]] = []
+    for end, block in case.in_blocks():
+        assert block is not None
+        loading = block.loading if block.loading.is_force else block.plain_loading
+        setup = block.changed(loading=loading).setup
+        if blocks and blocks[-1][1] == setup:
+            blocks.pop()
+        blocks.append((end, setup))
+    blocks[-1] = math.inf, blocks[-1][1]
+    return WearProblem(
+        **vars(blocks[0][1]),
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
         team=Team(threads),
         geometry=geometry or usual,
-        debris_fraction=case.debris_fraction,
         coarseness=coarseness,
+        blocks=tuple(blocks) if len(blocks) > 1 else (),
     )
-    following: WearProblem | None = None
-    for end, block in reversed([*case.in_blocks()]):
-        assert block is not None
-        loading = block.loading if block.loading.is_force else block.plain_loading
-        now = replace(
-            problem, normal=block.normal, loading=loading, friction=block.friction_law, end=end
-        )
-        if following is None or now != replace(following, end=end, following=None):
-            following = replace(now, end=end if following else math.inf, following=following)
-    assert following is not None
-    return following
 
 
 def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
@@ -362,7 +353,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
         slip = problem.slip(reduced)
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK
-        rate = 4.0 * problem.wear_coefficient * state.pressure * slip
+        rate = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
         bodies = [share * state.wear for share in problem.wear_law.shares or ()]
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
@@ -385,7 +376,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
             if not problem.loading.stroke:
-                path = 4.0 * problem.wear_coefficient * written["pressure"][loaded]
+                path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)

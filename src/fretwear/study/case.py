@@ -26,7 +26,7 @@ from fretwear.study.parameters import (
 )
 from fretwear.study.problems import Problem, Problems
 from fretwear.study.rules import findings
-from fretwear.study.setup import MAX_CYCLES, Setup, members, snapshots_of
+from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
 from fretwear.study.spacing import default_spacing
 from fretwear.units import QuantityError
 
@@ -72,7 +72,7 @@ class CaseError(ValueError):
 
 
 @dataclass(frozen=True, init=False)
-class Case(Setup):
+class Case(Draft):
     """One contact, one loading, one number of cycles: what `simulate` takes.
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The

@@ -12,7 +12,7 @@ from typing import Any, cast
 from fretwear.parts import Parameter, Part, Quantity, derived, required
 from fretwear.study.members import Block, Inline, PartOf
 from fretwear.study.problems import Problem, Problems, read_given
-from fretwear.study.setup import IN_BLOCKS, Setup, members
+from fretwear.study.setup import IN_BLOCKS, Draft, members
 from fretwear.units import nearest
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
@@ -84,7 +84,7 @@ def _tables_of(_: object) -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parame
             with suppress(TypeError):
                 own = leaf.parameter.coordinates(coordinate(leaf.name), value)
                 coordinates |= {name: each for name, each, _ in own}
-    return keys | dotted, {**following, **coordinates, **derived(Setup)}
+    return keys | dotted, {**following, **coordinates, **derived(Draft)}
 
 
 def base_names() -> tuple[str, ...]:
@@ -246,7 +246,7 @@ def missing(
                 rule = f"is redundant: {member} is given too"
                 yield Problem(name, None, rule, "give one of the two")
             continue
-        must_be_given = member in required(Setup) or (in_file and about.must_be_written)
+        must_be_given = member in required(Draft) or (in_file and about.must_be_written)
         # Blocks that could not be read may give it.
         unread = member in IN_BLOCKS and not (blocks or given.intersection(about.keys))
         if not must_be_given or ("blocks" in given and (member == "cycles" or unread)):

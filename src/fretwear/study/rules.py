@@ -16,8 +16,9 @@ from fretwear.mechanics.loading import (
     DisplacementRatio,
     TangentialRatio,
 )
+from fretwear.mechanics.materials import FallingCoefficient
 from fretwear.study.problems import Problem
-from fretwear.study.setup import Setup, cell_text, members
+from fretwear.study.setup import Draft, cell_text, members
 from fretwear.study.spacing import rounded_down
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
@@ -42,14 +43,14 @@ class Rule:
     """A rule, and the members or single parameters of a case that it needs."""
 
     needs: frozenset[str]
-    broken: Callable[[Setup], Iterator[Problem]]
+    broken: Callable[[Draft], Iterator[Problem]]
 
-    def find(self, case: Setup) -> Problem | None:
+    def find(self, case: Draft) -> Problem | None:
         """Return the first thing that breaks it, if any."""
         return next(self.broken(case), None)
 
 
-def _needing(names: str) -> Callable[[Callable[[Setup], Iterator[Problem]]], Rule]:
+def _needing(names: str) -> Callable[[Callable[[Draft], Iterator[Problem]]], Rule]:
     return lambda broken: Rule(frozenset(names.split()), broken)
 
 
@@ -58,7 +59,7 @@ def _length(value: float, digits: int = 3) -> str:
 
 
 @_needing("indenter normal loading")
-def _loads_suit(case: Setup) -> Iterator[Problem]:
+def _loads_suit(case: Draft) -> Iterator[Problem]:
     kind, is_line = case.indenter.kind, case.indenter.is_line
     rule, example = f"is a force per length, but a {kind} is loaded by a force", "50 N"
     if is_line:
@@ -70,7 +71,7 @@ def _loads_suit(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter normal loading")
-def _reference_is_known(case: Setup) -> Iterator[Problem]:
+def _reference_is_known(case: Draft) -> Iterator[Problem]:
     """The approach of a line contact, and its displacement, depend on the choice of a reference.
 
     Quantities in units of the smooth contact need one that is known before the run.
@@ -99,7 +100,7 @@ def _reference_is_known(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter loading")
-def _compliance_is_of_a_line(case: Setup) -> Iterator[Problem]:
+def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and not case.indenter.is_line:
         rule = f"is for line contacts: that of a {case.indenter.kind} follows from its load"
@@ -108,14 +109,14 @@ def _compliance_is_of_a_line(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter cell")
-def _line_has_one_spacing(case: Setup) -> Iterator[Problem]:
+def _line_has_one_spacing(case: Draft) -> Iterator[Problem]:
     if case.cell is not None and case.indenter.is_line and case.cell[0] != case.cell[1]:
         rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
         yield Problem("cell", cell_text(case.cell), rule, f"write cell: {_length(case.cell[0], 6)}")
 
 
 @_needing(_CONTACT + "loading")
-def _stroke_is_even(case: Setup) -> Iterator[Problem]:
+def _stroke_is_even(case: Draft) -> Iterator[Problem]:
     indenter, normal = case.indenter, case.normal
     if case.loading.stroke and not (normal.holds_load or indenter.is_line):
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
@@ -126,19 +127,23 @@ def _stroke_is_even(case: Setup) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "loading wear_law friction_law")
-def _bodies_wear_apart(case: Setup) -> Iterator[Problem]:
+def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """If the bodies move, the wear of each moves with it."""
     law = case.wear_law
     if case.loading.stroke > SMALL_STROKE * case.hertz_radius and law.shares is None:
         (name, about), *_ = law.parameters().items()
         rule = "is that of both bodies, but over a stroke each wears in a place of its own"
         pair = "[value of the indenter, value of the flat]"
-        hint = f"slow: {pair}, fast: {pair}" if law.follows_power else f"{name}: {pair}"
+        hint = (
+            f"slow: {pair}, fast: {pair}"
+            if isinstance(getattr(law, name), FallingCoefficient)
+            else f"{name}: {pair}"
+        )
         yield Problem(name, about.text(getattr(law, name)), rule, f"write {hint}")
 
 
 @_needing(_CONTACT + "loading wear_law friction_law cycles blocks debris_fraction")
-def _scar_is_small(case: Setup) -> Iterator[Problem]:
+def _scar_is_small(case: Draft) -> Iterator[Problem]:
     if not case.loading.stroke or _loads_suit.find(case):
         return
     kind, stroke = case.loading.kind, case.loading.stroke
@@ -158,7 +163,7 @@ def _scar_is_small(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter loading roughness counterface")
-def _line_is_straight(case: Setup) -> Iterator[Problem]:
+def _line_is_straight(case: Draft) -> Iterator[Problem]:
     kind, stroke = case.indenter.kind, case.loading.stroke
     for name, part in [*case.surfaces.items()][1:] if case.indenter.is_line or stroke else ():
         if not case.indenter.is_line:
@@ -179,7 +184,7 @@ def _line_is_straight(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter slip_model")
-def _sphere_slip_needs_a_sphere(case: Setup) -> Iterator[Problem]:
+def _sphere_slip_needs_a_sphere(case: Draft) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
         rule = f"is the closed form of a sphere or cylinder and cannot stand for a {kind}"
@@ -187,7 +192,7 @@ def _sphere_slip_needs_a_sphere(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("indenter roughness counterface")
-def _surfaces_are_sound(case: Setup) -> Iterator[Problem]:
+def _surfaces_are_sound(case: Draft) -> Iterator[Problem]:
     """A surface may have a rule between its own parameters, and each body has one."""
     for name, part in case.surfaces.items():
         if part.problem is not None:
@@ -199,7 +204,7 @@ def _surfaces_are_sound(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("tangential_ratio")
-def _ratio_slides(case: Setup) -> Iterator[Problem]:
+def _ratio_slides(case: Draft) -> Iterator[Problem]:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
     if isinstance(case.loading, TangentialRatio):
         ratio = case.loading.tangential_ratio
@@ -210,7 +215,7 @@ def _ratio_slides(case: Setup) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "loading friction_law")
-def _load_slides(case: Setup) -> Iterator[Problem]:
+def _load_slides(case: Draft) -> Iterator[Problem]:
     """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     if isinstance(loading, TangentialRatio):
@@ -224,7 +229,7 @@ def _load_slides(case: Setup) -> Iterator[Problem]:
         yield from _all_sticks(case, case.tangential_ratio)
 
 
-def _all_sticks(case: Setup, ratio: float) -> Iterator[Problem]:
+def _all_sticks(case: Draft, ratio: float) -> Iterator[Problem]:
     if ratio < LEAST_LOAD_RATIO:
         rule = f"leaves no slip to compute: Q/(µP) is {ratio:.3g} and must be at least "
         hint = "raise the displacement, or the stiffness of the rig"
@@ -233,7 +238,7 @@ def _all_sticks(case: Setup, ratio: float) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT)
-def _contact_is_small(case: Setup) -> Iterator[Problem]:
+def _contact_is_small(case: Draft) -> Iterator[Problem]:
     radius = case.indenter.curvature_radius
     largest = GREATEST_CONTACT * radius
     if case.hertz_radius <= largest:
@@ -254,7 +259,7 @@ def _contact_is_small(case: Setup) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "plastic_limit")
-def _plastic_limit_carries_load(case: Setup) -> Iterator[Problem]:
+def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A softer body just ends with a larger contact: what ends its growth is the theory. A contact of
@@ -276,7 +281,7 @@ def _plastic_limit_carries_load(case: Setup) -> Iterator[Problem]:
 
 
 @_needing("cell roughness counterface indenter")
-def _cell_resolves_surfaces(case: Setup) -> Iterator[Problem]:
+def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
     """A wave or an edge of too few cells would be another surface."""
     if case.cell is None:
         return
@@ -295,7 +300,7 @@ def _cell_resolves_surfaces(case: Setup) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "cell loading friction_law roughness counterface")
-def _cell_resolves_contact(case: Setup) -> Iterator[Problem]:
+def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
     """Contact, stick zone and slip annulus must be wider than the cells."""
     radius, stick, ratio = case.hertz_radius, case.stick_radius, case.tangential_ratio
     slides = case.loading.is_force and ratio >= 1.0
@@ -325,14 +330,14 @@ _OF_BLOCKS = tuple(each for each in vars().values() if isinstance(each, Rule))
 
 
 @_needing("cycles blocks output_cycles")
-def _snapshots_are_within_run(case: Setup) -> Iterator[Problem]:
+def _snapshots_are_within_run(case: Draft) -> Iterator[Problem]:
     if beyond := ", ".join(str(cycle) for cycle in case.output_cycles if cycle > case.cycles):
         hint = f"give cycles from 0 to {case.cycles}, or raise cycles"
         yield Problem("output_cycles", beyond, f"is beyond the last cycle, {case.cycles}", hint)
 
 
 @_needing(" ".join({*members()} - {"cell", "tolerance"}))
-def _blocks_are_sound(case: Setup) -> Iterator[Problem]:
+def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
     """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
     blocks = [block for _, block in case.in_blocks()] if case.blocks else []
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
@@ -353,6 +358,6 @@ def _blocks_are_sound(case: Setup) -> Iterator[Problem]:
 RULES = (*_OF_BLOCKS, _snapshots_are_within_run, _blocks_are_sound)
 
 
-def findings(case: Setup) -> list[Problem]:
+def findings(case: Draft) -> list[Problem]:
     """Return every rule broken by a case whose single values are valid."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
-from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction, WearLaw
-from fretwear.mechanics.roughness import BothRough, Roughness
+from fretwear.mechanics.roughness import Roughness
+from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
-from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared
+from fretwear.parts import AlongXY, Flag, Parameter, Part, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, format_quantity
@@ -32,7 +32,7 @@ IN_BLOCKS = {
 
 
 @dataclass(frozen=True, init=False, kw_only=True)
-class Setup:
+class Draft(Setup):
     """What is pressed and rubbed: the members of a case, valid each by itself, in SI units."""
 
     indenter: Annotated[
@@ -151,23 +151,9 @@ class Setup:
                 return part.__dict__[name]
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
-    @property
-    def hertz(self) -> HertzContact:
-        """Contact of the smooth elastic bodies, which sets the scales."""
-        return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
-
-    @property
-    def rough(self) -> Roughness | None:
-        """The roughness of the surfaces: of one body or of both together."""
-        if self.roughness is not None and self.counterface is not None:
-            return BothRough(self.roughness, self.counterface)
-        return self.roughness or self.counterface
-
-    @property
-    def even(self) -> Even:
-        """Whether the unworn gap is even along x and along y, exactly."""
-        x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
-        return all(x), all(y)
+    def changed(self, **parts: Part) -> Self:
+        """The case with other parts, not checked against each other."""
+        return self.of(vars(self) | parts)
 
     @property
     def is_on_rings(self) -> bool:
@@ -179,16 +165,6 @@ class Setup:
         """Whether it is computed on graded rings or strips: `cell` is that of written fields."""
         is_line = self.rough is None and self.indenter.is_line and not self.loading.stroke
         return self.is_on_rings or is_line
-
-    @property
-    def composite_modulus(self) -> float:
-        """E* in Pa."""
-        return self.bodies.composite_modulus
-
-    @property
-    def coupling(self) -> float:
-        """κ = E*/G*, tangential compliance relative to the normal one."""
-        return self.indenter.coupling(self.bodies)
 
     @property
     def tangential_ratio(
@@ -232,7 +208,7 @@ class Setup:
     @property
     def force_is_held(self) -> bool:
         """Whether P and Q stay as they are, and Q/(µP) with them."""
-        constant = not self.friction_law.kinks and not self.blocks
+        constant = self.at(self.cycles) is self and not self.blocks
         return constant and self.normal.holds_load and self.loading.is_force
 
     @property
@@ -250,41 +226,19 @@ class Setup:
         return self.hertz.peak_pressure
 
     @property
-    def stick_load(self) -> float:
-        """P* = P − Q/µ in N, the load whose contact is the stick zone."""
-        return self.hertz.load * max(0.0, 1.0 - self.tangential_ratio)
-
-    @property
-    def stick_radius(self) -> float:
-        """Stick radius c of the smooth elastic contact in m, that under the load P*."""
-        load = self.stick_load
-        return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-
-    @property
-    def wear_growth(self) -> float:
-        """β = 4 K_w µ κ in 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
-        coefficient = self.wear_law.coefficient(self.friction_law)
-        return 4.0 * coefficient * self.friction_law.coefficient * self.coupling
-
-    @property
     def scar_half_width(self) -> float:
         """Half-width, m, of the contact at the end of a run with strokes, from the worn volume.
 
         A segment of the half-width b and the depth b²/2R has the area 2b³/3R, a cap the volume
         πb⁴/4R.
         """
-        coefficient = self.wear_law.coefficient(self.friction_law)
         path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
-        worn = coefficient * path * self.hertz.load * self.indenter.curvature_radius
+        worn = (
+            self.combined_wear_coefficient * path * self.hertz.load * self.indenter.curvature_radius
+        )
         if self.indenter.is_line:
             return self.hertz_radius + math.cbrt(1.5 * worn)
         return self.hertz_radius + math.sqrt(math.sqrt(4.0 / math.pi * worn))
-
-    @property
-    def surfaces(self) -> dict[str, Indenter | Roughness]:
-        """The parts that make up the unworn gap, by member."""
-        several = ((name, getattr(self, name)) for name in ("indenter", "roughness", "counterface"))
-        return {name: part for name, part in several if part is not None}
 
     def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
         """Each block as a case (None if it is not valid), with the cycle at which it ends."""
@@ -301,7 +255,7 @@ class Setup:
 
 def members() -> Mapping[str, Parameter]:
     """Return the fields of a case, except the snapshots, with their declarations."""
-    return declared(Setup)
+    return declared(Draft)
 
 
 def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:

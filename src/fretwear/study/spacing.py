@@ -6,7 +6,7 @@ import math
 from functools import lru_cache
 
 from fretwear.mechanics.surfaces import Indenter
-from fretwear.study.setup import Setup
+from fretwear.study.setup import Draft
 from fretwear.theory import EllipticContact, HertzContact, LimitingState
 
 Spacing = tuple[float, float]
@@ -32,7 +32,7 @@ YIELDING_TIMES_TO_WIDEN = 50.0
 WIDENING = 0.36
 
 
-def default_spacing(case: Setup) -> Spacing:
+def default_spacing(case: Draft) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
@@ -53,7 +53,7 @@ def default_spacing(case: Setup) -> Spacing:
     return rounded_down(dx), rounded_down(dy)
 
 
-def needed_spacings(case: Setup) -> tuple[Spacing, Spacing]:
+def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
     Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
@@ -84,7 +84,7 @@ def needed_spacings(case: Setup) -> tuple[Spacing, Spacing]:
     return coarse, (dx, dy)
 
 
-def _closing_pressure(case: Setup) -> float:
+def _closing_pressure(case: Draft) -> float:
     """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
 
     Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
@@ -92,7 +92,7 @@ def _closing_pressure(case: Setup) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def zones_of_tip(case: Setup) -> dict[str, tuple[Spacing, float]]:
+def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
@@ -130,7 +130,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
 
 
-def greatest_contact_radius(case: Setup) -> float:
+def greatest_contact_radius(case: Draft) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
         return case.scar_half_width + case.loading.stroke
@@ -148,7 +148,7 @@ def greatest_contact_radius(case: Setup) -> float:
     return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
 
 
-def stick_shrinks(case: Setup) -> bool:
+def stick_shrinks(case: Draft) -> bool:
     """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
     return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
 

@@ -352,9 +352,9 @@ class Line(DenseCells):
             wider * min(_NARROWEST * hertz.contact_radius, annulus),
             _GRADING * wider,
         )
-        if not math.isinf(problem.limit):
+        if not math.isinf(problem.plastic_limit):
             limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
-            band = limiting.width_above(problem.limit)
+            band = limiting.width_above(problem.plastic_limit)
             narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
         widths = narrowest, _WIDEST * scale
         # A strip that holds no more than the stick zone would be a sliver.

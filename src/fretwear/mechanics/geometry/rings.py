@@ -73,14 +73,14 @@ class Grading:
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
-        if math.isinf(problem.limit) or stick == 0.0:
+        if math.isinf(problem.plastic_limit) or stick == 0.0:
             narrowest = _NARROWEST * min(contact - stick, stick or contact)
             return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
-            band = limiting.width_above(problem.limit)
+            band = limiting.width_above(problem.plastic_limit)
         else:
             # Of a flat punch.
-            punch = hertz.load / (2.0 * math.pi * stick * problem.limit)
+            punch = hertz.load / (2.0 * math.pi * stick * problem.plastic_limit)
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
         narrowest = min(finest, band / _ACROSS_BAND)
@@ -119,7 +119,7 @@ class Rings(DenseCells):
 
         A ValueError says that it has no rotational symmetry.
         """
-        if problem.roughness is not None or not problem.indenter.is_axisymmetric:
+        if problem.rough is not None or not problem.indenter.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         hertz, load = problem.hertz, problem.stick_load
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0

@@ -1,0 +1,179 @@
+"""A setup: the parts of a fretting contact, and what follows from them at a cycle.
+
+A case of a study and the problem of the integrator are setups; a setup knows neither cells nor
+tolerances.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any, Self
+
+from fretwear.mechanics.geometry import Array, Even
+from fretwear.mechanics.loading import Loading, Normal, Sliding
+from fretwear.mechanics.materials import Bodies, Friction, WearLaw
+from fretwear.mechanics.roughness import BothRough, Roughness
+from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces import Indenter
+from fretwear.parts import Part
+from fretwear.theory import HertzContact
+
+_USUAL_SLIP = Jaeger()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """Two bodies pressed together that slip back and forth; all in SI units."""
+
+    indenter: Indenter  #: the smooth part of the unworn gap
+    bodies: Bodies  #: what deforms
+    normal: Normal  #: what presses the bodies together
+    loading: Loading  #: what is imposed along x
+    friction_law: Friction  #: what resists slip
+    wear_law: WearLaw  #: what is worn
+    plastic_limit: float = inf  #: largest pressure, Pa; infinite when elastic
+    roughness: Roughness | None = None  #: of a surface; None where smooth
+    counterface: Roughness | None = None  #: of the other one, where both are rough
+    slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
+    debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies, bearing load
+
+    @property
+    def setup(self) -> Setup:
+        """The setup alone, without what a case or a problem adds."""
+        return Setup(**{each.name: getattr(self, each.name) for each in dataclasses.fields(Setup)})
+
+    @property
+    def parts(self) -> dict[str, Part]:
+        """The parts by member, without those that are missing."""
+        members = [each.name for each in dataclasses.fields(Setup)]
+        values = ((name, getattr(self, name, None)) for name in members)
+        return {name: part for name, part in values if isinstance(part, Part)}
+
+    # What changes over the cycles.
+
+    def at(self, cycle: float) -> Self:
+        """The setup at a cycle, each part as it is then; itself where nothing has changed."""
+        then = {name: part.at(cycle) for name, part in self.parts.items()}
+        changed = {name: part for name, part in then.items() if part is not getattr(self, name)}
+        return self.changed(**changed) if changed else self
+
+    def changed(self, **parts: Part) -> Self:
+        """The setup with other parts."""
+        changes: dict[str, Any] = {**parts}
+        return dataclasses.replace(self, **changes)
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which a part does not change smoothly, in order."""
+        return tuple(sorted({kink for part in self.parts.values() for kink in part.kinks}))
+
+    # The unworn smooth contact.
+
+    @property
+    def composite_modulus(self) -> float:
+        """E* in Pa."""
+        return self.bodies.composite_modulus
+
+    @property
+    def coupling(self) -> float:
+        """κ = E*/G*, tangential compliance of the bodies relative to the normal one."""
+        return self.indenter.coupling(self.bodies)
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Contact of the smooth elastic bodies, which sets the scales."""
+        return self.indenter.hertz(self.normal, self.composite_modulus)
+
+    @property
+    def rough(self) -> Roughness | None:
+        """The roughness of the surfaces: of one body or of both together."""
+        if self.roughness is not None and self.counterface is not None:
+            return BothRough(self.roughness, self.counterface)
+        return self.roughness or self.counterface
+
+    @property
+    def surfaces(self) -> dict[str, Indenter | Roughness]:
+        """The parts that make up the unworn gap, by member."""
+        return {n: p for n, p in self.parts.items() if isinstance(p, Indenter | Roughness)}
+
+    @property
+    def even(self) -> Even:
+        """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
+        x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
+        return all(x), all(y)
+
+    @property
+    def wavelengths(self) -> tuple[float, float] | None:
+        """Distance to the next asperity tip along x and y, m; None if smooth."""
+        if (rough := self.rough) is None:
+            return None
+        x, y = (each if isfinite(each) else 0.0 for each in rough.wavelengths)
+        return x, y
+
+    # Friction and slip.
+
+    def sliding(self, load: float, approach: float) -> Sliding:
+        """The condition on the reduced contact of a contact with a load, N, and an approach, m."""
+        friction, series = self.friction_law.coefficient, self.flexibility
+        return self.loading.sliding(friction, self.coupling, load, approach, series)
+
+    @property
+    def flexibility(self) -> float:
+        """Flexibility in series with the contact, m/N."""
+        return self.loading.flexibility(self.hertz)
+
+    @property
+    def unworn_sliding(self) -> Sliding:
+        """The condition on the reduced contact of the unworn smooth contact."""
+        return self.sliding(self.hertz.load, self.hertz.approach)
+
+    @property
+    def stick_load(self) -> float:
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact: that of its stick zone."""
+        return self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
+
+    @property
+    def stick_radius(self) -> float:
+        """Stick radius c of the unworn smooth contact, m, that of a contact under P*."""
+        load = self.stick_load
+        return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+
+    def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
+        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone."""
+        return self.friction_law.coefficient * (pressure - reduced.pressure)
+
+    def slip(self, reduced: ReducedContact) -> Array:
+        """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
+        return self.friction_law.coefficient * self.coupling * reduced.gap
+
+    def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
+        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
+
+        Where slip is that of another contact than the given one, the unworn, so is δ.
+        """
+        if not (self.slip_model.follows_shape or self.loading.stroke):
+            approach = self.hertz.approach
+        return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
+
+    def tangential_force(self, load: float, reduced: ReducedContact) -> float:
+        """Amplitude Q of the tangential force, N: µ (P − P*)."""
+        return self.friction_law.coefficient * (load - reduced.load)
+
+    # Wear.
+
+    @property
+    def combined_wear_coefficient(self) -> float:
+        """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
+        return self.wear_law.coefficient(self.friction_law)
+
+    def driven(self, driver: float) -> Self:
+        """The setup with the wear coefficient at a value of what drives it."""
+        law = self.wear_law.driven(driver)
+        return self if law is self.wear_law else self.changed(wear_law=law)
+
+    @property
+    def wear_growth(self) -> float:
+        """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
+        return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling

@@ -1,0 +1,111 @@
+"""What changes over the cycles: parts that say so by `at` and `kinks`, which all else follows."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.loading import Loading, NormalLoad, TangentialRatio
+from fretwear.mechanics.materials import Archard, Coulomb, Course, WearLaw
+from fretwear.mechanics.slip import CattaneoMindlin
+from fretwear.parts import Quantity
+from fretwear.theory import CattaneoMindlin as UnwornSlip
+
+from .oracles import explicit_wear
+from .problems import COUPLING, FRICTION, HERTZ, LOAD, WEAR, A, fretting, near
+
+CYCLES = 300.0
+
+Number = Annotated[float, Quantity("1", "", "")]
+
+
+@dataclass(frozen=True)
+class Rising(Loading):
+    """A tangential load that rises linearly over the run, as a fraction of µP."""
+
+    first: Number
+    last: Number
+
+    def at(self, cycle):
+        part = cycle / CYCLES
+        return TangentialRatio((1 - part) * self.first + part * self.last)
+
+    def load_ratio(self, *_):
+        return self.first
+
+
+@dataclass(frozen=True)
+class RunningIn(WearLaw):
+    """A coefficient that falls with the cycles, to a half at the end of the run."""
+
+    start: Number
+
+    def at(self, cycle):
+        return Archard(self.start / (1 + cycle / CYCLES))
+
+    def coefficient(self, friction):  # noqa: ARG002
+        return self.start
+
+
+@dataclass(frozen=True)
+class Spectrum(NormalLoad):
+    """A load that is raised halfway, within a fifth of the run."""
+
+    def at(self, cycle):
+        return NormalLoad(self.load * np.interp(cycle, self.kinks, (1.0, 1.6)))
+
+    @property
+    def kinks(self):
+        return 0.4 * CYCLES, 0.6 * CYCLES
+
+
+RAMP = Course((0.0, 0.5 * CYCLES), (FRICTION, 1.6 * FRICTION))
+CHANGES = {
+    "Q rises": {"loading": Rising(0.3, 0.9)},
+    "K falls": {"wear_law": RunningIn(20 * WEAR)},
+    "friction rises": {"friction_law": Coulomb.unchecked(friction=RAMP)},
+    "P rises": {"normal": Spectrum(LOAD)},
+    "all of it, and the bodies yield": {
+        "loading": Rising(0.3, 0.9),
+        "wear_law": RunningIn(20 * WEAR),
+        "friction_law": Coulomb.unchecked(friction=RAMP),
+        "normal": Spectrum(LOAD),
+        "limit": 1.3,
+    },
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_whatever_changes_over_the_cycles_is_followed(name):
+    """Against Euler's method in small steps, two runs of which are extrapolated."""
+    usual = {"wear_coefficient": 20 * WEAR, "extent": (1.8 * A, 1.8 * A)}
+    problem = fretting(8, **usual | CHANGES[name])
+    window = problem.geometry.first(problem)
+    coarse, fine = (explicit_wear(problem, window, CYCLES, steps) for steps in (200, 400))
+    wear, pressure = (
+        2 * getattr(fine, field) - getattr(coarse, field) for field in ("wear", "pressure")
+    )
+    *_, last = evolve(problem, [CYCLES], 1e-4)
+    assert last.geometry == window
+    assert np.abs(last.wear - wear).sum() <= 0.0015 * wear.sum()
+    assert np.abs(last.pressure - pressure).sum() <= 0.0015 * pressure.sum()
+    # Were the change not seen, this would be the wear of the first cycle's conditions.
+    *_, constant = evolve(problem.at(0.0), [CYCLES], 0.001)
+    assert abs(constant.wear.sum() / wear.sum() - 1) > 0.03
+
+
+def test_slip_in_closed_form_follows_a_load_that_rises():
+    """Wear of a cell is K times the integral of 4 p s; with hardly any wear, p is Hertz's."""
+    problem = fretting(16, loading=Rising(0.3, 0.9), slip_model=CattaneoMindlin())
+    problem = replace(problem, wear_law=Archard(1e-6 * WEAR))
+    *_, last = evolve(problem, [CYCLES], 0.001)
+    x = last.geometry.x
+    ratios = 0.3 + 0.6 * (np.arange(200) + 0.5) / 200
+    slips = [UnwornSlip(HERTZ, FRICTION, X * FRICTION * LOAD, COUPLING).slip(x) for X in ratios]
+    expected = 4e-6 * WEAR * CYCLES * HERTZ.pressure(x) * np.mean(slips, axis=0)
+    inside = x < 0.9 * A
+    along = last.wear[:, 0]
+    np.testing.assert_allclose(along[inside], expected[inside], atol=0.02 * expected.max())
+    assert along[inside].sum() == near(expected[inside].sum(), rel=0.01)
