@@ -399,7 +399,7 @@ class Laws:
     def __call__(self, step: Step) -> None:
         state, measures, problem = step.state, vars(step.measures), self.problem.of(step.state)
         integral, reduced = state.geometry.integral, state.reduced
-        pressure, friction = state.pressure, problem.friction.coefficient
+        pressure, friction = state.pressure, problem.friction_law.coefficient
         fields = (pressure, state.gap, state.wear, state.plastic, reduced.gap, reduced.pressure)
         self.law("fields are finite", not all(np.isfinite(each).all() for each in fields), 0.5)
         infinite = [n for n, v in measures.items() if not math.isfinite(v)]
@@ -408,8 +408,8 @@ class Laws:
         self.law("scalars are finite", len({*infinite} - unknown), 0.5)
         peak, load = float(pressure.max()), measures["normal_force"]
         self.law("p >= 0", -pressure.min(), 1e-12 * peak)
-        if math.isfinite(problem.limit):
-            self.law("p <= limit", pressure / problem.limit - 1.0, 1e-9)
+        if math.isfinite(problem.plastic_limit):
+            self.law("p <= limit", pressure / problem.plastic_limit - 1.0, 1e-9)
         self.law("the pressure carries P", abs(integral(pressure) / load - 1.0), LOAD)
         given, approach = problem.normal.given
         if given is not None:
@@ -418,7 +418,7 @@ class Laws:
             self.law("d is as imposed", abs(state.approach / approach - 1.0), LOAD)
         height = max(abs(state.approach), abs(problem.hertz.approach))
         self.law("g >= 0", -state.gap.min(), 1e-9 * height)
-        free = (pressure > 0.0) & (pressure < problem.limit)
+        free = (pressure > 0.0) & (pressure < problem.plastic_limit)
         self.law("g p = 0", state.gap[free], NO_GAP * height)
         force = measures["tangential_force"]
         if problem.slip_model.follows_shape or problem.loading.stroke:
@@ -434,7 +434,7 @@ class Laws:
             before = self.before.on(Workspace(self.problem), state.geometry)
             for now, then in ((state.wear, before.wear), (state.plastic, before.plastic)):
                 self.law("bodies do not heal", then - now, 1e-12 * now.max() + 1e-300)
-        rate = problem.wear_coefficient / friction * measures["dissipated_energy"]
+        rate = problem.combined_wear_coefficient / friction * measures["dissipated_energy"]
         if isinstance(state, StrokeState):
             rate = integral(state.rates.sum(axis=0))
         self.rates.append((state.cycle, rate, measures["wear_volume"]))
@@ -444,7 +444,7 @@ class Laws:
 
     def _imposed(self, problem: Any, measures: Given) -> None:
         """Q or U is what is imposed."""
-        loading, friction = problem.loading, problem.friction.coefficient
+        loading, friction = problem.loading, problem.friction_law.coefficient
         load, force = measures["normal_force"], measures["tangential_force"]
         if loading.is_force:
             imposed = friction * load * loading.load_ratio(friction, load)
@@ -487,7 +487,7 @@ class Laws:
                 if kind == "volume" or not case.loading.stroke:
                     apart = abs(parts - both)
                     self.law(f"wear {kind} is that of both bodies", apart, STORED * both.max())
-        frictions = [self.problem.at(n).friction.coefficient for n in dataset.cycle.to_numpy()]
+        frictions = [self.problem.at(n).friction_law.coefficient for n in dataset.cycle.to_numpy()]
         friction = np.reshape(frictions, (-1,) + (1,) * len(across))
         energy = of["dissipated_energy"]
         if case.slip_model.follows_shape or case.loading.stroke:
