@@ -68,19 +68,6 @@ class Claim:
         )
 
     @property
-    def proportion(self) -> str:
-        """Whether the result is exactly proportional to the parameter, or inversely, in words.
-
-        What is imposed makes it so: no integral over many steps is so exact by chance.
-        """
-        first, last = self.ends
-        if self.factors.size < len(self.effect.low) or not (_is_number(last) and first > 0.0):
-            return ""
-        kinds = {"proportional": last / first, "inversely proportional": first / last}
-        exact = (w for w, f in kinds.items() if (np.abs(self.factors / f - 1.0) < _EXACT).all())
-        return next(exact, "")
-
-    @property
     def between(self) -> str:
         """Where the result goes another way between the levels than from end to end."""
         points, name = self.effect.points, self.effect.parameter
@@ -249,12 +236,6 @@ class Line(NamedTuple):
         return words[:1].upper() + words[1:]
 
     @property
-    def proportion(self) -> str:
-        """Whether all of it is true by definition: ``proportional`` or the inverse, or nothing."""
-        (found, *others) = {c.proportion if isinstance(c, Claim) else "" for c in self.told}
-        return "" if others else found
-
-    @property
     def text(self) -> str:
         """All that is told, in one sentence."""
         return "; ".join(claim.text for claim in self.told)
@@ -284,13 +265,14 @@ def answers(summary: Merged) -> Iterator[Answer]:
         results = points.results.get(name, np.array([np.nan]))
         if not np.nan_to_num(results).any():
             continue
-        lines = [] if points.drawn else [*_lines(points, name)]
-        imposed = [
-            f"{line.proportion} to the {parameter(line.parameter).words}"
-            for line in lines
-            if line.proportion
-        ]
-        headline, rest = "", f"What is imposed makes it {listed(imposed)}." if imposed else ""
+        varied = [] if points.drawn else [each for each in points.levels if points.lines[each]]
+        varied.sort(key=lambda each: points.importance(each, name), reverse=True)
+        effects = [points.effect(each, name) for each in varied]
+        # What is true by definition is no finding.
+        imposed = {each.parameter: word for each in effects if (word := _proportion(each))}
+        lines = tuple(_line(each) for each in effects if each.parameter not in imposed)
+        told = [f"{word} to the {parameter(each).words}" for each, word in imposed.items()]
+        headline, rest = "", f"What is imposed makes it {listed(told)}." if told else ""
         if points.drawn and name in indices and indices[name].quality >= GOOD:
             headline, rest = _by_indices(points, indices[name])
         elif points.drawn:
@@ -300,8 +282,7 @@ def answers(summary: Merged) -> Iterator[Answer]:
         values = _range(variable, results[cases][there])
         if not there.all():
             values += f", in {there.sum()} of {cases.size} cases"
-        told = tuple(line for line in lines if not line.proportion)
-        yield Answer(name, variable.label, values, told, headline, rest)
+        yield Answer(name, variable.label, values, lines, headline, rest)
 
 
 def answer_text(found: Iterable[Answer]) -> str:
@@ -335,21 +316,13 @@ def regimes(summary: Merged) -> str:
     return f"{which} after the last cycle{why}."
 
 
-def _lines(points: Points, result: str) -> Iterator[Line]:
-    """Yield what each parameter does to a result, the most important first."""
-    found = []
-    for name in points.levels:
-        if not points.lines[name]:
-            continue
-        effect = points.effect(name, result)
-        if name == SEED:
-            line = Line(name, [Chance(effect)])
-        else:
-            told = [*claims(effect)]
-            details = [part for claim in told if not claim.where for part in _divided(claim)]
-            line = Line(name, told, details)
-        found.append((points.importance(name, result), line))
-    yield from (line for _, line in sorted(found, key=lambda each: each[0], reverse=True))
+def _line(effect: Effect) -> Line:
+    """Return what a parameter does to a result."""
+    if effect.parameter == SEED:
+        return Line(SEED, [Chance(effect)])
+    told = [*claims(effect)]
+    details = [part for claim in told if not claim.where for part in _divided(claim)]
+    return Line(effect.parameter, told, details)
 
 
 def claims(effect: Effect) -> Iterator[Claim]:
@@ -453,6 +426,22 @@ def _by_ranks(points: Points, results: Array) -> str:
         f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(ranks)}. "
         f"There are no Sobol indices, because {why} its {known.size} points."
     )
+
+
+def _proportion(effect: Effect) -> str:
+    """Say whether a result is exactly proportional to the parameter, or inversely, in all pairs.
+
+    What is imposed makes it so: no integral over many steps is so exact by chance.
+    """
+    levels = effect.points.levels[effect.parameter]
+    if effect.parameter == SEED or not all(_is_number(v) and v > 0.0 for v in levels):
+        return ""
+    place = effect.points.place(effect.parameter)
+    values = np.array(levels, dtype=np.float64)
+    ratios = values[place[effect.high]] / values[place[effect.low]]
+    kinds = {"proportional": ratios, "inversely proportional": 1.0 / ratios}
+    exact = (word for word, f in kinds.items() if (np.abs(effect.factors / f - 1) < _EXACT).all())
+    return next(exact, "")
 
 
 def _ways(factors: Array) -> NDArray[np.int_]:
