@@ -529,6 +529,14 @@ def test_a_stick_zone_that_appears_is_said_to_and_the_regimes_are_named():
     assert [answer.name for answer in answers(none)] == ["wear_volume"]
 
 
+def test_a_case_without_a_stick_zone_is_said_to_slide_only_where_it_does():
+    pressure = np.array([[np.nan, np.nan], [7e8, 8e8]])
+    results = {"mean_stick_pressure": pressure, "regime": np.array([[1.0, 0.0], [0.0, 0.0]])}
+    study = made_up({"load": [60.0, 120.0], "friction": [0.3, 0.6]}, None, **results)
+    lines = told(study, "mean_stick_pressure")
+    assert lines["load"] == "from 60 to 120 N it is undefined in both pairs"
+
+
 def test_what_was_undefined_at_the_last_cycle_is_not_that_of_an_earlier_one():
     study = made_up({"load": [10.0, 20.0]}, np.ones(2), mean_stick_pressure=np.array([5e8, 6e8]))
     study["mean_stick_pressure"][1, 1] = np.nan
