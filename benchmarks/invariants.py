@@ -60,9 +60,9 @@ LOAD = 1e-6
 STORED = 3e-6
 # Gaps that are no contact, of the largest displacement.
 NO_GAP = 2e-5
-# In other units all is the same to rounding, which solvers amplify up to a part of their tolerance.
-# The factors are powers of two whose roots are too, so that hardly anything is rounded otherwise.
-UNITS, LENGTHS, MODULI = 1e-7, 64.0, 4096.0
+# In other units all is the same to rounding, which a solver may amplify to its tolerance. The
+# factors are powers of two whose roots are too, so that hardly anything is rounded otherwise.
+UNITS, LENGTHS, MODULI = 1e-6, 64.0, 4096.0
 # What is a difference of nearly equal numbers, or found to a tolerance of its own.
 DIFFERENCES = ("error_estimate", "sliding_criterion")
 # The steps of a sweep, the part of the parameter they cover, and the part of a value that may
@@ -525,7 +525,8 @@ class Laws:
         for first, last in pairwise(ends):
             inside = (cycles >= first) & (cycles <= last)
             worn += float(PchipInterpolator(cycles[inside], rates[inside]).integrate(first, last))
-        allowed = max(0.01, 3.0 * case.tolerance) * volumes[-1]
+        # A cubic through the rates of few steps errs as well.
+        allowed = max(0.02, 3.0 * case.tolerance) * volumes[-1]
         self.law("V = integral of K/mu dE", abs(worn - volumes[-1]), allowed)
 
 
@@ -715,6 +716,7 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--sweeps", type=int, default=SWEEPS, help="beside those across thresholds")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="the number of the first case")
     parser.add_argument("--only", type=int, help="the number of one case, which is shown")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
@@ -723,7 +725,9 @@ def main() -> int:
             given, _ = Draw(options.seed, options.only, folder).case()
             print(given)
             return int(report_of([options.only], options.seed, folder))
-        broken = report_of(range(options.cases), options.seed, folder)
+        broken = report_of(
+            range(options.first, options.first + options.cases), options.seed, folder
+        )
         return int(broken | report_of_sweeps(options.seed, options.sweeps, folder))
 
 
