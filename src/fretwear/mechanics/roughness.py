@@ -154,7 +154,8 @@ _Slope = partial(Quantity, at_least=0.0, below=MAX_SLOPE, absent=0.0)
 class WavyRoughness(Roughness):
     """Wavy roughness R(x, y) = A cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/A.
 
-    The mean slope of a wave along its direction is tanθ, and its length λ = 4A/tanθ.
+    The mean slope of a wave along its direction is tanθ, and its length λ = 4A/tanθ: k_x follows
+    from θ_x and k_y from θ_y. (Equation (12) of the source study has θ_y in both as printed.)
     An amplitude of zero is a smooth surface whatever the slopes.
     """
 

@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 
 from fretwear.data.effects import point_values
 from fretwear.data.files import open_case, open_history
+from fretwear.mechanics.loading import NormalLoad
+from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.surfaces import Ellipsoid
 from fretwear.vocabulary import ContactState, PointStatus
 
 if TYPE_CHECKING:
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Index = tuple[NDArray[np.bool_], ...]
 
 RUN_IN = 7000
 """Cycles after which, the study says, rough and smooth contacts are alike."""
@@ -33,6 +37,8 @@ TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
 """What the four cases of the study are called, in this order."""
 
 _RADIUS = 0.01
+_FEWEST_CELLS = 12  # in contact on an asperity
+_MOST_NEWTONS, _BISECTIONS = 10.0, 50  # more than a tip carries
 _SHAPE_DEPENDENT = "jaeger"
 _SHARED = {
     "load": 50.0,
@@ -109,6 +115,11 @@ class Evolution:
         """Its waves; those of a smooth case have no amplitude."""
         return WavyRoughness(*[self.parameter(name) for name in _ROUGH])  # type: ignore[arg-type]
 
+    @property
+    def wavenumbers(self) -> tuple[float, float]:
+        """Those of its waves along x and y, rad/m."""
+        return self.roughness.wavenumber_x, self.roughness.wavenumber_y
+
     @cached_property
     def waves(self) -> Array:
         """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
@@ -129,8 +140,7 @@ class Evolution:
         count.  Of each ring that has some: their mean radius, m, the field's mean, their number.
         """
         width = 2.0 * max(self.sides)
-        wavenumber = max(self.roughness.wavenumber_x, self.roughness.wavenumber_y)
-        if wavenumber:
+        if wavenumber := max(self.wavenumbers):
             width = max(width, np.pi / wavenumber)
         number = (self.radius[within] / width).astype(np.int64)
         cells = np.bincount(number).astype(np.float64)
@@ -294,6 +304,88 @@ def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
 
     left, pattern = waves_of(amplitude * case.waves + changed), waves_of(case.waves)
     return float((left * pattern).sum() / (pattern**2).sum()) / amplitude
+
+
+def asperities(case: Evolution) -> Iterator[tuple[Index, Array]]:
+    """Yield the cells of each asperity of a rough case, and their distance from its tip.
+
+    An asperity is half a wave by half a wave around a tip, with enough cells in contact in cycle 0
+    to have a profile. The distance is in half-axes of the tip's contact by Hertz under 1 N.
+    """
+    pressure, whole = case.field("pressure", 0), 1.0 / case.parameter("radius")
+    half_axes, _ = tip_contact(case)
+    lines, numbers = [], []
+    for places, wavenumber, half_axis in zip(case.places, case.wavenumbers, half_axes, strict=True):
+        number = np.rint(places * wavenumber / np.pi).astype(np.int64)
+        # The slope of the sphere shifts a tip.
+        shift = whole / (case.roughness.amplitude * wavenumber**2 + whole)
+        lines.append((places - (1.0 - shift) * number * np.pi / wavenumber) / half_axis)
+        numbers.append(number)
+    for i, j in np.ndindex(int(numbers[0].max()) + 1, int(numbers[1].max()) + 1):
+        cells = np.ix_(numbers[0] == i, numbers[1] == j)
+        # Where the sum is even there is a valley, as in the middle of the contact.
+        if (i + j) % 2 and (pressure[cells] > 0.0).sum() >= _FEWEST_CELLS:
+            yield cells, np.hypot(lines[0][cells[0]], lines[1][cells[1]])
+
+
+def tip_contact(case: Evolution) -> tuple[tuple[float, float], float]:
+    """Half-axes along x and y, m, and peak pressure, Pa, of a tip under 1 N by Hertz.
+
+    The curvatures of wave and sphere add up.
+    """
+    amplitude, whole = case.roughness.amplitude, 1.0 / case.parameter("radius")
+    x, y = (1.0 / (amplitude * wavenumber**2 + whole) for wavenumber in case.wavenumbers)
+    bodies = ElasticBodies(
+        youngs_modulus=case.parameter("youngs_modulus"),
+        poisson_ratio=case.parameter("poisson_ratio"),
+    )
+    tip = Ellipsoid(x, y)
+    contact = tip.hertz(NormalLoad(1.0), bodies.composite_modulus)
+    return tip.half_widths(contact), contact.peak_pressure
+
+
+def deviation_from_hertz(case: Evolution) -> float:
+    """How far the pressure of asperities is from Hertz's in cycle 0: mean weighted by their load.
+
+    Of each asperity it is the root mean square of the difference from the smooth contact of its
+    curvatures under its load, limited to the plastic limit, relative to that of its pressure.
+    """
+    pressure, limit = case.field("pressure", 0), case.parameter("plastic_limit")
+    _, peak = tip_contact(case)
+    deviations, loads = [], []
+    for cells, distance in asperities(case):
+        here, low, high = pressure[cells], 0.0, _MOST_NEWTONS
+        load, smooth = here.sum(), here
+        # Half-axes and peak pressure grow alike, so one number gives the contact of any load.
+        for _ in range(_BISECTIONS):
+            size = 0.5 * (low + high)
+            smooth = peak * np.sqrt(np.maximum(size**2 - distance**2, 0.0))
+            smooth = np.minimum(smooth, limit)
+            low, high = (size, high) if smooth.sum() < load else (low, size)
+        deviations.append(math.sqrt(((here - smooth) ** 2).sum() / (here**2).sum()))
+        loads.append(load)
+    return float(np.average(deviations, weights=loads)) if loads else math.nan
+
+
+def asperities_like_the_whole(case: Evolution, cycle: int) -> tuple[float, float]:
+    """Share of the load on asperities that both stick and slip, and how much of it behaves.
+
+    Loads and zones are those of cycle 0. An asperity behaves as a smooth contact if, up to the
+    given cycle, the mean pressure rises where it stuck and falls where it slipped.
+    """
+    before, now = case.field("pressure", 0), case.field("pressure", cycle)
+    state = case.field("contact_state", 0)
+    loads, behave = [], []
+    for cells, _ in asperities(case):
+        sticks = state[cells] == ContactState.STICK
+        slips = (state[cells] == ContactState.SLIP) & (before[cells] > 0.0)
+        if sticks.any() and slips.any():
+            change = now[cells] - before[cells]
+            loads.append(before[cells].sum())
+            behave.append(change[sticks].mean() > 0.0 > change[slips].mean())
+    if not loads:
+        return 0.0, math.nan
+    return float(sum(loads) / before.sum()), float(np.average(behave, weights=loads))
 
 
 def growth(case: Evolution, cycle: float) -> float:
