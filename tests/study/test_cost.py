@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.mechanics.integrator import first_loading
+from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
@@ -153,6 +153,33 @@ def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
     problems = [wear_problem(case) for case in (coarse, fine)]
     first, second = (measure(each, first_loading(each)).plastic_volume for each in problems)
     assert first == pytest.approx(second, rel=0.02)
+
+
+WAVY_CYLINDER = {
+    "radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm",
+    "wear_coefficient": "3e-14 / Pa", "cycles": 1000,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "slope", "changes"),
+    [
+        ("0.2 um", "6 deg", {"tangential_ratio": 0.35, "plastic_limit": "4500 MPa"}),
+        ("0.3 um", "3 deg", {"tangential_ratio": 0.15}),
+        ("0.04 um", "0.3 deg", {"tangential_ratio": 0.8}),
+    ],
+    ids=["tips yield", "tips hardly slip", "pressed flat"],
+)
+def test_ridges_of_a_wavy_cylinder_are_resolved(amplitude, slope, changes):
+    """Against strips three times narrower, or that resolve the half-width 1500 times."""
+    waves = {"amplitude": amplitude, "slope_x": slope, "slope_y": "0 deg"}
+    case = steel(**{**WAVY_CYLINDER, **changes}, roughness=waves)
+    finer = case.replace(cell=max(case.grid_spacing[0] / 3.0, case.hertz_radius / 1500.0))
+    problems = [wear_problem(each) for each in (case, finer)]
+    found, right = (measure(each, [*evolve(each, (1000.0,))][-1]) for each in problems)
+    names = ["contact_area", "stick_area", "wear_volume", "maximum_wear_depth", "plastic_volume"]
+    for name in names:
+        assert getattr(found, name) == pytest.approx(getattr(right, name), rel=0.03), name
 
 
 RIDGES = {"amplitude": 1e-7, "slope_x": 0.25, "slope_y": 0.0}

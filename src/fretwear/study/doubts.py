@@ -86,8 +86,8 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
     coarsest, told = max(coarse, default=(0.0, ""), key=lambda each: each[0])
     if coarsest > 2.0:
         yield Doubt(
-            "touches on asperities whose contacts, or the bands that yield around their stick "
-            "zones, are too narrow for the cells",
+            "touches on asperities whose contacts, or the zones that slip or yield in them, are "
+            "too narrow for the cells",
             told,
             f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust "
             "results within their errors",

@@ -26,6 +26,8 @@ SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
+SECONDS_PER_SQUARED_STRIP = 2.5e-9
+MEMORY_PER_SQUARED_STRIP = 72
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
@@ -122,7 +124,10 @@ def _alone(case: Case) -> Estimate:
         each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
         arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
     elif is_line:
-        each = SECONDS_PER_CONVOLUTION_OF_LINE
+        # Matrices of rough contacts, whose strips are equal.
+        squared = cells_x**2 if case.rough is not None else 0
+        each = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
+        arrays += MEMORY_PER_SQUARED_STRIP * squared
     else:
         # The window grows with the contact, from about the unworn one.
         unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)

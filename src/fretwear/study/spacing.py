@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+from fretwear.mechanics.roughness import Tip
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.setup import Draft
-from fretwear.theory import EllipticContact, HertzContact, LimitingState
+from fretwear.theory import EllipticContact, HertzContact, LimitingState, LineContact
 
 Spacing = tuple[float, float]
 
@@ -19,8 +20,9 @@ CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips h
 
 CELLS_ACROSS_TIP = 12.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
-MOST_CELLS = 30_000
-"""Computed cells of the unworn contact up to which its tips are resolved by default."""
+STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
+MOST_CELLS, MOST_STRIPS = 30_000, 1_000
+"""Computed cells of the unworn contact up to which its tips are resolved by default, and strips."""
 MOST_WRITTEN = 600
 """Cells along an axis of fields that are computed on graded cells and only written on a grid."""
 # Largest part of the window that is beyond the contact, over the contact.
@@ -42,8 +44,10 @@ def default_spacing(case: Draft) -> Spacing:
     (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
     area = sides * math.prod(case.indenter.half_widths(case.hertz))
+    if case.indenter.is_line:
+        dx = dy = min(most_x, max(dx, case.hertz_radius / MOST_STRIPS))
     # The second pass corrects what the first has widened along one axis only.
-    for _ in range(2):
+    for _ in range(0 if case.indenter.is_line else 2):
         wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     if case.is_graded:
@@ -102,8 +106,12 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     the tip itself is at the plastic limit, its contact carries its load at that pressure, and its
     stick zone its reduced load.
     """
-    tip = None if case.rough is None or case.indenter.is_line else case.rough.tip
-    if tip is None or _closing_pressure(case) <= case.hertz_pressure:
+    tip = None if case.rough is None else case.rough.tip
+    if tip is None:
+        return {}
+    if case.indenter.is_line:
+        return {} if case.loading.stroke else _zones_of_ridge(case, tip)
+    if _closing_pressure(case) <= case.hertz_pressure:
         return {}
     of_indenter, reach = 1.0 / case.indenter.curvature_radius, math.pi * case.hertz_radius
     area = 0.5 * min(tip.apart_x, reach) * min(tip.apart_y, reach)
@@ -121,6 +129,30 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
         part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
         zones["band that yields"] = ((part * along_x, part * along_y), CELLS_ACROSS_YIELDING_BAND)
     return zones
+
+
+def _zones_of_ridge(case: Draft, tip: Tip) -> dict[str, tuple[Spacing, float]]:
+    """Return the zones of a ridge along y, a line contact itself, and the stick zone of all.
+
+    A ridge carries the pressure of the smooth contact over a wavelength, and under P* √(1 − X) of
+    that. Half the pressure that closes the gaps makes its contact half a wavelength wide
+    (Westergaard 1939); where the pressure is higher, ridges farther out touch on this width.
+    """
+    of_indenter = 1.0 / case.indenter.curvature_radius
+    load = min(case.hertz_pressure * tip.apart_x, case.hertz.load)
+    modulus = case.composite_modulus
+    contact = LineContact(1.0 / (tip.curvature_x + of_indenter), load, modulus)
+    half, spread = contact.contact_radius, contact.spread_radius(case.plastic_limit)
+    share = math.sqrt(1.0 - min(case.tangential_ratio, 1.0))
+    # At the plastic limit a width grows with the load, in an elastic contact with its root.
+    slip = max(half, spread) * (1.0 - (share if spread > half else math.sqrt(share)))
+    width = min(2.0 * max(half, spread), 0.5 * tip.apart_x)
+    zones = {
+        "contact of a tip": (width, STRIPS_ACROSS_TIP),
+        "slip zone of a tip": (min(slip, 0.5 * width), STRIPS_ACROSS_SLIP),
+        "stick zone": (2.0 * case.stick_radius or math.inf, STRIPS_ACROSS_STICK),
+    }
+    return {name: ((width, math.inf), number) for name, (width, number) in zones.items()}
 
 
 def rounded_down(length: float, digits: int = 2) -> float:
