@@ -43,7 +43,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import parameter_of
 from fretwear.study.plan import estimate
-from fretwear.vocabulary import SCALARS
+from fretwear.vocabulary import RESULTS, SCALARS
 
 Given = dict[str, Any]
 
@@ -404,7 +404,8 @@ class Laws:
         self.law("fields are finite", not all(np.isfinite(each).all() for each in fields), 0.5)
         infinite = [n for n, v in measures.items() if not math.isfinite(v)]
         nothing_sticks = measures["stick_area"] == 0.0
-        unknown = {"mean_stick_pressure"} if nothing_sticks else set()
+        unknown = {"mean_stick_pressure", "stick_load_share"} if nothing_sticks else set()
+        unknown |= set() if measures["tangential_force"] else {"sliding_ratio"}
         self.law("scalars are finite", len({*infinite} - unknown), 0.5)
         peak, load = float(pressure.max()), measures["normal_force"]
         self.law("p >= 0", -pressure.min(), 1e-12 * peak)
@@ -460,8 +461,9 @@ class Laws:
         case, dataset = self.case, result.dataset
         for name in dataset.data_vars:
             values = dataset[name].to_numpy()
-            unknown = name.startswith(("mean_stick_pressure", "peak_pressure_error", "central"))
-            self.law("stored values are finite", not (unknown or np.isfinite(values).all()), 0.5)
+            result_of = RESULTS[name.removesuffix("_error")]
+            stored = result_of.error if name.endswith("_error") else result_of
+            self.law("stored values are finite", not stored.allows(values), 0.5)
         of = {name: dataset[name].to_numpy().astype(float) for name in dataset.data_vars}
         even = 2 if dataset.symmetry == "even_xy" else int(dataset.symmetry != "none")
         area = 2.0**even * float(dataset.x[1] - dataset.x[0])

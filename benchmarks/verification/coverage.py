@@ -148,12 +148,14 @@ def judged(entry: Data, case: Case) -> Data:
     estimates = estimated_errors(result, twin, case.times_coarser)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
-    for name, right in truth.items():
+    for name in truth:
+        # A zone that is not there has nothing.
+        right, own, estimate = (np.nan_to_num(of[name]) for of in (truth, result, estimates))
         counts = np.abs(right) > TRACE * np.abs(right).max()
         size = np.abs(right[counts])
-        found["true"] += list(np.abs(result[name] - right)[counts] / size)
-        found["estimated"] += list(estimates[name][counts] / size)
-        largest[name] = float((estimates[name][counts] / size).max(initial=0.0))
+        found["true"] += list(np.abs(own - right)[counts] / size)
+        found["estimated"] += list(estimate[counts] / size)
+        largest[name] = float((estimate[counts] / size).max(initial=0.0))
     # That an ellipsoid may be elongated is no doubt of a round one.
     told = [each for each in doubts(case, largest) if "elongated" not in each.what]
     return {**found, "told": bool(told)}

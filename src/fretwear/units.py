@@ -348,12 +348,19 @@ def power_of_ten(exponent: int) -> str:
 def with_error(value: float, error: float, digits: int = 5) -> str:
     """Return a number with its error, both rounded to the leading digit of the error.
 
-    The error is left out where it would hardly change the last digit shown.
+    The error is left out where it would hardly change the last digit shown. What is not there, NaN,
+    is a dash.
 
     >>> with_error(0.08471, 0.00034), with_error(1234.0, 170.0), with_error(2.5, 1e-9)
     ('0.0847 ± 0.0003', '1230 ± 170', '2.5')
+    >>> with_error(1234.0, math.inf), with_error(math.nan, 0.0)
+    ('1234 ± ∞', '–')
     """
-    if not (0.0 < error < math.inf) or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
+    if math.isnan(value):
+        return "–"
+    if error == math.inf:
+        return f"{number_text(value, digits)} ± ∞"
+    if not error > 0.0 or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
         return number_text(value, digits)
     first = math.floor(math.log10(error))
     # A single digit of 1.7 would be too coarse.

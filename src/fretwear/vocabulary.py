@@ -65,6 +65,11 @@ class Variable:
     # Whether the value is meaningful by itself: the peak pressure of an elastic contact, that of a
     # single cell at a singularity, is not.
     is_headline: bool = True
+    # Whether it is NaN where there is nothing that has it, such as a stick zone.
+    may_lack: bool = False
+    # Whether it grows without bound somewhere as cells get narrower: its error is infinite there.
+    may_diverge: bool = False
+    is_error: bool = False
     # Of a field, outside the window of a case, where the surfaces do not touch; NaN: not known.
     outside: float = 0.0
     flags: tuple[ContactState, ...] = ()  # that can occur; empty for a physical quantity
@@ -78,7 +83,21 @@ class Variable:
     def error(self) -> Variable:
         """The estimated discretisation error of this variable, in the same unit."""
         name, words = f"{self.name}_error", f"estimated error of the {self.words}"
-        return Variable(name, self.si_unit, words, "", "by a run on wider cells", self.unit)
+        comment = "by a run on wider cells"
+        if self.may_diverge:
+            comment += "; infinite where the value grows without bound as cells get narrower"
+        return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)
+
+    def allows(self, values: Any) -> bool:
+        """Whether values are finite, or NaN or infinite where that means something."""
+        import numpy as np  # a start without arrays does without it
+
+        sound = np.isfinite(values)
+        if self.may_lack:
+            sound |= np.isnan(values)
+        if self.may_diverge and self.is_error:
+            sound |= np.isposinf(values)
+        return bool(sound.all())
 
     def in_units(self, si_unit: str) -> Variable:
         """Return this variable or its counterpart per length, whichever has the given unit."""
@@ -114,6 +133,8 @@ _UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PER
 _MARKS: dict[str, dict[str, Any]] = {
     "": {},
     "†": {"is_headline": False},
+    "∞": {"is_headline": False, "may_diverge": True},
+    "none": {"may_lack": True},
     "log": {"may_be_logarithmic": True},
     "free": {"from_zero": False},
     "X": {"cf_axis": "X"},
@@ -169,6 +190,14 @@ wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that beg
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
 gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P
 contact_state  |    |     |     | state of the contact | flags |
+    of whole cells: sums over these differ from areas and mean pressures, which end at edges within
+    a cell, by up to a tenth; contact_fraction and stick_fraction tell what part of a cell counts
+contact_fraction | 1 |    | 1   | | |
+    part of a cell in contact; its sum over the whole contact times the area of a cell is
+    contact_area
+stick_fraction | 1  |     | 1   | | |
+    part of a cell that sticks; its sum over the whole contact times the area of a cell is
+    stick_area
 wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
 wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
 """,
@@ -184,9 +213,9 @@ tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
 normal_force            | N  | $P$   |    | | | of the whole contact
 tangential_force        | N  | $Q$   |    | tangential force amplitude | | as it comes out
 regime                  | 1  |       | 1  | sliding regime | | 0 partial slip, 1 gross slip
-sliding_ratio           | 1  | $A$   | 1  | | |
+sliding_ratio           | 1  | $A$   | 1  | | none |
     dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one
-sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | |
+sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | none |
     dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop vanishes; at
     the snapshots only
 contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | free | outermost edge
@@ -198,12 +227,17 @@ stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | o
 stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | free | outermost edge
     on the line of cells nearest x = 0
 contact_area            | m2 | | | | |
+    to the edge within a cell: the sum of contact_fraction, not that of cells by contact_state
 stick_area              | m2 | | | | |
-mean_stick_pressure     | Pa | $\bar{p}_\mathrm{stick}$ | MPa | | |
-    load in the stick zone over its area; zero where nothing sticks
-stick_load_share        | 1  | $P_\mathrm{stick}/P$ | % | stick share of the load | |
-peak_pressure           | Pa | $p_\mathrm{max}$ | MPa | | † | of a single cell
-central_pressure        | Pa | $p(0)$ | MPa | | † | of the cell nearest the origin
+    to the edge within a cell: the sum of stick_fraction, not that of cells by contact_state
+mean_stick_pressure     | Pa | $\bar{p}_\mathrm{stick}$ | MPa | | none |
+    load in the stick zone over its area, both to the edge within a cell; NaN where nothing sticks
+stick_load_share        | 1  | $P_\mathrm{stick}/P$ | % | stick share of the load | none |
+    to the edge within a cell; NaN where nothing sticks
+peak_pressure           | Pa | $p_\mathrm{max}$ | MPa | | ∞ | of a single cell; that of elastic
+    bodies becomes singular at the edge of a stick zone as they wear, and its error infinite
+central_pressure        | Pa | $p(0)$ | MPa | | † | of the cell nearest the origin;
+    zero where that is open, as in the valley that waves have there
 wear_volume             | m3 | $V$    | | | log | of both bodies since cycle 0
 maximum_wear_depth      | m  | $w_\mathrm{max}$ | | | | of both bodies together since cycle 0
 plastic_volume          | m3 |        | | | | displaced since cycle 0

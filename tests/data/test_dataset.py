@@ -30,7 +30,7 @@ CONTRACT_UNITS = {
     "m3": "wear_volume plastic_volume",
     "J": "dissipated_energy",
     "N": "normal_force tangential_force",
-    "1": "stick_load_share regime sliding_ratio sliding_criterion",
+    "1": "stick_load_share regime sliding_ratio sliding_criterion contact_fraction stick_fraction",
 }
 
 

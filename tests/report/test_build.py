@@ -10,6 +10,7 @@ import sys
 from html.parser import HTMLParser
 from importlib.resources import files
 
+import numpy as np
 import pytest
 import xarray as xr
 import yaml
@@ -128,7 +129,7 @@ def test_each_result_has_a_line_for_each_parameter_and_folds_those_below_the_thi
 
 def test_where_nothing_sticks_there_is_no_mean_stick_pressure(finished):
     summary = finished.summary.copy(deep=True)
-    summary["mean_stick_pressure"] *= 0.0
+    summary["mean_stick_pressure"] *= np.nan
     page = build_report(finished.plan, summary, finished.folder)
     shown = re.findall(r'data-label="Mean stick pressure".*?<span>(.*?)</span>', page)
     assert len(shown) == 16

@@ -34,7 +34,7 @@ _MORE_RESULTS = "contact_half_width_y contact_area stick_area approach tangentia
 _MORE_RESULTS += " plastic_volume central_pressure peak_pressure"
 _CASE_RESULTS = (*HEADLINES, *_MORE_RESULTS.split())
 _STUDY_RESULTS = {name: RESULTS[name].error.name for name in HEADLINES[:4]}  # with their errors
-_MARK = "† Of a single cell: at an edge of elastic bodies it diverges as the grid is refined."
+_MARK = "† Of a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
 _UNWORN = (
     "Unworn: closed forms for smooth elastic bodies with these parameters "
     "(Hertz, Cattaneo and Mindlin)."
@@ -62,14 +62,14 @@ def show(
     content: dict[str, Any] = {}
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
-            content = finite(study_content(summary))
+            content = study_content(summary)
             lines = [*study_lines(content)]
     if not content:  # a case, or something of which `opened` says what is wrong
         with opened(file) as (case, history):
-            content = finite(case_content(case, history))
+            content = case_content(case, history)
             lines = [*case_lines(content)]
     if as_json:
-        lines = [json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)]
+        lines = [json.dumps(finite(content), indent=2, ensure_ascii=False, allow_nan=False)]
     for line in lines:
         say(line if as_json else line.replace("\n", "\\n"))
 
@@ -204,7 +204,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        texts = ["-", "-"]
+        texts = ["–", "–"]
         for place, case in reversed([*enumerate((a, b))]):
             if name in case.coords:
                 value = case[name]
@@ -218,9 +218,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
         texts = _texts((result.first, result.second), result.variable, result.errors)
-        rows.append(
-            (result.variable.marked, *texts, f"{result.ratio:.3g}" if result.first else "-")
-        )
+        known = math.isfinite(result.ratio)
+        rows.append((result.variable.marked, *texts, f"{result.ratio:.3g}" if known else "–"))
     yield from aligned(rows)
     yield from ("", _MARK)
 
@@ -288,7 +287,7 @@ def _texts(
     usual = about.unit if about.si_unit == "1" else None
     unit = usual or readable_unit(known, about.si_unit)
     texts = [
-        "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
+        "–" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
         for value, error in zip_longest(values, errors)
     ]
     return [*texts, unit.name]

@@ -91,7 +91,8 @@ def _in_order(summary: Merged, name: str) -> NDArray[Any]:
 def final_results(summary: Merged) -> dict[str, Array]:
     """Return every scalar of a merged study, errors included, after the last cycle of each point.
 
-    Cases may end at different cycles.
+    Cases may end at different cycles. What is not there then, such as a mean pressure where nothing
+    sticks, is NaN.
     """
     dims = {*point_dims(summary), CYCLE.name}
     names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
@@ -135,7 +136,8 @@ class Points:
     places: Rows  # shape (n, k): index of the level of each parameter at each point
     variables: Mapping[str, Variable]  # of the results, in a line contact some are per length
     # Every scalar after the last cycle, SI units, shape (n,). It is NaN where its estimated error
-    # is as large as itself: a singular peak, or the dissipation of wear that has ceased.
+    # is as large as itself: a singular peak, or the dissipation of wear that has ceased; and the
+    # central pressure where the centre is open, as that of waves with a valley there.
     results: Mapping[str, Array]
     parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
     ids: tuple[str, ...]  # of the cases
@@ -164,6 +166,9 @@ class Points:
             error = results.get(f"{name}_error", np.zeros(int(done.sum())))
             unknown = (results[name] != 0.0) & (error >= np.abs(results[name]))
             results[name] = np.where(unknown, np.nan, results[name])
+        if "central_pressure" in results:
+            central = results["central_pressure"]
+            results["central_pressure"] = np.where(central == 0.0, np.nan, central)
         numbers = {
             str(name): point_values(summary, str(name))[done]
             for name, each in summary.variables.items()

@@ -439,7 +439,7 @@ def _variable_problems(
         unit = vars(known).get("units", "")
         if unit != variable.si_unit:
             yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
-        if finite and not np.isfinite(known[...]).all():
+        if finite and not variable.allows(known[...]):
             yield f"{name} holds values that are not finite"
 
 

@@ -109,7 +109,8 @@ def labelled_case(
     `errors` are the estimated errors of scalars by their names, or empty; `trouble` says why they
     are missing although the case asks for them.
 
-    It is a ValueError if variables are missing, unknown, of the wrong shape or not finite.
+    It is a ValueError if variables are missing, unknown or of the wrong shape, or have values that
+    `Variable.allows` does not.
     """
     dims, errors = CASE_DIMS if y is not None else LINE_DIMS, errors or {}
     along = {"cycle": cycles, "x": x} | ({} if y is None else {"y": y})
@@ -133,7 +134,7 @@ def labelled_case(
     relative = {}
     for each in (each for each in of_scalars if each.name in errors and each.is_headline):
         values, apart = (np.abs(np.asarray(of[each.name])) for of in (scalars, errors))
-        counts = values > _TRACE * values.max(initial=0.0)
+        counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
         relative[each.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
@@ -209,7 +210,7 @@ def _columns(
             wrong.append(f"{name} is not known")
         if shape not in (None, values.shape):
             wrong.append(f"{name} has shape {values.shape}, expected {shape}")
-        if not np.isfinite(values).all():
+        if name in known and not known[name].allows(values):
             wrong.append(f"{name} holds values that are not finite")
     if wrong:
         raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")

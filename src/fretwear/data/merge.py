@@ -218,6 +218,7 @@ def _read_cases(
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
     known = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
     # Errors are not estimated in every case.
+    named = {each.name for each in known}
     scalars = {each.name: each for each in (*known, *(scalar.error for scalar in known))}
     values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, most_steps = set(), [], 0
@@ -236,7 +237,7 @@ def _read_cases(
                 sources.add(file.getncattr("source"))
                 at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
                 for name in scalars.keys() & file.variables.keys():
-                    if not np.isfinite(own := file[name][:][at]).all():
+                    if not scalars[name].allows(own := file[name][:][at]):
                         raise unusable(path, f"{name} holds values that are not finite")
                     values[name][position][columns] = own
                 cells = file[X.name][:]
@@ -276,7 +277,7 @@ def _read_cases(
             **{
                 name: Column((*points, CYCLE.name), values[name], scalar.attributes)
                 for name, scalar in scalars.items()
-                if np.isfinite(values[name]).any()
+                if name in named or not np.isnan(values[name]).all()
             },
         },
         {

@@ -42,7 +42,7 @@ from fretwear.figures.style import (
 )
 from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.units import in_unit, listed
-from fretwear.vocabulary import Variable
+from fretwear.vocabulary import RESULTS, Variable
 
 Value = Any
 """A value of a parameter: a float, or a string such as a slip model's name."""
@@ -63,6 +63,8 @@ _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
 _MOST_CONTRASTS = 2
 _MOST_NAMED = 8
 _MOST_MARKS = 12
+# A result that every contact has at every cycle.
+_ALWAYS = "contact_half_width_x"
 # Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
 _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
@@ -102,10 +104,16 @@ def study_lines(
     summary = with_cycles(summary)
     dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
     steps = summary if history is None or variable not in history else history
-    (cycles, quantities), (dense_cycles, dense) = (
+    # What a contact has lost for some cycles, such as a stick zone, leaves a gap in its line.
+    may_lack = variable in RESULTS and RESULTS[variable].may_lack
+    (cycles, quantities, _), (dense_cycles, dense, there) = (
         [
             each.transpose(*dims, ...).values.astype(np.float64)
-            for each in xr.broadcast(dataset["cycle"], dataset[variable])
+            for each in xr.broadcast(
+                dataset["cycle"],
+                dataset[variable],
+                dataset[_ALWAYS if may_lack and _ALWAYS in dataset else variable],
+            )
         ]
         for dataset in (summary, steps)
     )
@@ -121,7 +129,7 @@ def study_lines(
         values = {name: column[point[dim]] for name, (dim, column) in columns.items()}
         marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
         marks = marks if "cycle" in summary.dims else marks[:, :0]
-        known = np.isfinite(dense[at])
+        known = np.isfinite(there[at])
         lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
     return lines
 

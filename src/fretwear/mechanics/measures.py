@@ -13,13 +13,15 @@ end and the gap of the other. That of the whole curve makes ∮ Q dδ = ∬ 4µp
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import nan
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Mask, Workspace
-from fretwear.mechanics.geometry.dense import Line
+from fretwear.mechanics.geometry.dense import DenseCells, Line
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
@@ -31,6 +33,10 @@ _NO_GAP = 1e-2
 POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
 # A curve with an arc this flat is known from its area better than contacts are solved.
 _STRAIGHT, _TOLERANCE = 1e-6, 1e-5
+# Part of the reduced gap beside a stick zone that wear has opened when it has doubled the gap.
+_DOUBLED = 0.5
+# Cells beside a stick edge, and the ratio of the last to their mean up to which they resolve it.
+_ALONG, _RESOLVED = 4, 1.3
 # Exponent of the load in the approach of a sphere.
 _SPHERE = 2.0 / 3.0
 
@@ -43,14 +49,7 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
-    contact_x, contact_y = (half_width(geometry, closed, state.gap, axis) for axis in (0, 1))
-    # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
-    stick_x, stick_y = (
-        half_width(geometry, stick, reduced.gap, axis)
-        if state.plastic.any()
-        else stick_half_width(geometry, reduced.pressure, axis)
-        for axis in (0, 1)
-    )
+    (contact_x, stick_x), (contact_y, stick_y) = (half_widths(state, axis) for axis in (0, 1))
     zone = geometry.zone(stick, stick_x)
     # What the cells of the zone cover beyond its edge has the harmonic mean of the pressures on
     # both sides: as much as the zone has there while nothing is worn, and nothing once slip has
@@ -61,8 +60,9 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     if beside > 0.0:
         stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
     stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
-    peak = float(pressure.max())
-    if isinstance(geometry, Rings) and np.isinf(problem.plastic_limit):
+    peak, carried = float(pressure.max()), integral(pressure)
+    follows = problem.slip_model.follows_shape
+    if isinstance(geometry, Rings) and np.isinf(problem.plastic_limit) and follows:
         # At the stick edge it grows as rings get narrower: that of an annulus as wide as a cell.
         peak = float(geometry.means(pressure, geometry.x, min(problem.spacing)).max())
     displacement = problem.tangential_displacement(state.approach, reduced)
@@ -75,15 +75,15 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
         normal_force=state.load,
         tangential_force=force,
         regime=0.0 if stick.any() else 1.0,
-        sliding_ratio=energy / work if work else 0.0,
+        sliding_ratio=energy / work if work else nan,
         contact_half_width_x=contact_x,
         contact_half_width_y=contact_y,
         stick_half_width_x=stick_x,
         stick_half_width_y=stick_y,
         contact_area=geometry.zone(closed, contact_x).area,
         stick_area=zone.area,
-        mean_stick_pressure=stick_load / zone.area if zone.area else 0.0,
-        stick_load_share=stick_load / (integral(pressure) or 1.0),
+        mean_stick_pressure=stick_load / zone.area if zone.area else nan,
+        stick_load_share=stick_load / carried if zone.area and carried else nan,
         peak_pressure=peak,
         central_pressure=float(pressure[geometry.along(0)[0][0]][0]),
         wear_volume=integral(state.wear),
@@ -91,6 +91,46 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
         plastic_volume=integral(state.plastic),
         dissipated_energy=energy,
     )
+
+
+def half_widths(state: State, axis: int) -> tuple[float, float]:
+    """Half-widths of contact and stick zone, m, along the x axis (0) or the y axis (1)."""
+    geometry, reduced = state.geometry, state.reduced
+    contact = half_width(geometry, in_contact(state), state.gap, axis)
+    # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
+    if state.plastic.any():
+        return contact, half_width(geometry, reduced.stick, reduced.gap, axis)
+    return contact, stick_half_width(geometry, reduced.pressure, axis)
+
+
+def fractions(state: State, plane: Grid) -> tuple[Array, Array]:
+    """The parts of each cell of a plane in contact and in stick; their integrals are the areas."""
+    zones = zip((in_contact(state), state.reduced.stick), half_widths(state, 0), strict=True)
+    contact, stick = (state.geometry.covered(*zone, plane) for zone in zones)
+    return contact, stick
+
+
+def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
+    """How much larger than a peak pressure, Pa, the true one may be because cells do not show it.
+
+    Wear beside a stick zone moves pressure to its edge, where that of elastic bodies becomes
+    singular after a finite number of cycles, if slip follows the shape: it rises with the inverse
+    root of the distance, so that the largest mean over a cell grows without bound as cells get
+    narrower, up to the plastic limit. The mean over the last of four equal cells at such an edge is
+    twice that over all of them. On a grid, whose cells at the edge are no narrower than others, the
+    peak counts as regular until wear has doubled the gap of the reduced contact there.
+    """
+    geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
+    largest, stick = float(pressure.max()), reduced.stick
+    if problem.roughness is None and isinstance(geometry, DenseCells):
+        last = int(np.flatnonzero(stick).max(initial=-1))
+        inside = pressure[max(last - _ALONG + 1, 0) : last + 1, 0]
+        is_singular = inside.size > 0 and inside[-1] > _RESOLVED * inside.mean()
+    else:
+        beside = geometry.zone(stick, geometry.extent[0]).outside
+        opened, gap = (field.ravel()[beside] for field in (state.opening, reduced.gap))
+        is_singular = problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any()
+    return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
 
 
 def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:

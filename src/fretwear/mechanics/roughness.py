@@ -154,9 +154,10 @@ _Slope = partial(Quantity, at_least=0.0, below=MAX_SLOPE, absent=0.0)
 class WavyRoughness(Roughness):
     """Wavy roughness R(x, y) = A cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/A.
 
-    The mean slope of a wave along its direction is tanθ, and its length λ = 4A/tanθ: k_x follows
-    from θ_x and k_y from θ_y. (Equation (12) of the source study has θ_y in both as printed.)
-    An amplitude of zero is a smooth surface whatever the slopes.
+    It is added to the gap, which is largest at the origin: there the body has a valley, and its
+    first tips are half a wavelength away. The mean slope of a wave along its direction is tanθ, and
+    its length λ = 4A/tanθ: k_x follows from θ_x and k_y from θ_y. (Equation (12) of the source
+    study has θ_y in both as printed.) An amplitude of zero is a smooth surface whatever the slopes.
     """
 
     amplitude: Annotated[

@@ -17,7 +17,7 @@ from fretwear.data.files import HISTORY_GROUP, opened_case, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.stack import representative_cycles
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, display_units, levels_of, variable_of, with_stick
+from fretwear.report.results import PointResult, display_units, levels_of, variable_of
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan, estimate
@@ -132,11 +132,11 @@ def _curves(
 ) -> Packed:
     """Read one case along x on the line nearest y = 0, and over the cycles."""
     numbers = {name: values[position] for name, values in every.items()}
-    snapshots = np.flatnonzero(np.isfinite(list(numbers.values())).all(axis=0))
+    snapshots = np.flatnonzero(np.isfinite(numbers["contact_half_width_x"]))
     cycles, x = file[CYCLE.name][...], file[X.name][...]
     kept = representative_cycles(cycles[snapshots].tolist(), _MOST_SNAPSHOTS)
     snapshots = np.searchsorted(cycles, kept)
-    numbers = with_stick({name: values[snapshots] for name, values in numbers.items()})
+    numbers = {name: values[snapshots] for name, values in numbers.items()}
     reach = _AROUND_PROFILE * float(numbers["contact_half_width_x"].max())
     # Outside the window of the case the gap is not known.
     is_stored = np.isfinite(file[_NAMES["gap"]][position][snapshots[-1]])

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import mean, stdev
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -97,7 +96,7 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
         problem = f"its points are {sizes}, those of the study {study.name!r} {study.sizes}"
         raise DataFileError(file, problem, _RUN_AGAIN)
     final = final_results(summary)
-    columns = with_stick({name: final[name] for name in HEADLINES})
+    columns = {name: final[name] for name in HEADLINES}
     levels = {axis.coordinate: levels_of(axis) for axis in study.axes}
     results: list[PointResult] = []
     for point in study.points():
@@ -125,12 +124,6 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
     return results
 
 
-def with_stick(values: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-    """Return results by name, with NaN for the mean stick pressure where nothing sticks."""
-    pressure = values["mean_stick_pressure"]
-    return {**values, "mean_stick_pressure": np.where(pressure == 0.0, np.nan, pressure)}
-
-
 def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
     """Return the key results over the seeds, for each combination of the other parameters."""
     groups: dict[tuple[str, ...], list[PointResult]] = {}
@@ -143,7 +136,8 @@ def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
         levels = {name: level for name, level in group[0].levels.items() if name != SEED}
         columns = {name: [each.values[name] for each in group] for name in group[0].values}
         if len(group) >= LEAST_SEEDS:
-            spread = {name: (mean(values), stdev(values)) for name, values in columns.items()}
+            # What one of them lacks has no mean over all.
+            spread = {n: (float(np.mean(v)), float(np.std(v, ddof=1))) for n, v in columns.items()}
             ensembles.append(Ensemble(levels, len(group), spread))
     return ensembles
 

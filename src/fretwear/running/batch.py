@@ -38,6 +38,7 @@ from fretwear.running.resources import require_memory
 from fretwear.running.simulate import Observer, RunRecord, Step, run
 from fretwear.running.workflow import failures, forget, log_file, record
 from fretwear.version import code_digest
+from fretwear.vocabulary import SCALARS
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -186,7 +187,12 @@ def _check(record: RunRecord) -> None:
     states = [*record.snapshots, *([] if record.last is None else [record.last])]
     if bool(record.history) != bool(states):
         raise ValueError("states and history do not match")
-    if not all(map(math.isfinite, (number for row in record.history for number in row.values()))):
+    known = {each.name: each for each in SCALARS}
+    if not all(
+        known[name].allows(number) if name in known else math.isfinite(number)
+        for row in record.history
+        for name, number in row.items()
+    ):
         raise ValueError("the history has a value that is not finite")
     for state in states:
         reduced = state.reduced

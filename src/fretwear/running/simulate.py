@@ -21,7 +21,7 @@ from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.measures import loop, measure
+from fretwear.mechanics.measures import fractions, loop, measure, unresolved_peak
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -206,6 +206,9 @@ def run(
     errors = {}
     if coarser and not trouble:
         errors = estimated_errors(scalars, _columns(coarser), case.times_coarser)
+        states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
+        missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
+        errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     steps_at, of_steps = columns.pop("cycle"), columns.pop("error_estimate")
     spent = np.diff(columns.pop("convolutions"), prepend=0)
     plane = snapshots[-1].geometry.plane(problem.spacing)
@@ -265,7 +268,7 @@ def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, fl
     """Every scalar of a state: the measures of each step, and those of its loop."""
     found = vars(measure(workspace.problem.of(state), state))
     full = 4.0 * opening * found["tangential_force"]
-    found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
+    found["sliding_criterion"] = found["dissipated_energy"] / full if full else math.nan
     shares = workspace.problem.wear_law.shares or ()
     for body, share in zip(("indenter", "flat"), shares, strict=False):
         found[f"wear_volume_{body}"] = share * found["wear_volume"]
@@ -291,13 +294,15 @@ def estimated_errors(
     standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
     between. What two runs differ by at one snapshot may be small by chance: what they differ by in
     the median snapshot, relative to the value, counts if it is more. It is that of the logarithms,
-    so that a hard snapshot beside an easy one does not count for both.
+    so that a hard snapshot beside an easy one does not count for both. What is not there in one of
+    the two runs, NaN, is zero there; where the run has none, there is no error.
     """
     apart, sizes, usual = {}, {}, {}
     for name, values in scalars.items():
-        apart[name] = np.abs(values - coarser[name])
-        sizes[name] = np.maximum(np.abs(values), np.abs(coarser[name]))
-        counts = np.abs(values) > _TRACE * np.abs(values).max()
+        own, other = (np.nan_to_num(np.abs(each)) for each in (values, coarser[name]))
+        apart[name] = np.where(np.isnan(values), np.nan, np.abs(own - other))
+        sizes[name] = np.maximum(own, other)
+        counts = own > _TRACE * own.max()
         differs = counts & (apart[name] > 0)
         logarithms = np.log(apart[name][differs] / sizes[name][differs])
         usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
@@ -378,6 +383,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             if not problem.loading.stroke:
                 path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
+        written["contact_fraction"], written["stick_fraction"] = fractions(state, plane)
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)
     return stored

@@ -56,7 +56,8 @@ WINDOW_MARGIN = 1.15
 MEMORY_TO_START = 165_000_000
 ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
-BYTES_PER_FIELD_CELL = 7 * 4 + 1
+# Contact and stick fractions, zero or one in most cells, compress to nearly nothing.
+BYTES_PER_FIELD_CELL = 7 * 4 + 2
 COMPRESSION = 0.6
 
 

@@ -100,8 +100,8 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
-    none where there are no tips of known shape, or where they are pressed flat. The tip in the
-    middle carries the share of the area that it stands for under the pressure of the smooth
+    none where there are no tips of known shape, or where they are pressed flat. A tip near
+    the middle carries the share of the area that it stands for under the pressure of the smooth
     contact, which under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip. Where
     the tip itself is at the plastic limit, its contact carries its load at that pressure, and its
     stick zone its reduced load.

@@ -124,6 +124,22 @@ class DenseCells:
         inner = np.where(cells[steps, 0], steps, steps + 1)
         return Zone(area, inner, 2 * steps + 1 - inner)
 
+    def covered(self, cells: Mask, radius: float, plane: Any) -> NDArray[np.float64]:
+        """The part of each cell of a grid in the zone of some cells that ends at a distance, m.
+
+        As in `zone`: times the area of a cell, their sum is the area of the zone.
+        """
+        edges = np.asarray(self.edges)
+        cells = cells[:, 0] & (edges[:-1] < radius)
+        last = int(np.flatnonzero(cells).max(initial=-1))
+        if last < 0:
+            return np.zeros(plane.shape)
+        cut = np.unique(np.append(edges, radius))
+        place = np.searchsorted(edges, cut[:-1], "right") - 1
+        inside = (cells[np.minimum(place, cells.size - 1)] | (place > last)) & (cut[:-1] < radius)
+        parts = {"": inside[:, None].astype(np.float64)}
+        return replace(self, edges=tuple(cut.tolist())).written(parts, plane)[""]
+
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field on other cells: of the same integral, zero beyond the outermost of these.
 

@@ -114,7 +114,27 @@ class Grid:
         A cell counts completely as soon as a part of it belongs to the zone, so a count of cells is
         too large by a fraction of a cell for each cell side on the edge (Yastrebov, Anciaux and
         Molinari 2017, "On the accurate computation of the true contact-area in mechanical contact
-        of random rough surfaces", Tribol. Int. 114). Axes in which the zone is even are no edges.
+        of random rough surfaces", Tribol. Int. 114).
+        """
+        inner, outer, border = self._sides(cells)
+        sides = inner.size + border.size
+        area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
+        return Zone(area, inner, outer)
+
+    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
+        """The part of each cell in the zone of some cells.
+
+        A cell at its edge lacks as much for each of its sides there as `zone` takes off.
+        """
+        inner, _, border = self._sides(cells)
+        found = cells.astype(np.float64).ravel()
+        np.subtract.at(found, np.concatenate([inner, border]), _OPEN_PER_SIDE)
+        return found.reshape(cells.shape)
+
+    def _sides(self, cells: Mask) -> tuple[NDArray[np.intp], ...]:
+        """Sides at the edge of a zone: cells inside, those outside, and cells at the border.
+
+        These are places in the flattened field. Axes in which the zone is even are no edges.
         """
         columns = cells.shape[1]
         along_x = np.flatnonzero(cells[1:] != cells[:-1])
@@ -123,11 +143,12 @@ class Grid:
         first = np.concatenate([along_x, along_y])
         second = np.concatenate([along_x + columns, along_y + 1])
         inner = np.where(cells.ravel()[first], first, second)
-        sides = first.size
-        for axis, is_even in enumerate(self.even):
-            sides += int(cells.take(-1, axis).sum() + (0 if is_even else cells.take(0, axis).sum()))
-        area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
-        return Zone(area, inner, first + second - inner)
+        border, steps = [], (columns, 1)
+        for axis, (count, is_even) in enumerate(zip(cells.shape, self.even, strict=True)):
+            for end in (count - 1,) if is_even else (count - 1, 0):
+                along = np.flatnonzero(cells.take(end, axis))
+                border.append(end * steps[axis] + along * steps[1 - axis])
+        return inner, first + second - inner, np.concatenate(border)
 
     def half_space(
         self,
