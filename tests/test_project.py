@@ -16,6 +16,7 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 import fretwear
+from fretwear import version
 from fretwear.version import code_digest
 
 REPOSITORY = Path(__file__).parents[1]
@@ -90,9 +91,42 @@ def test_nothing_that_is_read_can_run():
             assert not names & DANGEROUS, (source, names)
 
 
-COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/__init__.py", "units.py")
-DRIVERS = ("study/case.py", "parts.py", "running/simulate.py", "data/labels.py")
-OTHERS = ("figures/maps.py", "report/build.py", "cli/show.py", "running/batch.py")
+COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/__init__.py", "parts.py")
+DRIVERS = ("study/case.py", "study/spacing.py", "running/simulate.py", "data/labels.py")
+# Reached from a run, but of no effect on its numbers beyond the parameters that its file names.
+READING = ("units.py", "study/parameters.py", "study/problems.py", "study/points.py")
+READING += ("study/study.py", "study/yamlfile.py")
+CHECKING = ("study/rules.py", "study/doubts.py", "study/plan.py", "running/resources.py")
+OUTSIDE = ("figures/maps.py", "report/build.py", "cli/show.py", "running/batch.py")
+OTHERS = (*READING, *CHECKING, *OUTSIDE)
+
+
+def reached(module, known):
+    """Sources of the package that a module imports, and all that these do."""
+    package = Path(fretwear.__file__).parent
+    known.add(module)
+    for node in ast.walk(ast.parse((package / module).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("fretwear."):
+            place = node.module.removeprefix("fretwear.").replace(".", "/")
+            inside = [f"{place}/{each.name}.py" for each in node.names]
+            for name in (f"{place}.py", f"{place}/__init__.py", *inside):
+                if (
+                    name not in known
+                    and (source.parents[len(Path(module).parts) - 1] / name).exists()
+                ):
+                    reached(name, known)
+    return known
+
+
+def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
+    covered = (*version._SOURCES, *version._CASE, *version._DRIVERS)
+    others = {
+        name
+        for name in reached("running/simulate.py", set())
+        if not name.startswith(covered) and not name.endswith("__init__.py")
+    }
+    # What mirrors and opens datasets, and the version itself, come after the numbers.
+    assert others == {*READING, *CHECKING, "data/dataset.py", "version.py"}
 
 
 def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(

@@ -8,8 +8,10 @@ from pathlib import Path
 
 __version__ = "0.1.0"
 
-# What lies between a case and the numbers in its file, not what reads, draws or reports them.
-_SOURCES = ("mechanics", "theory", "study", "parts.py", "units.py", "vocabulary.py")
+# What lies between the parameters of a case and the numbers in its file: not what reads, checks,
+# doubts or plans a case, nor what draws and reports its numbers.
+_SOURCES = ("mechanics", "theory", "parts.py", "vocabulary.py")
+_CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")
 _DRIVERS = ("running/simulate.py", "data/labels.py")
 _LIBRARIES = ("numpy", "scipy", "ducc0")
 
@@ -26,7 +28,7 @@ def code_digest() -> str:
 
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    places = (package / name for name in (*_SOURCES, *_DRIVERS))
+    places = (package / name for name in (*_SOURCES, *_CASE, *_DRIVERS))
     files = (file for place in places for file in (place, *place.rglob("*")))
     for file in sorted(file for file in files if file.suffix in (".py", ".cpp", ".h")):
         content = file.read_bytes()
