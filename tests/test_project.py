@@ -110,10 +110,7 @@ def reached(module, known):
             place = node.module.removeprefix("fretwear.").replace(".", "/")
             inside = [f"{place}/{each.name}.py" for each in node.names]
             for name in (f"{place}.py", f"{place}/__init__.py", *inside):
-                if (
-                    name not in known
-                    and (source.parents[len(Path(module).parts) - 1] / name).exists()
-                ):
+                if name not in known and (package / name).exists():
                     reached(name, known)
     return known
 
