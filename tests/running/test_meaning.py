@@ -83,6 +83,16 @@ def test_the_error_of_a_peak_reaches_to_what_bounds_it(changes, unresolved):
     assert error[0] < (1.0 if rough else 0.05) * pressure[0]
 
 
+def test_the_error_of_a_peak_is_the_same_whichever_body_has_the_waves():
+    waves = {**WAVES, "slope_y": "0 deg"}
+    on_either = [
+        peaks(**CYLINDER, **{body: waves}, cycles=160, output_cycles=())
+        for body in ("roughness", "counterface")
+    ]
+    np.testing.assert_array_equal(*on_either)
+    assert on_either[0][1][-1] == math.inf
+
+
 @pytest.fixture(scope="module")
 def fading(tmp_path_factory):
     """A study of two points: friction falls, and where it falls far nothing sticks any more."""

@@ -122,7 +122,7 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
-    if problem.roughness is None and isinstance(geometry, DenseCells):
+    if problem.rough is None and isinstance(geometry, DenseCells):
         last = int(np.flatnonzero(stick).max(initial=-1))
         inside = pressure[max(last - _ALONG + 1, 0) : last + 1, 0]
         is_singular = inside.size > 0 and inside[-1] > _RESOLVED * inside.mean()
