@@ -16,7 +16,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
-from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
+from fretwear.parts import Either, Mapped, Parameter, Part, Quantity, WholeNumber, required
 from fretwear.study.case import Case
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter_names, parameter_of
@@ -67,8 +67,8 @@ def _example(name: str) -> str:
 
 def _range(name: str) -> str:
     match parameter_of(name):
-        case PerBody() | AlongXY() as both:
-            return f"{both.range_text()}; or a pair"
+        case Either(single=Quantity() as quantity) as either:
+            return "; or ".join([quantity.range_text(), *map(_form, either.forms[:-1])])
         case Quantity() as quantity:
             return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
         case WholeNumber() as number:
@@ -78,6 +78,10 @@ def _range(name: str) -> str:
             return " or ".join(f"`{choice}`" for choice in [*choices, *part.kinds])
         case other:
             return _kinds(other.schema())
+
+
+def _form(form: Parameter) -> str:
+    return f"`{{{', '.join(form.fields)}}}`" if isinstance(form, Mapped) else "a pair"
 
 
 def _presence(name: str) -> str:

@@ -5,6 +5,8 @@ each of its fields, and is the only place that names it::
 
     radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", above=0.0), "Its radius."]
 
+A `Quantity` is one number.  Other forms of a value are made of it: ``PerBody(Quantity(...))``,
+``Either(Quantity(...), (Mapped(Law),))``.  Each says what it takes, and how it is read and stored.
 Study files, ``--set``, the JSON Schema, messages, the case id, dataset coordinates and labels
 follow by walking the fields.
 """
@@ -15,14 +17,15 @@ import dataclasses
 import math
 import operator
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, ClassVar, Self, TypeGuard, cast, get_type_hints
+from typing import Any, ClassVar, Self, SupportsFloat, TypeGuard, get_type_hints
 
+from fretwear.problems import Problems
 from fretwear.units import (
-    DIMENSIONS,
+    BY_SI_UNIT,
     FORCE_PER_LENGTH,
     NO_UNIT,
     NUMBER,
@@ -39,6 +42,9 @@ from fretwear.units import (
 )
 from fretwear.units import QuantityError as QuantityError
 
+Schema = dict[str, object]  # a JSON Schema
+Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, what it is, SI value
+
 # No physical value lies beyond; powers and quotients of such numbers stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
@@ -51,43 +57,52 @@ _BOUNDS = {
     "below": ("less than", operator.lt, "exclusiveMaximum"),
     "at_most": ("at most", operator.le, "maximum"),
 }
-_BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
 
 
 class Parameter(ABC):
     """What a field of a part is."""
 
-    may_be_drawn: ClassVar[bool] = False  # whether values may be drawn from a range
-    # A value of each form, from which all names of coordinates follow.
-    forms: ClassVar[tuple[Any, ...]] = ((1.0, 2.0), 1.0)
-
     si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
     symbol: str  # in mathtext
     words: str  # what it is called in messages, tables and long names
-    unit: Unit  # unit for people
-    description: str  # a sentence for the JSON Schema and the documentation
+    unit: Unit = NO_UNIT  # unit for people
+    example: str = ""  # a value, as in a study file
+    description: str = ""  # a sentence for the JSON Schema and the documentation
+    may_be_drawn: bool = False  # whether values may be drawn from a range
     must_be_written: bool = False  # whether a file has to give it although it has a default
     in_line: bool = False
+    # The coordinate of a case without this part; None: it has no such coordinate.
+    absent: float | None = None
+    unsaid: float | None = None  # the value that neither ids nor coordinates mention
 
     @property
     def keys(self) -> Mapping[str, Parameter]:
         """The keys of a case that may be given in its place."""
         return {}
 
-    @property
-    def example(self) -> str:
-        """An example value, as in a study file."""
-        return ""
+    def takes(self, value: object) -> bool:  # noqa: ARG002 - whatever the value
+        """Whether a value, as written or as read, has the form of those of this parameter."""
+        return True
 
     @abstractmethod
-    def read(self, value: object, units_required: bool) -> Any:
+    def read(self, value: object, units_required: bool) -> object:
         """Return the value in SI units; raise `QuantityError` if it is invalid or out of range."""
 
+    def read_given(self, name: str, value: object, units_required: bool) -> Any:
+        """Return the value of a key, as `read` does; a study file must give one."""
+        if value is None and units_required:
+            remedy = self.such_as(name)
+            with suppress(QuantityError):
+                self.read("none", units_required)
+                remedy = f"write {name}: none if that is meant"
+            raise QuantityError("has no value", remedy)
+        return self.read(value, units_required)
+
     @abstractmethod
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> Schema:
         """JSON Schema of the value in a study file."""
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> Schema:
         """Return the JSON Schema with a description of the parameter."""
         return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
 
@@ -95,15 +110,21 @@ class Parameter(ABC):
         """An example for a name, "such as load: 50 N", or nothing."""
         return f"such as {name.rpartition('.')[2]}: {self.example}" if self.example else ""
 
-    def suiting(self, value: Any) -> Parameter:  # noqa: ARG002 - whatever the value
+    def called(self, words: str, symbol: str = "") -> Parameter:
+        """Return it with other words, and another symbol if one is given."""
+        changes = {"words": words, "symbol": symbol or self.symbol}
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+    def suiting(self, value: object) -> Parameter:  # noqa: ARG002 - whatever the value
         """Return the parameter in the form that suits a value; by default, itself."""
         return self
 
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+    def coordinates(self, name: str, value: Any) -> Coordinates:
         """Yield the scalar coordinates of a value: name, what it is, SI value."""
-        yield name, self.suiting(value), value
+        if value is None or value != self.unsaid:
+            yield name, self.suiting(value), value
 
-    def canonical(self, value: Any) -> Any:
+    def canonical(self, value: Any) -> object:
         """Return the value in a form that JSON can hold and `read` takes back."""
         return value
 
@@ -112,9 +133,9 @@ class Parameter(ABC):
         with suppress(QuantityError):
             self.read(value, False)
             return True
-        return value == getattr(self, "absent", math.nan)
+        return value == self.absent
 
-    def word_for(self, value: Any) -> str:
+    def word_for(self, value: object) -> str:
         """Return the word for a special value, such as "elastic"; empty for other values."""
         return value if isinstance(value, str) else ""
 
@@ -129,7 +150,6 @@ class Plain(Parameter):
     """A parameter without a unit."""
 
     si_unit = "1"
-    unit = NO_UNIT
 
     symbol: str
     words: str
@@ -140,7 +160,7 @@ class Plain(Parameter):
 class Quantity(Parameter):
     """A physical quantity or a plain number, within a range."""
 
-    may_be_drawn: ClassVar[bool] = True
+    may_be_drawn = True
 
     si_unit: str  # ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``
     symbol: str
@@ -155,8 +175,8 @@ class Quantity(Parameter):
     # Words for an infinite value, which study files call ``none``, and for zero.
     infinite: str = ""
     zero: str = ""
-    # The coordinate of a case without this part; None: it has no such coordinate.
     absent: float | None = None
+    unsaid: float | None = None
     in_line: bool = False  # whether this is a force that is one per length in a line contact
     description: str = field(default="", kw_only=True)
     must_be_written: bool = field(default=False, kw_only=True)
@@ -164,8 +184,8 @@ class Quantity(Parameter):
     @property
     def dimension(self) -> Dimension:
         """The kind of quantity, with an example of its own."""
-        found = _BY_SI_UNIT[self.si_unit]
-        return dataclasses.replace(found, example=self.like or found.example)
+        dimension = BY_SI_UNIT[self.si_unit]
+        return dataclasses.replace(dimension, example=self.like or dimension.example)
 
     @property
     def unit(self) -> Unit:  # type: ignore[override]
@@ -173,10 +193,10 @@ class Quantity(Parameter):
         return units[self.shown_in] if self.shown_in else NO_UNIT
 
     @property
-    def example(self) -> str:
+    def example(self) -> str:  # type: ignore[override]
         return self.dimension.example
 
-    def read(self, value: object, units_required: bool) -> Any:
+    def read(self, value: object, units_required: bool) -> float:
         if self.infinite and (value == math.inf or means_none(value, units_required)):
             if value == math.inf and units_required:
                 rule = f"{self.dimension.expectation}, or none"
@@ -202,7 +222,7 @@ class Quantity(Parameter):
         number = parse_quantity(value, self.dimension, units_required=units_required)
         return Force(number) if self.in_line and isinstance(value, str) else number
 
-    def suiting(self, value: Any) -> Quantity:
+    def suiting(self, value: object) -> Quantity:
         """Return what it is in a line contact for a force per length."""
         if not (self.in_line and isinstance(value, PerLength)):
             return self
@@ -213,8 +233,8 @@ class Quantity(Parameter):
 
     @property
     def _bounds(self) -> list[tuple[str, Callable[[float, float], bool], str, float]]:
-        found = ((*each, getattr(self, name)) for name, each in _BOUNDS.items())
-        return [each for each in found if each[-1] is not None]
+        limits = ((*bound, vars(self)[name]) for name, bound in _BOUNDS.items())
+        return [bound for bound in limits if bound[-1] is not None]
 
     def range_text(self) -> str:
         """The range in words, such as "larger than -1 and at most 0.5"."""
@@ -223,82 +243,22 @@ class Quantity(Parameter):
             for words, _, _, bound in self._bounds
         )
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> Schema:
         if self.dimension.is_plain_number:
-            number = {"type": "number", **{keyword: each for _, _, keyword, each in self._bounds}}
+            bounds = {keyword: limit for _, _, keyword, limit in self._bounds}
+            number = {"type": "number", **bounds}
             return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [float(self.example)]}
-        quantity = {**_QUANTITY_SCHEMA, "examples": [self.example]}
+        quantity: Schema = {**_QUANTITY_SCHEMA, "examples": [self.example]}
         return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity
 
-    def canonical(self, value: Any) -> Any:
+    def canonical(self, value: float) -> object:
         """Return the SI number; infinity is the word ``none``."""
         return "none" if math.isinf(value) else value
 
-    def word_for(self, value: Any) -> str:
-        if not isinstance(value, str) and self.infinite and math.isinf(value):
+    def word_for(self, value: object) -> str:
+        if self.infinite and value == math.inf:
             return self.infinite
         return self.zero if value == 0.0 else super().word_for(value)
-
-
-@dataclass(frozen=True)
-class _Pair(Quantity):
-    """Two values of one quantity in a list; a single value is used for both."""
-
-    may_be_drawn: ClassVar[bool] = False
-    meaning: ClassVar[str]
-    suffixes: ClassVar[tuple[tuple[str, str], ...]]
-
-    def schema(self) -> dict[str, Any]:
-        one = super().schema()
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
-
-    def canonical(self, value: Any) -> Any:
-        return list(pair(value))
-
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        for (suffix, words), each in zip(self.suffixes, value, strict=True):
-            symbol = f"${self.symbol.strip('$')}_{suffix}$"
-            about = dataclasses.replace(self, symbol=symbol, words=f"{self.words} {words}")
-            yield f"{name}_{suffix}", about, each
-
-    def read(self, value: object, units_required: bool) -> Any:
-        """Return a float, or a pair of floats where two are given."""
-        if not is_list(value):
-            return super().read(value, units_required)
-        if len(value) != 2:
-            raise QuantityError(f"must be {self.meaning}, but is a list of {len(value)}")
-        read = []
-        for position, each in enumerate(value, start=1):
-            try:
-                read.append(super().read(each, units_required))
-            except QuantityError as error:
-                rule = f"has a value number {position}, {each!r}, that {error.rule}"
-                raise QuantityError(rule, error.hint) from error
-        return tuple(read)
-
-
-@dataclass(frozen=True)
-class PerBody(_Pair):
-    """One value for both bodies, or a pair [body I, body II]."""
-
-    meaning = "one value, or two for two bodies"
-    suffixes = (("1", "of body I"), ("2", "of body II"))
-
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield one coordinate where both bodies are alike, else two."""
-        first, second = both = pair(value)
-        yield from [(name, self, first)] if first == second else super().coordinates(name, both)
-
-
-@dataclass(frozen=True)
-class AlongXY(_Pair):
-    """A length along x and one along y; a single value is used for both."""
-
-    meaning = "the spacing along x and along y"
-    suffixes = (("x", "along x"), ("y", "along y"))
-
-    def read(self, value: object, units_required: bool) -> Any:
-        return pair(super().read(value, units_required))
 
 
 @dataclass(frozen=True)
@@ -310,7 +270,7 @@ class WholeNumber(Plain):
     usual: int
 
     @property
-    def example(self) -> str:
+    def example(self) -> str:  # type: ignore[override]
         return str(self.usual)
 
     def read(self, value: object, units_required: bool) -> int:
@@ -324,7 +284,7 @@ class WholeNumber(Plain):
             raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
         return int(number)
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> Schema:
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
         return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [self.usual]}
 
@@ -341,10 +301,10 @@ class Flag(Plain):
             return bool(value)
         raise QuantityError("must be true or false")
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> Schema:
         return {"type": "boolean"}
 
-    def word_for(self, value: Any) -> str:
+    def word_for(self, value: object) -> str:
         return "yes" if value else "no"
 
 
@@ -355,7 +315,7 @@ class Choice(Plain):
     options: tuple[str, ...]
 
     @property
-    def example(self) -> str:
+    def example(self) -> str:  # type: ignore[override]
         return self.options[0]
 
     def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - a word has none
@@ -363,38 +323,203 @@ class Choice(Plain):
             return str(value)
         raise QuantityError(f"must be {listed(self.options, 'or')}")
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> Schema:
         return {"enum": [*self.options]}
+
+
+@dataclass(frozen=True)
+class Several(Parameter):
+    """A list of a value for each place, told by an ending of names and one of words.
+
+    Without places it is a list of any number of values.
+    """
+
+    item: Parameter
+    places: tuple[tuple[str, str], ...] = ()  # such as ("x", "along x")
+    expected: str = "a list of values"
+    record: type[tuple[Any, ...]] = tuple  # what it is when read
+
+    def takes(self, value: object) -> bool:
+        return is_list(value)
+
+    def read(self, value: object, units_required: bool) -> tuple[Any, ...]:
+        if not is_list(value) or len(value) != (len(self.places) or len(value) or 1):
+            count = f", but is a list of {len(value)}" if is_list(value) else ""
+            raise QuantityError(f"must be {self.expected}{count}")
+        problems, values = Problems(), []
+        for position, item in enumerate(value):
+            with problems.at(f"[{position}]", item):
+                values.append(self.item.read(item, units_required))
+        problems.raise_any()
+        return self.record(values)
+
+    def schema(self) -> Schema:
+        most = {"maxItems": len(self.places)} if self.places else {}
+        items = {"type": "array", "items": self.item.schema()}
+        return {**items, "minItems": len(self.places) or 1, **most}
+
+    def canonical(self, value: Sequence[object]) -> object:
+        return [self.item.canonical(item) for item in value]
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        for (end, words), item in zip(self.places, value or [None] * len(self.places), strict=True):
+            # A longer ending is none for a symbol, which may have an index of its own.
+            symbol = f"${self.item.symbol.strip('$')}_{end}$" if len(end) == 1 else ""
+            about = self.item.called(f"{self.item.words} {words}", symbol)
+            yield from about.coordinates(f"{name}_{end}", item)
+
+
+@dataclass(frozen=True)
+class Mapped(Parameter):
+    """A mapping of the declared fields of a part without kinds, or of another dataclass."""
+
+    record: type[Any]
+
+    @property
+    def fields(self) -> Mapping[str, Parameter]:
+        """The values by key."""
+        return declared(self.record)
+
+    def takes(self, value: object) -> bool:
+        return isinstance(value, Mapping | self.record)
+
+    def read(self, value: object, units_required: bool) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        needed = required(self.record)
+        return self.record(**read_fields(value, self.fields, needed, units_required))
+
+    def schema(self) -> Schema:
+        fields = {name: about.schema() for name, about in self.fields.items()}
+        return keys_schema(fields, [name for name in fields if name in required(self.record)])
+
+    def canonical(self, value: Any) -> object:
+        return {name: about.canonical(vars(value)[name]) for name, about in self.fields.items()}
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        for key, about in self.fields.items():
+            yield from about.coordinates(f"{name}_{key}", value and vars(value)[key])
+
+
+@dataclass(frozen=True)
+class Either(Parameter):
+    """A single value, which names the parameter, or another form, told by how it is written.
+
+    A value of another form whose ``float`` stands for it has that as a coordinate too.
+    """
+
+    single: Parameter
+    others: tuple[Parameter, ...] = ()
+    description: str = field(default="", kw_only=True)
+    may_be_drawn = True
+    # Of a kind whose values may be a list: its places, and what is expected.
+    places: ClassVar[tuple[tuple[str, str], ...]] = ()
+    expected: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        """Take over what names the single value."""
+        names = "si_unit", "symbol", "words", "unit", "example", "in_line"
+        vars(self).update({name: getattr(self.single, name) for name in names})
+
+    @property
+    def forms(self) -> tuple[Parameter, ...]:
+        """All forms, the single value last."""
+        lists = [Several(self.single, self.places, self.expected)] if self.places else []
+        return *lists, *self.others, self.single
+
+    def _form_of(self, value: object) -> Parameter:
+        return next(form for form in self.forms if form.takes(value))
+
+    def read(self, value: object, units_required: bool) -> Any:
+        return self._form_of(value).read(value, units_required)
+
+    def schema(self) -> Schema:
+        *others, single = (form.schema() for form in self.forms)
+        return {"anyOf": [single, *others]}
+
+    def called(self, words: str, symbol: str = "") -> Parameter:
+        return dataclasses.replace(self, single=self.single.called(words, symbol))
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        """Yield the coordinates of a value; without one, all that there may be."""
+        if value is None:
+            for form in self.forms:
+                yield from form.coordinates(name, None)
+            yield name, self, math.nan
+            return
+        form = self._form_of(value)
+        if form is not self.single and isinstance(value, SupportsFloat):
+            yield name, self.single, float(value)
+        yield from form.coordinates(name, value)
+
+    def canonical(self, value: Any) -> object:
+        return self._form_of(value).canonical(value)
+
+    def word_for(self, value: object) -> str:
+        return self.single.word_for(value)
+
+    def text(self, value: Any) -> str:
+        return self.single.text(value) if isinstance(value, float | str) else str(value)
+
+
+@dataclass(frozen=True)
+class PerBody(Either):
+    """One value for both bodies, or a pair [body I, body II]."""
+
+    may_be_drawn = False
+    places = ("1", "of body I"), ("2", "of body II")
+    expected = "one value, or two for two bodies"
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        """Yield one coordinate where both bodies are alike, else two."""
+        first, second = pair(value)
+        yield from super().coordinates(name, first if first == second else (first, second))
+
+    def canonical(self, value: Any) -> object:
+        return super().canonical(pair(value))
+
+
+@dataclass(frozen=True)
+class AlongXY(Either):
+    """A value along x and one along y; a single value is used for both."""
+
+    may_be_drawn = False
+    places = ("x", "along x"), ("y", "along y")
+    expected = "one value, or one along x and one along y"
+
+    def read(self, value: object, units_required: bool) -> tuple[Any, Any]:
+        return pair(super().read(value, units_required))
 
 
 @dataclass(frozen=True)
 class Patch(Plain):
     """A rectangle: corner x, y, width and height; None for the whole map."""
 
-    _side: ClassVar[Quantity] = Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0)
     example = "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"
+    _lengths: ClassVar = Several(
+        Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0),
+        (("x", ""), ("y", ""), ("width", ""), ("height", "")),
+        "[x, y, width, height]",
+    )
 
-    def read(self, value: object, units_required: bool) -> Any:
+    def read(self, value: object, units_required: bool) -> tuple[float, ...] | None:
         """Return four lengths, or None."""
-        if (value is None and not units_required) or value == "none":
+        if means_none(value, units_required):
             return None
-        if not is_list(value) or len(value) != 4:
-            raise QuantityError("must be [x, y, width, height]", f"such as {self.example}")
-        lengths = tuple(self._side.read(each, units_required) for each in value)
+        lengths = self._lengths.read(value, units_required)
         if 0.0 in lengths[2:]:
             raise QuantityError("must have a width and a height larger than 0")
         return lengths
 
-    def canonical(self, value: Any) -> Any:
-        return "none" if value is None else list(value)
+    def canonical(self, value: Sequence[float] | None) -> object:
+        return "none" if value is None else [*value]
 
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+    def coordinates(self, name: str, value: Sequence[float] | None) -> Coordinates:
         """Yield one text, in m."""
         yield name, self, str(self.canonical(value))
 
-    def schema(self) -> dict[str, Any]:
-        four = {"type": "array", "items": self._side.schema(), "minItems": 4, "maxItems": 4}
-        return {"anyOf": [{"const": "none"}, four]}
+    def schema(self) -> Schema:
+        return {"anyOf": [{"const": "none"}, self._lengths.schema()]}
 
 
 def pair(value: float | tuple[float, float]) -> tuple[float, float]:
@@ -408,15 +533,38 @@ def means_none(value: object, units_required: bool) -> bool:
     return is_word or (value is None and not units_required)
 
 
-def keys_schema(properties: Mapping[str, Any], needed: Sequence[str] = ()) -> dict[str, Any]:
+def is_list(value: object) -> TypeGuard[Sequence[object]]:
+    """Whether a value is a list of values, not text."""
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
+
+
+def keys_schema(properties: Mapping[str, object], needed: Sequence[str] = ()) -> Schema:
     """Return the JSON Schema of a mapping that may have these keys and no others."""
     keys = {"type": "object", "additionalProperties": False, "properties": properties}
     return {**keys, "required": [*needed]} if needed else keys
 
 
-def is_list(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether a value is a list of values, not text."""
-    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
+def read_fields(
+    raw: Mapping[str, object],
+    fields: Mapping[str, Parameter],
+    needed: Collection[str],
+    units_required: bool,
+    rule: str = "is not known",
+) -> dict[str, Any]:
+    """Read the values of a mapping by name; one `QuantityError` lists all problems.
+
+    `rule` is the message for unknown names.
+    """
+    problems, values = Problems(), dict[str, Any]()
+    for name, form in fields.items():
+        with problems.at(f".{name}", raw.get(name)):
+            if name in raw:
+                values[name] = form.read_given(name, raw[name], units_required)
+            elif name in needed:
+                raise QuantityError("is missing", form.such_as(name))
+    problems.unknown("", raw, [*fields], rule)
+    problems.raise_any()
+    return values
 
 
 class Part:
@@ -428,7 +576,7 @@ class Part:
 
     kind: str = ""  # name in study files: ``{kind: wavy, ...}``
     # What a caption calls the kind where the name alone is unclear; empty: the name.
-    told_as: ClassVar[str] = ""
+    caption: ClassVar[str] = ""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -436,12 +584,12 @@ class Part:
 
     def __post_init__(self) -> None:
         """Read every field as its `Parameter` says, including text with units; check rules."""
+        problems, fields = Problems(), vars(self)
         for name, parameter in self.parameters().items():
-            value = getattr(self, name)
-            try:
-                object.__setattr__(self, name, parameter.read(value, False))
-            except QuantityError as error:
-                raise ValueError(f"{name} = {value!r} {error}") from error
+            with problems.at(name, fields[name]):
+                fields[name] = parameter.read(fields[name], False)
+        if problems:
+            raise ValueError("\n".join(problem.sentence for problem in problems))
         if self.problem is not None:
             raise QuantityError(*self.problem)
 
@@ -457,17 +605,17 @@ class Part:
     @cache
     def kinds(cls) -> Mapping[str, type[Self]]:
         """The kinds of a family by name, in the order in which they were defined."""
-        found: dict[str, type[Self]] = {}
+        kinds: dict[str, type[Self]] = {}
         for heir in cls.__subclasses__():
             # A class derived from a kind is the same kind unless it has its own name.
-            found |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
-            found |= heir.kinds()
-        return found
+            kinds |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
+            kinds |= heir.kinds()
+        return kinds
 
     @classmethod
     def parameters(cls) -> Mapping[str, Parameter]:
         """The parameters of a kind by name, without ``kind``."""
-        return declared(cast("Any", cls))
+        return declared(cls)
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -493,38 +641,47 @@ class Part:
         """What stands for the part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
         return self.kind
 
-    def canonical(self) -> dict[str, Any]:
+    def canonical(self) -> dict[str, object]:
         """Return kind and parameters in a form that JSON can hold."""
-        values = {n: p.canonical(getattr(self, n)) for n, p in self.parameters().items()}
-        return {"kind": self.kind, **values}
+        values = ((name, about, vars(self)[name]) for name, about in self.parameters().items())
+        said = {n: about.canonical(v) for n, about, v in values if v is None or v != about.unsaid}
+        return {"kind": self.kind, **said}
 
 
-@cache
-def declared(cls: Any) -> Mapping[str, Parameter]:
+_Declarations = Callable[[type], Mapping[str, Parameter]]
+
+
+def _read_once(declarations: _Declarations) -> _Declarations:
+    return cache(declarations)
+
+
+@_read_once
+def declared(cls: type) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True)
-    return {name: found for name, hint in hints.items() for found in _annotations(hint)}
+    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
 
 
-@cache
-def derived(cls: Any) -> Mapping[str, Parameter]:
+@_read_once
+def derived(cls: type) -> Mapping[str, Parameter]:
     """Return the properties of a class whose return type is annotated by a `Parameter`."""
-    properties = {
-        name: get_type_hints(each.fget, include_extras=True).get("return")
+    hints = {
+        name: get_type_hints(member.fget, include_extras=True).get("return")
         for base in reversed(cls.__mro__)
-        for name, each in vars(base).items()
-        if isinstance(each, property)
+        for name, member in vars(base).items()
+        if isinstance(member, property)
     }
-    return {name: found for name, hint in properties.items() for found in _annotations(hint)}
+    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
 
 
-def _annotations(hint: Any) -> Iterator[Any]:
+def _annotations(hint: object) -> Iterator[Parameter]:
     """Yield what annotates a type, described by the text beside it if there is one."""
     metadata = getattr(hint, "__metadata__", ())
-    said = "".join(each for each in metadata if isinstance(each, str))
-    for found in metadata:
-        if isinstance(found, Parameter):
-            yield dataclasses.replace(found, description=said) if said else found  # type: ignore[type-var]
+    description = "".join(note for note in metadata if isinstance(note, str))
+    changes = {"description": description} if description else {}
+    for note in metadata:
+        if isinstance(note, Parameter):
+            yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
 
 
 def required(cls: type) -> frozenset[str]:

@@ -145,6 +145,8 @@ DIMENSIONS = (
 )
 """Every kind of quantity that a parameter may be, plain numbers aside."""
 
+BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
+
 PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
 """SI units of a line contact in the place of those of a whole contact."""
 

@@ -14,7 +14,6 @@ from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import (
     Archard,
     Coulomb,
-    Course,
     ElasticBodies,
     EnergyWear,
     FallingCoefficient,
@@ -24,6 +23,7 @@ from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
+from fretwear.mechanics.values import OverCycles
 
 from . import oracles
 from .problems import P0, folded, fretting, unfolded
@@ -134,7 +134,7 @@ def test_blocks_follow_each_other():
 
 def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_gap():
     """K = αµ, and µ rises linearly from 0.5 to 1 over the first half of the run."""
-    friction = Coulomb(Course((0.0, 1000.0), (0.5, 1.0)))
+    friction = Coulomb(OverCycles((0.0, 1000.0), (0.5, 1.0)))
     problem = sliding(wear_law=EnergyWear((INDENTER, FLAT)), friction_law=friction)
     *_, last = slide(problem, (2000.0,))
     expected = FLAT * LOAD * 4 * STROKE * (0.75 * 1000 + 1000)

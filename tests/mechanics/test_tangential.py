@@ -12,7 +12,8 @@ from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import DisplacementAmplitude
-from fretwear.mechanics.materials import Coulomb, Course
+from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.values import OverCycles
 
 from .oracles import influence_matrix, love, normal_contact, tangential_step
 from .problems import CONVERGED, COUPLING, FRICTION, HERTZ, LOAD, MODULUS, A, fretting, near, unworn
@@ -118,7 +119,7 @@ def quarter_influence(window):
     ("friction", "cycles", "growth", "excess", "mean"),
     [
         (FRICTION, 400, 1.25, 1e-4, 1e-5),
-        (Course((0.0, 200.0), (FRICTION, 0.9)), 200, 2.5, 3e-3, 5e-4),
+        (OverCycles((0.0, 200.0), (FRICTION, 0.9)), 200, 2.5, 3e-3, 5e-4),
     ],
     ids=["wear", "friction that rises"],
 )

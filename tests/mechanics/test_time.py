@@ -8,8 +8,9 @@ import pytest
 
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import Loading, NormalLoad, TangentialRatio
-from fretwear.mechanics.materials import Archard, Coulomb, Course, WearLaw
+from fretwear.mechanics.materials import Archard, Coulomb, WearLaw
 from fretwear.mechanics.slip import CattaneoMindlin
+from fretwear.mechanics.values import OverCycles
 from fretwear.parts import Quantity
 from fretwear.theory import CattaneoMindlin as UnwornSlip
 
@@ -61,7 +62,7 @@ class Spectrum(NormalLoad):
         return 0.4 * CYCLES, 0.6 * CYCLES
 
 
-RAMP = Course((0.0, 0.5 * CYCLES), (FRICTION, 1.6 * FRICTION))
+RAMP = OverCycles((0.0, 0.5 * CYCLES), (FRICTION, 1.6 * FRICTION))
 CHANGES = {
     "Q rises": {"loading": Rising(0.3, 0.9)},
     "K falls": {"wear_law": RunningIn(20 * WEAR)},

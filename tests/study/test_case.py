@@ -16,7 +16,9 @@ from ..studies import WAVES, refusal, steel
 
 # Waves much longer than a slip annulus.
 LONG = {**WAVES, "slope_x": "0.3 deg", "slope_y": "0.1 deg"}
-
+FALLING = {"slow": 4e-13, "fast": 1e-13, "decay": 11e-6, "frequency": 10.0}
+# As a dataset has it: without the file itself.
+MEASURED = {"kind": "measured", "file": f"disc.x3p sha256:{64 * 'a'}", "body": "flat"}
 WAVY = {name: value for name, value in WAVES.items() if name != "kind"}
 
 
@@ -94,7 +96,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
     ("changes", "parts"),
     [
         ({"load": "50 GPa"}, ["load", "must be a force", "50 GPa"]),
-        ({"youngs_modulus": [208e9, -1.0]}, ["youngs_modulus", "number 2", "larger than 0"]),
+        ({"youngs_modulus": [208e9, -1.0]}, ["youngs_modulus[1] = -1.0: must be larger than 0"]),
         ({"cycles": True}, ["cycles", "whole number"]),
         # Words of the workshop point to the parameters.
         ({"hardness": "4500 MPa"}, ["write plastic_limit"]),
@@ -111,7 +113,32 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"blocks": [{"cycles": 5}]}, ["blocks have cycles of their own"]),
         ({"cycles": None, "blocks": [{"cycles": 5, "radius": 1.0}]}, ["a block cannot change"]),
         ({"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, ["block number 1"]),
-        ({"friction": {"cycles": [10], "values": [0.5]}}, ["starts at cycle 10"]),
+        ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles[0] = 10: must be 0"]),
+        (
+            {"friction": {"cycles": [-5, 9], "values": [0.5, 0.6]}},
+            ["friction.cycles[0] = -5: must"],
+        ),
+        (
+            {"friction": {"cycles": [0, 9, 9], "values": [0.5, 0.6, -1]}},
+            ["friction.values[2] = -1: must be larger than 0"],
+        ),
+        (
+            {"friction": {"cycles": [0, 9, 9], "values": [0.5, 0.6, 1]}},
+            ["friction.cycles[2] = 9: must be larger than the cycle before"],
+        ),
+        ({"friction": {"cycles": [0, 9], "values": [0.5]}}, ["has 2 cycles and 1 values"]),
+        (
+            {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "slow": [1e-12, -1]}},
+            ["energy_wear_coefficient.slow[1] = -1: must be larger than 0"],
+        ),
+        (
+            {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "slow": [1, 2]}},
+            ["parts of the bodies, [indenter, flat], that are alike"],
+        ),
+        (
+            {"roughness": MEASURED, "counterface": MEASURED},
+            ["counterface.body = flat: is that of roughness too", "write body: indenter"],
+        ),
         ({"rig_stiffness": "28 N/um"}, ["has no meaning with tangential_ratio"]),
         ({"displacement_amplitude": "1 um"}, ["is redundant"]),
         # Without a slip annulus no cell is too coarse.

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fretwear.problems import in_words
 from fretwear.study.case import Case
-from fretwear.study.problems import StudyError, in_words
+from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 from fretwear.study.yamlfile import MAX_BYTES, read_document
 
@@ -53,7 +54,7 @@ vary/load: [50 N, 50 N] | @vary.load[1] = 50 N | same value
 vary/load: [25 N, 50] | @vary.load[1] = 50 | needs a unit
 base/load: -50 N | larger than 0
 * base/radius: 0 mm | larger than 0
-* base/youngs_modulus: [1 GPa, 0 GPa] | larger than 0
+* base/youngs_modulus: [1 GPa, 0 GPa] | @base.youngs_modulus[1] = 0 GPa | larger than 0
 * base/wear_coefficient: 0 / Pa | larger than 0
 * base/plastic_limit: 0 MPa | larger than 0
 base/tangential_ratio: 0 | larger than 0
@@ -61,7 +62,7 @@ base/cycles: 0 | at least 1
 base/cycles: many | whole number
 base/tolerance: 0.5 | at most 0.1
 * base/cell: 0 um | larger than 0
-base/cell: [1, 2] | needs a unit
+base/cell: [1 um, 2] | @base.cell[1] = 2 | needs a unit
 base/slip_model: jager | did you mean 'jaeger'
 base/poisson_ratio: -1 | larger than -1
 base/poisson_ratio: 0.6 | at most 0.5

@@ -176,7 +176,7 @@ def moved(leaf, value):
     if leaf.field == "blocks":
         return (Block(value[0].cycles + 1, value[0].values), *value[1:])
     if isinstance(value, tuple):
-        return tuple(0.99 * each for each in value)
+        return type(value)(0.99 * each for each in value)
     return 0.99 * value
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from fretwear.parts import Parameter, Part, Quantity
+from fretwear.parts import Part, Quantity
 from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import PerLength
 
@@ -250,16 +249,6 @@ class SlidingAmplitude(Loading):
         return self
 
 
-@dataclass(frozen=True)
-class _OfLines(Quantity):
-    """A quantity of line contacts only; for others it is zero and not shown."""
-
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield it where there is one."""
-        if value:
-            yield name, self, value
-
-
 @dataclass(frozen=True, kw_only=True)
 class Displacement(Loading):
     """A relative tangential displacement of distant points, or of a rig of some stiffness."""
@@ -274,26 +263,20 @@ class Displacement(Loading):
     ] = math.inf
     tangential_compliance: Annotated[
         float,
-        _OfLines(
+        Quantity(
             "Pa-1",
             "$C_t$",
             "tangential compliance",
             "um/(N/mm)",
             like="0.1 um/(N/mm)",
             at_least=0.0,
+            unsaid=0.0,
         ),
         "Displacement per tangential load per length while nothing slips, of a "
         "line contact with its bodies and rig: the slope of the loop after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False
-
-    def canonical(self) -> dict[str, Any]:
-        """Return kind and parameters; the compliance only where it has an effect."""
-        content = super().canonical()
-        if not self.tangential_compliance:
-            del content["tangential_compliance"]
-        return content
 
     def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""

@@ -149,7 +149,7 @@ class Jaeger(SlipModel):
     """Slip of the worn shape, from its contact at the reduced load."""
 
     kind: Literal["jaeger"] = "jaeger"
-    told_as: ClassVar[str] = "slip of the worn shape"
+    caption: ClassVar[str] = "slip of the worn shape"
     follows_shape: ClassVar[bool] = True
 
     def reduced(
@@ -221,7 +221,7 @@ class CattaneoMindlin(SlipModel):
     """
 
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
-    told_as: ClassVar[str] = "slip of the unworn contact"
+    caption: ClassVar[str] = "slip of the unworn contact"
 
     def reduced(
         self,

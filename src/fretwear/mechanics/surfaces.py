@@ -290,7 +290,7 @@ class CrossedCylinders(_Elliptic):
 
     radii: Annotated[
         float | tuple[float, float],
-        PerBody("m", "$R$", "cylinder radius", "mm", like="5 mm", above=0.0),
+        PerBody(Quantity("m", "$R$", "cylinder radius", "mm", like="5 mm", above=0.0)),
         "Radius of both cylinders, or a pair [at the angle, along x].",
     ]
     angle: Annotated[

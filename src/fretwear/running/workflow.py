@@ -24,9 +24,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fretwear.data.safe import DataFileError, open_data, open_log, read_data, write_text
+from fretwear.problems import Problem
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problem, StudyError, few_of
+from fretwear.study.problems import StudyError, few_of
 from fretwear.study.study import Study, load_study
 from fretwear.version import code_digest
 

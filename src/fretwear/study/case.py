@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from fretwear.parts import Parameter, WholeNumber, derived, is_list
+from fretwear.problems import Problem, Problems
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import (
     by_member,
@@ -24,7 +25,6 @@ from fretwear.study.parameters import (
     read_values,
     replaced_by,
 )
-from fretwear.study.problems import Problem, Problems
 from fretwear.study.rules import findings
 from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
 from fretwear.study.spacing import default_spacing

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
@@ -10,19 +9,22 @@ from typing import Any, cast
 
 from fretwear.parts import (
     Choice,
+    Coordinates,
     Parameter,
     Part,
     Plain,
     Quantity,
+    Schema,
     WholeNumber,
     derived,
     is_list,
     keys_schema,
     means_none,
+    read_fields,
     required,
 )
-from fretwear.study.problems import Problem, Problems, read_fields
-from fretwear.units import NO_UNIT, QuantityError, listed, nearest
+from fretwear.problems import Problem, Problems
+from fretwear.units import QuantityError, listed, nearest
 
 _CYCLES = "cycles"
 
@@ -43,9 +45,7 @@ class PartOf(Parameter):
     may_be_partial: bool = True  # whether fields may be given elsewhere, as for varied ones
     varied: tuple[str, ...] = ()  # the fields that are, and are not read with the others
 
-    forms = ()
     si_unit = "1"
-    unit = NO_UNIT
 
     @property
     def symbol(self) -> str:  # type: ignore[override]
@@ -63,8 +63,8 @@ class PartOf(Parameter):
 
     @property
     def keys(self) -> Mapping[str, Parameter]:
-        of_kinds = (kind.parameters().items() for kind in self.open_kinds.values())
-        return {name: each for own in of_kinds for name, each in own}
+        kinds = self.open_kinds.values()
+        return {name: about for kind in kinds for name, about in kind.parameters().items()}
 
     @property
     def shared(self) -> list[str]:
@@ -72,7 +72,7 @@ class PartOf(Parameter):
         kinds = self.open_kinds.values()
         return [name for name in self.keys if all(name in required(kind) for kind in kinds)]
 
-    def are_keys(self, value: Any) -> bool:
+    def are_keys(self, value: Part | None) -> bool:
         """Whether the fields of a part, as keys of the case, specify it completely."""
         return value is not None and value.kind in self.open_kinds
 
@@ -88,20 +88,20 @@ class PartOf(Parameter):
         kind = self.kind_of(values.keys(), kinds)
         return None if kind is None else kind.unchecked(**values)
 
-    def named(self, known: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
+    def named(self, parameters: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
         """Parameters of a kind by name, of the second of two parts named after it."""
-        found = dict(known)
-        for name, about in known.items() if self.is_second else ():
+        named = dict(parameters)
+        for name, about in parameters.items() if self.is_second else ():
             words = re.sub("roughness|surface", self.words, about.words)
             words = words if self.words in words else f"{words} of the {self.words}"
-            found[name] = dataclasses.replace(about, words=words)  # type: ignore[type-var]
-        return found
+            named[name] = about.called(words)
+        return named
 
     def such_as(self, name: str) -> str:
         text = super().such_as(name)
         return f"{text}, or none" if text and self.none else text
 
-    def read(self, value: object, units_required: bool) -> Any:
+    def read(self, value: object, units_required: bool) -> Part | None:
         """Return a part; one error lists all problems inside it."""
         if isinstance(value, self.family):
             return value
@@ -123,15 +123,15 @@ class PartOf(Parameter):
             rule = f"must be {listed(self.kinds, 'or')}"
             raise QuantityError(rule, inside=[Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
-        known = {"kind": Choice("", "", (name,)), **kind.parameters()}
+        fields = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
-        part = kind.unchecked(**read_fields(value, known, needed, units_required))
+        part = kind.unchecked(**read_fields(value, fields, needed, units_required))
         if not self.varied and part.problem is not None:
             raise QuantityError("", inside=[Problem("", None, *part.problem)])
         return part
 
-    def schema(self) -> dict[str, Any]:
-        choices: list[dict[str, Any]] = [{"const": "none"}] if self.none else []
+    def schema(self) -> Schema:
+        choices: list[Schema] = [{"const": "none"}] if self.none else []
         bare = [name for name, kind in self.kinds.items() if not required(kind)]
         choices += [{"enum": bare}] if bare else []
         for name, kind in self.kinds.items():
@@ -142,39 +142,39 @@ class PartOf(Parameter):
             choices.append(keys_schema({"kind": {"const": name}, **fields}, needed))
         return {"anyOf": choices}
 
-    def canonical(self, value: Any) -> Any:
+    def canonical(self, value: Part | None) -> object:
         """Return the mapping, or the name of a kind without fields."""
-        content: dict[str, Any] = {} if value is None else value.canonical()
+        content = {} if value is None else value.canonical()
         return content if len(content) > 1 else content.get("kind")
 
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+    def coordinates(self, name: str, value: Part | None) -> Coordinates:
         """Yield the coordinates of the fields; zero where there is no part."""
-        kind: Any = next(iter(self.kinds.values())) if value is None else type(value)
-        own = self.named(kind.parameters())
+        kind = next(iter(self.kinds.values())) if value is None else type(value)
+        parameters = self.named(kind.parameters())
         if value is not None:
-            if not own:
+            if not parameters:
                 yield name, self, value.kind
             for field, about in self.named(derived(kind)).items():
                 yield from about.coordinates(f"{name}_{field}", getattr(value, field))
-        for field, about in own.items():
-            known = getattr(about, "absent", None) if value is None else vars(value)[field]
-            if known is not None:
+        for field, about in parameters.items():
+            number = about.absent if value is None else vars(value)[field]
+            if number is not None:
                 key = field if kind.kind == self.short else f"{name}_{field}"
-                yield from about.coordinates(key, known)
+                yield from about.coordinates(key, number)
 
-    def word_for(self, value: Any) -> str:
+    def word_for(self, value: object) -> str:
         """Return the short form of a part given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
         if value == "none":
             return self.none
-        if value in self.kinds:
-            return self.kinds[value].told_as or str(value)
-        parts = [
+        if isinstance(value, str) and value in self.kinds:
+            return self.kinds[value].caption or value
+        fields = [
             f"{about.symbol.replace('$', '').replace('_', '')} = {match[1]}"
             for kind in self.kinds.values()
             for field, about in kind.parameters().items()
             if (match := re.search(rf"\b{field}: ([^,}}]+)", str(value)))
         ]
-        text = ", ".join(dict.fromkeys(parts)) or str(value)
+        text = ", ".join(dict.fromkeys(fields)) or str(value)
         return re.sub(r"\bum\b", "µm", text.replace(" deg", "°"))
 
 
@@ -191,19 +191,20 @@ class Inline(PartOf):
     @property
     def leading(self) -> dict[str, type[Part]]:
         """The kinds by the first key that each requires and not all have."""
-        found: dict[str, type[Part]] = {}
+        leading: dict[str, type[Part]] = {}
         common = set.intersection(*({*kind.parameters()} for kind in self.kinds.values()))
         for kind in self.kinds.values():
-            own = [name for name in kind.parameters() if name in required(kind) - common]
-            found |= {name: kind for name in own[:1] if name not in found}
-        return found
+            keys = [name for name in kind.parameters() if name in required(kind) - common]
+            leading |= {name: kind for name in keys[:1] if name not in leading}
+        return leading
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
         """A part with other values of some fields, and of another kind if these require it."""
         for kind in (type(part), *self.kinds.values()):
             common = kind.parameters().keys() & vars(part).keys()
-            if found := self.make({name: vars(part)[name] for name in common} | given, [kind]):
-                return found
+            fields = {name: vars(part)[name] for name in common} | given
+            if changed := self.make(fields, [kind]):
+                return changed
         return None
 
     def completed(self, values: Mapping[str, Any], blocks: Sequence[Block]) -> Mapping[str, Any]:
@@ -212,7 +213,7 @@ class Inline(PartOf):
         Only required values are taken: a later block without an optional one has its default.
         """
         given = [{n: v for n, v in block.values if n in self.keys} for block in blocks]
-        kinds = [self.kind_of(values.keys() | own.keys()) for own in given]
+        kinds = [self.kind_of(values.keys() | fields.keys()) for fields in given]
         if self.kind_of(values.keys()) or not kinds or None in kinds:
             return values
         lacking = required(cast("type[Part]", kinds[0])) - values.keys()
@@ -254,55 +255,55 @@ class Blocks(Plain):
     parts: tuple[Inline, ...]  # what a block may change
     number: WholeNumber  # of cycles
 
-    forms = ()
     example = "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]"
 
     def read(self, value: object, units_required: bool) -> tuple[Block, ...]:
         if not is_list(value) or not value:
             raise QuantityError("must be a list of blocks", self.example)
-        problems, found = Problems(), list[Block]()
+        problems, blocks = Problems(), list[Block]()
         for position, block in enumerate(value):
             with problems.at(f"[{position}]", block):
                 if isinstance(block, Mapping):
                     rule = "is a key which a block cannot change"
-                    values = read_fields(block, self.known, (_CYCLES,), units_required, rule)
+                    values = read_fields(block, self.fields, (_CYCLES,), units_required, rule)
                     block = Block(values.pop(_CYCLES), tuple(sorted(values.items())))
                 elif not isinstance(block, Block):
                     raise QuantityError("must be a block", self.example)
-                earlier = found.pop().cycles if found and found[-1].values == block.values else 0
-                found.append(Block(earlier + block.cycles, block.values))
+                same = blocks and blocks[-1].values == block.values
+                earlier = blocks.pop().cycles if same else 0
+                blocks.append(Block(earlier + block.cycles, block.values))
         problems.raise_any()
-        return tuple(found)
+        return tuple(blocks)
 
     @property
-    def known(self) -> Mapping[str, Parameter]:
+    def fields(self) -> Mapping[str, Parameter]:
         """What a block may have, by name."""
-        changed = (each for part in self.parts for each in part.keys.items())
-        return {_CYCLES: self.number, **dict(changed)}
+        changes = (item for part in self.parts for item in part.keys.items())
+        return {_CYCLES: self.number, **dict(changes)}
 
-    def schema(self) -> dict[str, Any]:
-        known = {name: about.schema() for name, about in self.known.items()}
-        return {"type": "array", "minItems": 1, "items": keys_schema(known, [_CYCLES])}
+    def schema(self) -> Schema:
+        fields = {name: about.schema() for name, about in self.fields.items()}
+        return {"type": "array", "minItems": 1, "items": keys_schema(fields, [_CYCLES])}
 
-    def canonical(self, value: Any) -> Any:
+    def canonical(self, value: Sequence[Block]) -> object:
         """Return a list of mappings."""
-        known = self.known
+        fields = self.fields
         return [
-            {_CYCLES: each.cycles, **{name: known[name].canonical(v) for name, v in each.values}}
-            for each in value
+            {_CYCLES: block.cycles, **{n: fields[n].canonical(v) for n, v in block.values}}
+            for block in value
         ]
 
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+    def coordinates(self, name: str, value: Sequence[Block]) -> Coordinates:
         """Yield the blocks as text, if there are any."""
         if value:
             yield name, Quantity("1", name, self.words), self.text(value)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: Sequence[Block] | str) -> str:
         if isinstance(value, str) or not value:
-            return value or "none"
-        known = self.known
+            return str(value or "none")
+        fields = self.fields
         return ", then ".join(
             f"{block.cycles} cycles"
-            + "".join(f", {known[name].symbol} = {known[name].text(v)}" for name, v in block.values)
+            + "".join(f", {fields[n].symbol} = {fields[n].text(v)}" for n, v in block.values)
             for block in value
         ).replace("$", "")

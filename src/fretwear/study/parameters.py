@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, cast
 
-from fretwear.parts import Parameter, Part, Quantity, derived, required
+from fretwear.parts import Either, Parameter, Part, Quantity, derived, required
+from fretwear.problems import Problem, Problems
 from fretwear.study.members import Block, Inline, PartOf
-from fretwear.study.problems import Problem, Problems, read_given
 from fretwear.study.setup import IN_BLOCKS, Draft, members
 from fretwear.units import nearest
 
@@ -74,16 +73,14 @@ def _tables_of(_: object) -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parame
                     keys.setdefault(field, []).append(leaf)
                 if not isinstance(about, Inline):
                     dotted.setdefault(whole, []).append(leaf)
-            named = about.named(derived(cast("Any", kind))).items()
+            named = about.named(derived(kind)).items()
             following |= {f"{member}_{name}": each for name, each in named}
     coordinates: dict[str, Parameter] = {}
-    for leaf in (leaf for several in (keys | dotted).values() for leaf in several):
-        coordinates.setdefault(coordinate(leaf.name), leaf.parameter)
-        # Of two values, each has a coordinate of its own.
-        for value in leaf.parameter.forms:
-            with suppress(TypeError):
-                own = leaf.parameter.coordinates(coordinate(leaf.name), value)
-                coordinates |= {name: each for name, each, _ in own}
+    for leaf in (leaf for leaves in (keys | dotted).values() for leaf in leaves):
+        coordinates[coordinate(leaf.name)] = leaf.parameter
+        if isinstance(leaf.parameter, Either):
+            own = leaf.parameter.coordinates(coordinate(leaf.name), None)
+            coordinates |= {name: about for name, about, _ in own}
     return keys | dotted, {**following, **coordinates, **derived(Draft)}
 
 
@@ -183,7 +180,7 @@ def read_values(
     for key, value in raw.items():
         with problems.at(place := f"{prefix}{key}", value):
             if key in known:
-                values[key] = read_given(key, known[key], value, units_required)
+                values[key] = known[key].read_given(key, value, units_required)
                 continue
             whole, _, part = key.partition(".")
             remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")

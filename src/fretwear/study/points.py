@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import warnings
@@ -10,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from fretwear.mechanics.materials import Course
-from fretwear.parts import Choice, Part, Quantity, WholeNumber
+from fretwear.parts import Choice, Part, WholeNumber, read_fields
+from fretwear.problems import Problem, Problems, in_words
 from fretwear.study.parameters import (
     coordinate,
     leaves,
@@ -19,14 +20,7 @@ from fretwear.study.parameters import (
     parameter_names,
     parameter_of,
 )
-from fretwear.study.problems import (
-    Problem,
-    Problems,
-    in_words,
-    read_fields,
-    read_given,
-)
-from fretwear.units import QuantityError, exact_text
+from fretwear.units import BY_SI_UNIT, QuantityError, exact_text
 
 MAX_POINTS = 200_000
 
@@ -149,9 +143,8 @@ class Axis:
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
-            values, quantity = tuple(map(self.drawn_from.at, fractions)), parameter_of(self.name)
-            assert isinstance(quantity, Quantity)
-            written = tuple(exact_text(value, quantity.dimension) for value in values)
+            values, about = tuple(map(self.drawn_from.at, fractions)), parameter_of(self.name)
+            written = tuple(exact_text(value, BY_SI_UNIT[about.si_unit]) for value in values)
         return replace(self, values=values, written=written)
 
 
@@ -221,7 +214,7 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
     problems = Problems()
     for position, item in enumerate(raw):
         with problems.at(f"[{position}]", item):
-            values.append(value := read_given(name, parameter_of(name), item, True))
+            values.append(value := parameter_of(name).read_given(name, item, True))
             first = seen.setdefault(_identity(value), position)
             # Paired lists may repeat a value: only a whole row makes the same point.
             if first != position and not isinstance(design, Zip):
@@ -235,7 +228,7 @@ def _identity(value: Any) -> object:
     """Return a key that equal values of an axis share, whatever their units."""
     if isinstance(value, float):
         return f"{value:.11e}"
-    if isinstance(value, Part | Course):
+    if dataclasses.is_dataclass(value):
         value = tuple(vars(value).values())
     return tuple(map(_identity, value)) if isinstance(value, tuple) else value
 

@@ -17,7 +17,7 @@ from fretwear.mechanics.loading import (
     TangentialRatio,
 )
 from fretwear.mechanics.materials import FallingCoefficient
-from fretwear.study.problems import Problem
+from fretwear.problems import Problem
 from fretwear.study.setup import Draft, cell_text, members
 from fretwear.study.spacing import rounded_down
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
@@ -139,7 +139,7 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
             if isinstance(getattr(law, name), FallingCoefficient)
             else f"{name}: {pair}"
         )
-        yield Problem(name, about.text(getattr(law, name)), rule, f"write {hint}")
+        yield Problem(name, about.text(float(getattr(law, name))), rule, f"write {hint}")
 
 
 @_needing(_CONTACT + "loading wear_law friction_law cycles blocks debris_fraction")

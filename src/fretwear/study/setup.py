@@ -89,7 +89,7 @@ class Draft(Setup):
     ]
     cell: Annotated[
         tuple[float, float] | None,
-        AlongXY("m", "$Δ$", "grid spacing", "um", like="0.5 um", above=0.0),
+        AlongXY(Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", above=0.0)),
         "Grid spacing along x and y; the default resolves contact and waves.",
     ] = None
     tolerance: Annotated[

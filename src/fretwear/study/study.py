@@ -13,6 +13,7 @@ from typing import Any
 
 from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
+from fretwear.problems import Problem, Problems
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
 from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (
@@ -29,7 +30,7 @@ from fretwear.study.parameters import (
     schema_required,
 )
 from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Sampled, read_axes
-from fretwear.study.problems import Problem, Problems, StudyError, few_of
+from fretwear.study.problems import StudyError, few_of
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.setup import IN_BLOCKS, members
 from fretwear.study.yamlfile import parse_value, read_document

@@ -10,7 +10,8 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from fretwear.study.problems import ENDINGS, Problem, StudyError, few_of
+from fretwear.problems import Problem
+from fretwear.study.problems import ENDINGS, StudyError, few_of
 from fretwear.units import QuantityError, nearest
 
 STUDIES = Path("studies")

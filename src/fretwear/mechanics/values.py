@@ -1,0 +1,107 @@
+"""Values that are more than a number: over the cycles, and of indenter and flat."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fretwear.parts import (
+    Coordinates,
+    Either,
+    Mapped,
+    Parameter,
+    Quantity,
+    QuantityError,
+    Several,
+    WholeNumber,
+)
+from fretwear.problems import Problems
+
+_CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)
+
+
+@dataclass(frozen=True)
+class OverCycles:
+    """A value that changes over the cycles: linear between its points, constant after the last.
+
+    The first point is at cycle 0; its value is the ``float`` of all.
+    """
+
+    cycles: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is no table by a `QuantityError`."""
+        vars(self)["cycles"] = tuple(map(float, self.cycles))
+        if len(self.cycles) != len(self.values):
+            rule = f"has {len(self.cycles)} cycles and {len(self.values)} values"
+            raise QuantityError(rule, "give a value for each cycle")
+        problems = Problems()
+        if self.cycles[0] != 0.0:
+            problems.add(".cycles[0]", f"{self.cycles[0]:g}", "must be 0, where a table starts")
+        for position, (before, cycle) in enumerate(pairwise(self.cycles), start=1):
+            if cycle <= before:
+                rule = "must be larger than the cycle before"
+                problems.add(f".cycles[{position}]", f"{cycle:g}", rule)
+        problems.raise_any()
+
+    @classmethod
+    def of(cls, quantity: Quantity) -> Either:
+        """Return the parameter: a quantity, or a mapping of cycles and its values there."""
+        return Either(quantity, (_Table(cls, quantity),))
+
+    def at(self, cycle: float) -> float:
+        """The value at a cycle."""
+        return float(np.interp(cycle, self.cycles, self.values))
+
+    def __float__(self) -> float:
+        return self.values[0]
+
+    def __str__(self) -> str:
+        """``0.2 at cycle 0, 0.6 at 500``."""
+        points = (f"{v:g} at {n:g}" for n, v in zip(self.cycles, self.values, strict=True))
+        return ", ".join(points).replace(" at 0", " at cycle 0", 1)
+
+
+@dataclass(frozen=True)
+class _Table(Mapped):
+    """Cycles and values; its coordinate is a text."""
+
+    quantity: Quantity
+
+    @property
+    def fields(self) -> Mapping[str, Parameter]:
+        return {"cycles": Several(_CYCLE), "values": Several(self.quantity)}
+
+    def read(self, value: object, units_required: bool) -> float | OverCycles:
+        """Return a float if all values are equal."""
+        table: OverCycles = super().read(value, units_required)
+        return table if len(set(table.values)) > 1 else table.values[0]
+
+    def coordinates(self, name: str, value: OverCycles | None) -> Coordinates:
+        words = f"{name} over the cycles"
+        yield f"{name}_over_cycles", Quantity("1", words, words), str(value)
+
+
+class OfBodies(tuple[float, float]):
+    """What indenter and flat each contribute; its ``float`` is that of both together."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, single: Parameter, *others: Parameter) -> Either:
+        """Return the parameter: of both bodies together, [indenter, flat], or of another form."""
+        places = (("indenter", "of the indenter"), ("flat", "of the flat"))
+        expected = "one value for both bodies together, or two: [indenter, flat]"
+        return Either(single, (Several(single, places, expected, cls), *others))
+
+    def __float__(self) -> float:
+        return float(sum(self))
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Fractions of indenter and flat in the sum."""
+        return self[0] / sum(self), self[1] / sum(self)
