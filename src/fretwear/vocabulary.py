@@ -191,7 +191,8 @@ plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
 gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P
 contact_state  |    |     |     | state of the contact | flags |
     of whole cells: sums over these differ from areas and mean pressures, which end at edges within
-    a cell, by up to a tenth; contact_fraction and stick_fraction tell what part of a cell counts
+    a cell, by the more the fewer cells a zone is wide; contact_fraction and stick_fraction tell
+    what part of a cell counts
 contact_fraction | 1 |    | 1   | | |
     part of a cell in contact; its sum over the whole contact times the area of a cell is
     contact_area
