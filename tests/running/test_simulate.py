@@ -1,8 +1,10 @@
 """A case from end to end: what the dataset says must agree with itself and with closed forms."""
 
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -373,3 +375,37 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
     text = case._repr_html_()
     for words in ("<code>load</code>", "normal load", "N</td>"):
         assert words in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["rings", "stroke"])
+def test_threads_that_the_environment_gives_to_blas_change_no_bit(kind):
+    """Products of matrices of some hundreds of rings or cells would be shared out otherwise."""
+    stroke = {
+        "indenter": {"kind": "cylinder", "radius": "6 mm"},
+        "load": "100 N/mm",
+        "tangential_ratio": None,
+        "sliding_amplitude": "20 um",
+        "wear_coefficient": ["1e-14 / Pa", "2e-14 / Pa"],
+    }
+    changes = {"cell": None, "radius": None, **stroke} if kind == "stroke" else {}
+    code = f"""if True:
+        import hashlib, warnings
+        from tests.running.test_simulate import make, simulate
+
+        warnings.simplefilter("ignore")
+        fields = simulate(make(**{changes}), quarter=True).values()
+        print([hashlib.sha256(each.values.tobytes()).hexdigest() for each in fields])
+    """
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"OMP_NUM_THREADS": count, "OPENBLAS_NUM_THREADS": count},
+            cwd=Path(__file__).parents[2],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for count in ("1", "2")
+    }
+    assert len(found) == 1

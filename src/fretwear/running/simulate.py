@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
@@ -157,6 +159,19 @@ def simulate(
     return mirrored(dataset)
 
 
+@contextmanager
+def _without_threads_of_blas(case: Case) -> Iterator[None]:
+    """Products of matrices on one thread each, for a case that has threads of its own.
+
+    More of them change the last bits of a product, and on a loaded machine wait for one another
+    ten times as long as they compute.
+    """
+    if case.loading.stroke:
+        import scipy.linalg  # noqa: F401 - it comes with a BLAS, which has to be there to be told
+    with threadpool_limits(1, user_api="blas"):
+        yield
+
+
 def run(
     case: Case,
     observers: Sequence[Observer] = (),
@@ -190,18 +205,19 @@ def run(
         except (ContactError, WearError) as error:
             trouble = str(error) or type(error).__name__
 
-    for state in _states(case, problem, record.last):
-        step = Step(state, measure(problem.of(state), state), case.cycles)
-        record.add(step, keep_fields=state.cycle in case.output_cycles)
-        for observer in observers:
-            observer(step)
-        follow()
-    follow()
-
     workspace, snapshots = Workspace(problem), record.snapshots
-    loops = [loop(workspace, state) for state in snapshots]
-    of_both = zip(snapshots, loops, strict=True)
-    rows = [_scalars(workspace, state, each.opening) for state, each in of_both]
+    with _without_threads_of_blas(case):
+        for state in _states(case, problem, record.last):
+            step = Step(state, measure(problem.of(state), state), case.cycles)
+            record.add(step, keep_fields=state.cycle in case.output_cycles)
+            for observer in observers:
+                observer(step)
+            follow()
+        follow()
+        loops = [loop(workspace, state) for state in snapshots]
+        of_both = zip(snapshots, loops, strict=True)
+        rows = [_scalars(workspace, state, each.opening) for state, each in of_both]
+        fields = _snapshot_fields(workspace, snapshots)
     scalars, columns = _columns(rows), _columns(record.history)
     errors = {}
     if coarser and not trouble:
@@ -226,7 +242,7 @@ def run(
         plane.x,
         None if in_line else plane.y,
         cycles,
-        _snapshot_fields(workspace, snapshots),
+        fields,
         scalars,
         errors,
         trouble=trouble,
