@@ -61,6 +61,8 @@ class QuantityError(ValueError):
         super().__init__(rule, hint)
 
     def __str__(self) -> str:
+        if self.inside:
+            return "\n".join(problem.sentence for problem in self.inside)
         return f"{self.rule}; {self.hint}" if self.hint else self.rule
 
 
