@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
 from fretwear.study.rules import GREATEST_CONTACT
+from fretwear.units import QuantityError
 
 from ..studies import WAVES, refusal, steel
 
@@ -116,7 +118,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles[0] = 10: must be 0"]),
         (
             {"friction": {"cycles": [-5, 9], "values": [0.5, 0.6]}},
-            ["friction.cycles[0] = -5: must"],
+            ["cycles[0] = -5: must be at least 0"],
         ),
         (
             {"friction": {"cycles": [0, 9, 9], "values": [0.5, 0.6, -1]}},
@@ -152,6 +154,17 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
 def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     message = refusal(**changes)
     assert all(part in message for part in parts)
+
+
+def test_a_table_over_the_cycles_starts_at_cycle_0_however_it_is_made():
+    for first in (-5, 3):
+        with pytest.raises(QuantityError, match=rf"\.cycles\[0\] = {first} must be 0"):
+            OverCycles((first, 9), (0.5, 0.6))
+
+
+def test_each_body_may_have_a_surface_of_its_own():
+    turned = {**MEASURED, "body": "indenter"}
+    assert steel(roughness=MEASURED, counterface=turned).counterface.body == "indenter"
 
 
 # Below it 50 N would need a larger contact than half-space theory describes.
