@@ -14,7 +14,8 @@ from fretwear.mechanics.materials import WearLaw
 from fretwear.mechanics.measured import Source, SourceFile
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
-from fretwear.parts import Choice, Part, Quantity, WholeNumber
+from fretwear.mechanics.values import OfBodies
+from fretwear.parts import Choice, Either, Mapped, Part, Quantity, QuantityError, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.members import Block, PartOf
@@ -278,6 +279,35 @@ def test_a_case_can_be_changed_and_have_the_long_form_of_an_indenter():
     assert long.radius == 0.01
     with pytest.raises(CaseError, match="radius: is redundant: indenter is given too"):
         study_case(indenter={"kind": "sphere", "radius": "10 mm"})
+
+
+@dataclass(frozen=True)
+class PressureLaw(Part):
+    """A wear coefficient at a pressure."""
+
+    value: Annotated[float, Quantity("Pa-1", "$K$", "wear coefficient", "/ Pa", above=0.0)]
+    exponent: Annotated[float, Quantity("1", "$n$", "pressure exponent", like="0.6")] = 0.0
+
+    def __float__(self):
+        return self.value
+
+
+def test_forms_of_values_compose():
+    """One body may not wear at all while the law of the other is a mapping."""
+    one = Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", at_least=0.0)
+    each = OfBodies.of(Either(one, (Mapped(PressureLaw),)))
+    written = ["0 / Pa", {"value": "4e-14 / Pa", "exponent": 0.6}]
+    jsonschema.Draft202012Validator(each.schema()).validate(written)
+    value = each.read(written, True)
+    assert value == (0.0, PressureLaw(4e-14, 0.6))
+    assert (float(value), value.shares) == (4e-14, (0.0, 1.0))
+    assert each.read(json.loads(json.dumps(each.canonical(value))), False) == value
+    found = {name: number for name, _, number in each.coordinates("wear", value)}
+    assert found.pop("wear_flat_exponent") == 0.6
+    ends = ("", "_indenter", "_flat", "_flat_value")
+    assert found == dict(zip((f"wear{end}" for end in ends), (4e-14, 0, 4e-14, 4e-14), strict=True))
+    with pytest.raises(QuantityError, match=r"\[1\].value = -1 must be larger than 0"):
+        each.read([0, {"value": -1}], False)
 
 
 @pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")

@@ -99,9 +99,10 @@ class OfBodies(tuple[float, float]):
         return Either(single, (Several(single, places, expected, cls), *others))
 
     def __float__(self) -> float:
-        return float(sum(self))
+        return sum(map(float, self))
 
     @property
     def shares(self) -> tuple[float, float]:
         """Fractions of indenter and flat in the sum."""
-        return self[0] / sum(self), self[1] / sum(self)
+        indenter, flat = map(float, self)
+        return indenter / float(self), flat / float(self)
