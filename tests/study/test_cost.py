@@ -10,12 +10,13 @@ from fretwear.mechanics.measures import measure
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
 from fretwear.study.case import Case
-from fretwear.study.doubts import doubts, yielding_ring_width
+from fretwear.study.doubts import doubts
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
     MOST_CELLS,
     greatest_contact_radius,
     needed_spacings,
+    yielding_ring_width,
     zones_of_tip,
 )
 from fretwear.theory import CattaneoMindlin, HertzContact, LimitingState
@@ -203,7 +204,7 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
 def test_the_default_grid_sees_the_ring_of_large_ratios_only(ratio, unseen, monkeypatch):
     assert not kinds(tangential_ratio=ratio, plastic_limit=4.5e9), "on rings"
     monkeypatch.setattr(Sphere, "is_axisymmetric", False)
-    told = kinds(tangential_ratio=ratio, plastic_limit=4.5e9)
+    told = kinds(tangential_ratio=ratio, plastic_limit=4.5e9, cycles=30000)
     assert told == (["yields in a ring"] if unseen else [])
 
 
@@ -215,11 +216,33 @@ def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
     assert "contact of a tip" in doubt.detail
 
 
-def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact():
+def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact(monkeypatch):
     flat = {"amplitude": 1e-8, "slope_x": 4e-5, "slope_y": 4e-5}
-    capped = {"tangential_ratio": 0.5, "plastic_limit": 4.5e9}
-    assert steel(**capped, roughness=flat).grid_spacing == steel(**capped).grid_spacing
-    assert kinds(**capped, roughness=flat) == ["yields in a ring"]
+    capped = {"tangential_ratio": 0.5, "plastic_limit": 4.5e9, "cycles": 3000}
+    told, spacing = kinds(**capped, roughness=flat), steel(**capped, roughness=flat).grid_spacing
+    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
+    assert spacing == steel(**capped).grid_spacing
+    assert told == kinds(**capped) == ["yields in a ring"]
+
+
+def test_a_band_that_yields_asks_for_cells_and_is_doubted_as_far_as_it_matters(monkeypatch):
+    """Its cells become those of an elastic contact without a jump, and its doubt ends with it."""
+    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
+    assert yielding_ring_width(steel(plastic_limit=1e16)) > 0.0
+    for roughness in (None, GENTLE):
+        given = {"roughness": roughness, "cycles": 30000}
+        elastic = steel(**given)
+        limits = elastic.hertz_pressure * np.geomspace(1.0, 1e7, 200)
+        cells = [steel(**given, plastic_limit=limit).grid_spacing for limit in limits]
+        assert cells[-1] == elastic.grid_spacing
+        assert np.abs(np.diff(np.log(cells), axis=0)).max() < 0.15
+        assert not kinds(**given, plastic_limit=1e16)
+    for on_rings in (True, False):
+        monkeypatch.setattr(Sphere, "is_axisymmetric", on_rings)
+        for limit in (1e13, 1e16):
+            capped, elastic = steel(plastic_limit=limit), steel()
+            assert estimate(capped).steps == estimate(elastic).steps
+            assert greatest_contact_radius(capped) == greatest_contact_radius(elastic)
 
 
 @pytest.mark.parametrize(

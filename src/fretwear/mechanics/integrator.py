@@ -52,6 +52,8 @@ _ACCEPTED, _SAFETY = 1.2, 0.85
 _SMALLEST_STEP, _SMALLEST_FACTOR, _LARGEST_FACTOR = 1e-6, 0.2, 5.0
 
 _FIRST_STEP = 0.09
+# How often bodies are loaded on cells that suit the loaded ones better.
+_RELOADED = 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
@@ -182,14 +184,16 @@ def first_loading(
     accuracy: Accuracy | None = None,
     workspace: Workspace | None = None,
     before: State | None = None,
+    cells: Any = None,
 ) -> State:
     """The state with which a loading begins, yielded where the plastic limit requires it.
 
-    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. A
+    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0, on the first
+    cells of the problem unless there are others. A
     `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
-    geometry: Any = problem.geometry.first(problem) if before is None else before.geometry
+    geometry: Any = cells or problem.geometry.first(problem) if before is None else before.geometry
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     while True:
         ground, nothing = workspace.on(geometry), np.zeros(geometry.shape)
@@ -252,7 +256,17 @@ class Evolution(Integrator):
 
     def load(self) -> None:
         """Load the bodies anew."""
-        self.state = first_loading(self.problem, self.accuracy, self.workspace, self.state)
+        problem, unworn, spent = self.problem, self.state is None, 0
+        self.state = first_loading(problem, self.accuracy, self.workspace, self.state)
+        for _ in range(_RELOADED if unworn else 0):
+            fitting = self.state.geometry.ahead_of(problem, self.state)
+            if self.state.geometry.where(fitting)[0].stop:
+                break
+            # Bodies that yield have another edge of stick than was foreseen. What cells about that
+            # one would take over is not in equilibrium, by more than a first step wears.
+            spent += self.state.convolutions
+            self.state = first_loading(problem, self.accuracy, self.workspace, cells=fitting)
+        self.state = replace(self.state, convolutions=self.state.convolutions + spent)
 
     def advance(self, stop: float) -> Any:
         """The next accepted state, on cells that suit it."""

@@ -46,10 +46,12 @@ Part = tuple[Index, Single, Callable[[Single], Single]]
 
 _COARSE = 1e-2
 _NEGLIGIBLE = 1e-6
-_ACTIVE_SET_STEPS, _DIRECT_STEPS = 60, 30
+_ACTIVE_SET_STEPS, _DIRECT_STEPS = 60, 100
 # Plastic flow of a step may be less deep than the tolerance of a contact; a factorization is more
 # accurate.
 _DIRECTLY = 1e-3
+# Solutions after each of which no fewer cells changed sides than ever, until they do so one by one.
+_PATIENCE = 8
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the
 # final ones nearly; but not below a part of the tolerance.
@@ -478,7 +480,9 @@ def _directly(
 
     Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
     semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of their
-    gap, and the free ones by their pressure.
+    gap, and the free ones by their pressure: all at once or, where that goes round in circles, the
+    outermost, by which no set repeats; Júdice and Pires, "A block principal pivoting algorithm for
+    large-scale strictly monotone linear complementarity problems", Comput. Oper. Res. 21 (1994).
     """
     tolerance *= _DIRECTLY
     limit, layer, matrix = problem.limit, problem.layer, half_space.matrix
@@ -490,11 +494,17 @@ def _directly(
     approach = problem.approach or 0.0
     if layer is not None and layer.level is not None:
         approach = layer.level
+    fewest, patience = pressure.size + 1, _PATIENCE
     for step in range(1, _DIRECT_STEPS + 1):
-        cells = np.flatnonzero(free)
-        if not cells.size:
-            return None
         separation = problem.separation(pressure[:, None], displacement)[:, 0]
+        if not free.any():
+            # The next to close carries what is missing, the next to open what is too much.
+            lacks = problem.load is not None and problem.total > float(weights @ pressure)
+            bound = pressure <= 0.0 if lacks else pressure > 0.0
+            if not bound.any():
+                return None
+            free[np.argmin(np.where(bound, separation if lacks else -separation, np.inf))] = True
+        cells = np.flatnonzero(free)
         block = matrix[np.ix_(cells, cells)]
         right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
         if layer is not None:
@@ -543,5 +553,12 @@ def _directly(
             )
         if not (stays == free).all():
             displacement = half_space.displacement(pressure[:, None])
-        free = now
+        changed = np.flatnonzero(now != free)
+        if changed.size < fewest:
+            fewest, patience = changed.size, _PATIENCE
+        elif patience > 0:
+            patience -= 1
+        else:
+            changed = changed[-1:]
+        free[changed] = now[changed]
     return None

@@ -12,10 +12,14 @@ from dataclasses import dataclass
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
-from fretwear.study.spacing import rounded_down, zones_of_tip
+from fretwear.study.spacing import (
+    narrowest_cell,
+    rounded_down,
+    yielding_ring_width,
+    zones_of_tip,
+)
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
-NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 FEW_POINTS = 20  # measured on a contact radius: fewer hardly show a roughness
 GREATEST_MEASURED_SLOPE = 1.0  # that a profilometer shows; a steeper surface has wrong units
 FEW_CELLS = 5  # on a stick radius: of fewer its edge is hardly one
@@ -45,20 +49,6 @@ class Doubt:
         return f"The contact {self.what} ({self.detail}); {self.remedy}"
 
 
-def yielding_ring_width(case: Case) -> float:
-    """Return the width, m, of the ring at the stick edge that yields in the course of wear.
-
-    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-    `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an elastic
-    case, at most the stick radius.
-    """
-    if math.isinf(case.plastic_limit):
-        return 0.0
-    ratio = min(case.tangential_ratio, NEARLY_GROSS)
-    limiting = case.indenter.limiting(case.hertz, ratio)
-    return limiting.width_above(case.plastic_limit)
-
-
 def _lengths(**lengths: float) -> str:
     """Lengths, m, by their names."""
     told = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
@@ -66,17 +56,25 @@ def _lengths(**lengths: float) -> str:
 
 
 def _of_cells(case: Case) -> Iterator[Doubt]:
-    """Rings follow the edge of stick, with several of them across the band that yields."""
+    """Rings and strips follow the edge of stick, with several of them across the band that yields.
+
+    There the bodies sink by the width of that band while wear frees a cell, in 1/(β p_lim) cycles,
+    so the edge of stick recedes by as many of its widths as there are such times, or less: the
+    pressure has to get there first.
+    """
     cells, tips = case.grid_spacing, zones_of_tip(case)
-    follows = case.is_on_rings or case.indenter.is_line
-    ring, cell = yielding_ring_width(case), math.sqrt(math.prod(cells))
-    if ring < cell and math.isfinite(case.plastic_limit) and not (follows or tips):
+    cell = math.sqrt(math.prod(cells))
+    if case.is_graded:
+        cell = narrowest_cell(case)
+    ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
+    recedes = ring * case.cycles * case.wear_growth * case.plastic_limit if ring else 0.0
+    if 0.0 < ring < cell and not tips and follows and recedes > SMALL_ERROR * case.stick_radius:
         yield Doubt(
-            "yields in a ring around the stick zone that is narrower than a cell of the grid, "
+            "yields in a ring around the stick zone that is narrower than a cell, "
             "which therefore gets its wear wrong",
             _lengths(ring=ring, cell=cell),
-            "choose a cell below the width of the ring where that is practical, or a larger "
-            "tangential load or a lower plastic limit",
+            "choose a larger tangential load, a lower plastic limit or, on a grid, a cell below "
+            "the width of the ring where that is practical",
         )
     coarse = [
         (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))

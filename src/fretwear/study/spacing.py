@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+from fretwear.mechanics.geometry.dense import NARROWEST as NARROWEST_STRIP
+from fretwear.mechanics.geometry.rings import NARROWEST as NARROWEST_RING
 from fretwear.mechanics.roughness import Tip
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.setup import Draft
-from fretwear.theory import EllipticContact, HertzContact, LimitingState, LineContact
+from fretwear.theory import (
+    EllipticContact,
+    HertzContact,
+    LimitingState,
+    LineContact,
+    share_of_band,
+)
 
 Spacing = tuple[float, float]
 
@@ -21,6 +29,9 @@ CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips h
 CELLS_ACROSS_TIP = 12.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
 STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
+# Width of cells over that of a tip's own ones from which on the band that yields counts.
+FINEST_IN_TIP = 0.01
+NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 MOST_CELLS, MOST_STRIPS = 30_000, 1_000
 """Computed cells of the unworn contact up to which its tips are resolved by default, and strips."""
 MOST_WRITTEN = 600
@@ -32,6 +43,8 @@ _WINDOW = 1.28
 FOLDS_TO_LIMITING_STATE = 8.0
 YIELDING_TIMES_TO_WIDEN = 50.0
 WIDENING = 0.36
+# Limit over the pressure that presses waves flat beyond which strips of waves hardly yield.
+_OF_CLOSING = 30.0
 
 
 def default_spacing(case: Draft) -> Spacing:
@@ -62,14 +75,20 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
 
     Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
     contact that yields does so in a narrow ring at the edge of stick, which asks for twice the
-    cells, and so does a rough one that is pressed flat. Wave lengths count along their own
-    direction, so dx and dy differ where the waves do.
+    cells unless it is too narrow for these to yield, and so does a rough one that is pressed flat.
+    Wave lengths count along their own direction, so dx and dy differ where the waves do.
     """
     zones = zones_of_tip(case)
     radius, stick, is_line = case.hertz_radius, case.stick_radius, case.indenter.is_line
     in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
+    cells = CELLS_PER_CONTACT_RADIUS
+    if in_a_ring:
+        finer = CELLS_PER_YIELDING_CONTACT_RADIUS
+        band = yielding_ring_width(case)
+        share = 1.0 if case.is_graded else share_of_band(band, radius / finer)
+        cells *= (finer / cells) ** share
     contact = min(
-        radius / (CELLS_PER_YIELDING_CONTACT_RADIUS if in_a_ring else CELLS_PER_CONTACT_RADIUS),
+        radius / cells,
         # A growing stick zone need not be resolved at its initial size.
         max(stick / CELLS_PER_STICK_RADIUS, 0.0 if case.force_is_held else radius / 128),
         # Slip of tips that stick in part is seen on these.
@@ -127,7 +146,11 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
         round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
         band = LimitingState(round_one, 1.0 - share).width_above(case.plastic_limit)
         part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
-        zones["band that yields"] = ((part * along_x, part * along_y), CELLS_ACROSS_YIELDING_BAND)
+        cell = 2.0 / CELLS_ACROSS_TIP
+        # Of a band that is too narrow for any cells to yield, the contact's own are enough.
+        if counts := share_of_band(part, FINEST_IN_TIP * cell):
+            number = part / cell * (CELLS_ACROSS_YIELDING_BAND * cell / part) ** counts
+            zones["band that yields"] = ((part * along_x, part * along_y), number)
     return zones
 
 
@@ -181,8 +204,40 @@ def greatest_contact_radius(case: Draft) -> float:
 
 
 def stick_shrinks(case: Draft) -> bool:
-    """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
-    return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
+    """Whether the stick edge yields and slip follows it: then the contact widens without bound.
+
+    A band too narrow for the cells to yield does nothing of the kind.
+    """
+    if math.isinf(case.plastic_limit) or not case.slip_model.follows_shape:
+        return False
+    if case.rough is not None and _closing_pressure(case) > case.hertz_pressure:
+        yields = "band that yields" in zones_of_tip(case)
+        return yields or case.plastic_limit < _OF_CLOSING * _closing_pressure(case)
+    return share_of_band(yielding_ring_width(case), narrowest_cell(case)) > 0.0
+
+
+def narrowest_cell(case: Draft) -> float:
+    """Return the width, m, of the narrowest cells of an elastic contact that is smooth."""
+    radius, stick = case.hertz_radius, case.stick_radius
+    if case.is_on_rings:
+        return NARROWEST_RING * min(radius - stick, stick or radius)
+    if case.is_graded:
+        return NARROWEST_STRIP * radius
+    return radius / CELLS_PER_YIELDING_CONTACT_RADIUS
+
+
+def yielding_ring_width(case: Draft) -> float:
+    """Return the width, m, of the ring at the stick edge that yields in the course of wear.
+
+    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
+    `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an elastic
+    case, at most the stick radius.
+    """
+    if math.isinf(case.plastic_limit):
+        return 0.0
+    ratio = min(case.tangential_ratio, NEARLY_GROSS)
+    limiting = case.indenter.limiting(case.hertz, ratio)
+    return limiting.width_above(case.plastic_limit)
 
 
 @lru_cache(maxsize=4096)

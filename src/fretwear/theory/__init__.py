@@ -30,6 +30,7 @@ from fretwear.theory.partial_slip import (
     LineLimitingState,
     LinePartialSlip,
     gross_slip_energy,
+    share_of_band,
 )
 from fretwear.theory.point_contact import (
     EllipticContact,
@@ -58,4 +59,5 @@ __all__ = [
     "coupling_ratio",
     "find_root",
     "gross_slip_energy",
+    "share_of_band",
 ]

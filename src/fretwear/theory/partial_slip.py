@@ -31,6 +31,16 @@ def gross_slip_energy(
     return 4.0 * friction * hertz.load * (displacement - friction * coupling * stored)
 
 
+def share_of_band(band: float, cell: float) -> float:
+    """How much a band that yields counts for cells of a width (both m): between none and all, 1.
+
+    The pressure at the edge of stick of a `LimitingState` falls with the root of the distance, so
+    its mean over a cell is twice that at the cell's end. It exceeds a limit only if the cell is
+    narrower than four times the band. From a band as wide as the cell on, all of it counts.
+    """
+    return min(max(math.log(4.0 * band / cell, 4.0), 0.0), 1.0) if band > 0.0 else 0.0
+
+
 @dataclass(frozen=True)
 class CattaneoMindlin:
     """An unworn smooth sphere in partial slip: constant load, tangential force between ±Q.

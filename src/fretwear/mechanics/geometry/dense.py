@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace, Zone
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.theory import LineContact
+from fretwear.theory import LineContact, share_of_band
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -32,7 +32,7 @@ _ROOM, _GROWTH = 0.88, 1.12
 _CELLS_AT_ONCE = 50_000
 # Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
 # pressure grows without bound, and of the widest; and how the width grows with the distance.
-_NARROWEST, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
+NARROWEST, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
 # Strips across an unworn slip zone, at least.
 _ACROSS_SLIP = 20.0
 # Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
@@ -364,14 +364,15 @@ class Line(DenseCells):
         load, scale = problem.stick_load, wider * hertz.contact_radius
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
         annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
-        narrowest, inward = (
-            wider * min(_NARROWEST * hertz.contact_radius, annulus),
-            _GRADING * wider,
-        )
+        narrowest = wider * min(NARROWEST * hertz.contact_radius, annulus)
+        inward = _GRADING * wider
         if not math.isinf(problem.plastic_limit):
             limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
             band = limiting.width_above(problem.plastic_limit)
-            narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
+            # A band too narrow for the strips of an elastic contact to yield leaves them as is.
+            share = share_of_band(band, narrowest)
+            narrowest *= min(1.0, band / _ACROSS_BAND / narrowest) ** share
+            inward *= min(1.0, _INWARD_GRADING / inward) ** share
         widths = narrowest, _WIDEST * scale
         # A strip that holds no more than the stick zone would be a sliver.
         stick = stick if stick > narrowest else 0.0

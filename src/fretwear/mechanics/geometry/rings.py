@@ -21,12 +21,12 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.dense import DenseCells
-from fretwear.theory import LimitingState
+from fretwear.theory import LimitingState, share_of_band
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
 # most such parts of the contact.
-_NARROWEST = 1.0 / 1500.0
+NARROWEST = 1.0 / 1500.0
 _ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
 # Width about the edge of the unworn contact, whose position is known to a fraction of a ring.
@@ -38,6 +38,8 @@ _GRADING = 0.2
 # fewer bands are left.
 _ACROSS_BAND = 9.0
 _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
+_MOST_BANDED = 75.0
+_LEAST_ANNULUS = 1e-3
 # Rings are replaced when they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
@@ -73,8 +75,10 @@ class Grading:
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
+        # Where all rings stick the annulus is narrower than one of them.
+        contact = max(contact, (1.0 + _LEAST_ANNULUS) * stick) if stick >= contact else contact
+        narrowest = NARROWEST * min(contact - stick, stick or contact)
         if math.isinf(problem.plastic_limit) or stick == 0.0:
-            narrowest = _NARROWEST * min(contact - stick, stick or contact)
             return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
             band = limiting.width_above(problem.plastic_limit)
@@ -83,7 +87,11 @@ class Grading:
             punch = hertz.load / (2.0 * math.pi * stick * problem.plastic_limit)
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
-        narrowest = min(finest, band / _ACROSS_BAND)
+        # A band too narrow for the rings of an elastic contact to yield leaves them as they are.
+        share = share_of_band(band, narrowest)
+        narrowest *= (min(finest, band / _ACROSS_BAND) / narrowest) ** share
+        # Where the slip annulus asks for narrower ones than a wide band, so many are enough.
+        band = min(share * band, _MOST_BANDED * narrowest)
         return cls(stick, contact, unworn, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
 
     def width(self, r: Array) -> Array:
