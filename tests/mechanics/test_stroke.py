@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from fretwear import Case
 from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
@@ -24,6 +25,7 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
+from fretwear.running.simulate import wear_problem
 
 from . import oracles
 from .problems import P0, folded, fretting, unfolded
@@ -299,3 +301,22 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
         both = waves.height(pressed.x, 0.0) + waves.height(pressed.x - place, 0.0)
         expected = CYLINDER.gap(pressed.x - place, 0.0) + both
         np.testing.assert_allclose(shape, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("flat", "edge", "load"), [("200 um", "1 mm", 100), ("500 um", "20 mm", 100)]
+)
+def test_the_rounded_edge_of_a_punch_is_resolved_over_a_stroke(flat, edge, load):
+    """Its peak pressure is that of the closed form, and worn depth that of narrower cells."""
+    punch = {"kind": "flat_punch", "flat_half_width": flat, "edge_radius": edge}
+    case = Case(
+        indenter=punch, load=f"{load} N/mm", youngs_modulus="208 GPa", poisson_ratio=0.3,
+        friction=0.5, wear_coefficient=["1.5e-14 / Pa", "1.5e-14 / Pa"], cycles=30,
+        sliding_amplitude="40 um",
+    )  # fmt: skip
+    problem = wear_problem(case)
+    first, *_, last = slide(problem, (30.0,))
+    assert first.pressure.max() == pytest.approx(case.hertz_pressure, rel=0.02)
+    *_, finer = slide(wear_problem(case.replace(cell=case.grid_spacing[0] / 1.5)), (30.0,))
+    for name in ("wear", "wear_flat", "wear_indenter", "pressure"):
+        assert getattr(last, name).max() == pytest.approx(getattr(finer, name).max(), rel=0.02)

@@ -43,8 +43,10 @@ from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
 
-# Positions over half a stroke: at least, per half-width of the contact, and per wave.
-_LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_WAVE = 4, 2.0, 6.0
+# Positions over half a stroke: at least, per half-width of the contact and per rounded edge of a
+# line contact, and per wave.
+_LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
+_MOST_FOR_EDGE = 24
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
 _FIRST_STEP, _LARGEST_SWEEPS = 0.1, 60
@@ -257,7 +259,11 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     if amplitude <= SMALL_STROKE * half_width:
         return np.zeros(1), np.full(1, 0.5)
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
-    count = ceil(max(_LEAST_POSITIONS, _PER_HALF_WIDTH * amplitude / half_width, of_waves))
+    # A peak of pressure at an edge wears at each position.
+    of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
+    of_edge = min(of_edge, _MOST_FOR_EDGE) if problem.indenter.is_line else 0.0
+    least = max(_LEAST_POSITIONS, of_edge, of_waves)
+    count = ceil(max(least, _PER_HALF_WIDTH * amplitude / half_width))
     weights = np.full(count + 1, 0.5 / count)
     weights[[0, -1]] *= 0.5
     return np.linspace(0.0, amplitude, count + 1), weights

@@ -86,6 +86,10 @@ class Indenter(Part):
         """Half-widths along x and y, m, of the smooth contact."""
         return contact.contact_radius, contact.contact_radius
 
+    def edge(self, contact: HertzContact) -> float:  # noqa: ARG002 - as a rule
+        """Width, m, of a zone at the edge of the smooth contact that peaks there; inf if none."""
+        return math.inf
+
     def coupling(self, bodies: Bodies) -> float:
         """κ, tangential compliance of the bodies relative to the normal one."""
         return bodies.coupling
@@ -182,6 +186,10 @@ class _Punch(Indenter):
     def curvature_radius(self) -> float:
         """R + 5b, m: at 5b the slope of the edge is one fifth."""
         return self.edge_radius + 5.0 * self.flat
+
+    def edge(self, contact: HertzContact) -> float:
+        """Width a − b of the part of the rounded edge that touches, m."""
+        return contact.contact_radius - self.flat
 
 
 @dataclass(frozen=True)

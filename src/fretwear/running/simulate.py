@@ -273,7 +273,8 @@ def _states(case: Case, problem: WearProblem, start: Any = None) -> Iterator[Any
 
 def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
     """Yield every scalar of the same case on wider cells at each snapshot."""
-    problem = wear_problem(case.coarser, None, threads, case.times_coarser)
+    coarseness = case.times_coarser * case.coarseness
+    problem = wear_problem(case.coarser, None, threads, coarseness)
     workspace = Workspace(problem)
     for state in _states(case.coarser, problem):
         if state.cycle in case.output_cycles:
@@ -330,7 +331,10 @@ def estimated_errors(
 
 
 def wear_problem(
-    case: Case, geometry: type[Geometry] | None = None, threads: int = 1, coarseness: float = 1.0
+    case: Case,
+    geometry: type[Geometry] | None = None,
+    threads: int = 1,
+    coarseness: float | None = None,
 ) -> WearProblem:
     """The mechanical problem of a case, on its default cells or others; rings may be wider."""
     # A contact at the limit everywhere is the smallest one that carries the load.
@@ -352,7 +356,7 @@ def wear_problem(
         extent=(spread * x, spread * y),
         team=Team(threads),
         geometry=geometry or usual,
-        coarseness=coarseness,
+        coarseness=coarseness or case.coarseness,
         blocks=tuple(blocks) if len(blocks) > 1 else (),
     )
 

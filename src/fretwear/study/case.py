@@ -27,7 +27,7 @@ from fretwear.study.parameters import (
 )
 from fretwear.study.rules import findings
 from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
-from fretwear.study.spacing import default_spacing
+from fretwear.study.spacing import LEAST_COARSENESS, default_spacing
 from fretwear.units import QuantityError
 
 # Parameters added later: with their defaults, cases keep their earlier ids.
@@ -137,6 +137,17 @@ class Case(Draft):
     def grid_spacing(self) -> tuple[float, float]:
         """(dx, dy) in m: `cell`, or where it is None the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
+
+    @property
+    def coarseness(self) -> float:
+        """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
+        if self.cell is None or not self.is_graded:
+            return 1.0
+        ratio = min(
+            cell / usual for cell, usual in zip(self.cell, default_spacing(self), strict=True)
+        )
+        # Rounded, so that the default means the same if it is written.
+        return min(1.0, max(LEAST_COARSENESS, round(ratio, 9)))
 
     @property
     def times_coarser(self) -> float:

@@ -13,6 +13,7 @@ from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (
+    LEAST_COARSENESS,
     narrowest_cell,
     rounded_down,
     yielding_ring_width,
@@ -34,7 +35,8 @@ _MOST_OF_FIRST_CYCLE = 6.0
 
 # Cells narrower than this part of what they are would take a hundred times longer; of a point
 # contact over a stroke, whose matrices are dense, the second.
-LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = 0.125, 0.5
+LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = LEAST_COARSENESS, 0.5
+LEAST_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
     cells, tips = case.grid_spacing, zones_of_tip(case)
     cell = math.sqrt(math.prod(cells))
     if case.is_graded:
-        cell = narrowest_cell(case)
+        cell = case.coarseness * narrowest_cell(case)
     ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
     recedes = ring * case.cycles * case.wear_growth * case.plastic_limit if ring else 0.0
     if 0.0 < ring < cell and not tips and follows and recedes > SMALL_ERROR * case.stick_radius:
@@ -87,8 +89,10 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
             "touches on asperities whose contacts, or the zones that slip or yield in them, are "
             "too narrow for the cells",
             told,
-            f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust "
-            "results within their errors",
+            "trust results within their estimated errors; where these are large, a warning after "
+            "the run tells what would reduce them"
+            if case.error_estimate
+            else f"write {finer(case, coarsest * SMALL_ERROR)}",
         )
     radius, cell = case.stick_radius, max(cells)
     if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
@@ -230,13 +234,18 @@ def doubts(
 
 
 def finer(case: Case, error: float) -> str:
-    """Return the line of a study file that would reduce a relative error to `SMALL_ERROR`.
+    """Return what a study file should say to reduce a relative error to `SMALL_ERROR`.
 
-    Errors usually grow with the cell size. On rings and strips, which are narrow enough, they come
-    from the steps.
+    Errors are estimated from a run with wider cells and a tolerance larger by the square of that,
+    so both are reduced alike. Where that would take too long, it says what error would be left.
     """
     of_scar = case.loading.stroke and not case.indenter.is_line
-    smaller = max(SMALL_ERROR / error, LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT)
-    if case.is_on_rings or case.indenter.is_line:
-        return f"tolerance: {smaller * case.tolerance:.1g}"
-    return f"cell: {cell_text([rounded_down(smaller * width) for width in case.grid_spacing])}"
+    least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
+    smaller = max(SMALL_ERROR / error, least)
+    cell = cell_text([rounded_down(smaller * width) for width in case.grid_spacing])
+    tolerance = max(smaller**2 * case.tolerance, LEAST_TOLERANCE)
+    found = f"cell: {cell} and tolerance: {tolerance:.1g}"
+    left = smaller * error
+    if left > 1.1 * SMALL_ERROR:
+        found += f", which leaves an error of about {100.0 * left:.0f} %, or accept it"
+    return found

@@ -28,6 +28,7 @@ SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
+MEMORY_OF_GRADED = 72 * 500**2
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
@@ -134,6 +135,9 @@ def _alone(case: Case) -> Estimate:
         unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
         mean = 0.5 * (min(cells, unworn) + cells)
         each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+    # Rings and strips of a finer cell.
+    finer = case.coarseness**-2
+    each, arrays = finer * each, arrays + int((finer - 1.0) * MEMORY_OF_GRADED)
     kept = cells * len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,

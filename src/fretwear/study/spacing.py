@@ -23,6 +23,8 @@ Spacing = tuple[float, float]
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 CELLS_PER_SLIDING_RADIUS = (8, 16)  # of a point and a line contact
+CELLS_PER_SLIDING_EDGE = 8  # that is rounded, up to so many on the radius:
+MOST_CELLS_PER_SLIDING_RADIUS = (16, 400)
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
 
@@ -34,6 +36,8 @@ FINEST_IN_TIP = 0.01
 NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 MOST_CELLS, MOST_STRIPS = 30_000, 1_000
 """Computed cells of the unworn contact up to which its tips are resolved by default, and strips."""
+LEAST_COARSENESS = 0.125
+"""Width of graded rings and strips relative to the usual one, however fine the written cell."""
 MOST_WRITTEN = 600
 """Cells along an axis of fields that are computed on graded cells and only written on a grid."""
 # Largest part of the window that is beyond the contact, over the contact.
@@ -95,7 +99,9 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
         (radius - stick) / CELLS_PER_SLIP_ANNULUS[bool(zones)],
     )
     if case.loading.stroke:
-        contact = radius / CELLS_PER_SLIDING_RADIUS[is_line]
+        edge = case.indenter.edge(case.hertz) / CELLS_PER_SLIDING_EDGE
+        least = radius / MOST_CELLS_PER_SLIDING_RADIUS[is_line]
+        contact = min(radius / CELLS_PER_SLIDING_RADIUS[is_line], max(edge, least))
     # An elliptical contact is resolved alike along both of its axes.
     wide = (each / radius * contact for each in case.indenter.half_widths(case.hertz))
     fine = [[each / part.cells for each in part.finest] for part in case.surfaces.values()]
