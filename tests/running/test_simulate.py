@@ -161,6 +161,25 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
         np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
 
 
+@pytest.mark.parametrize("beside", [-1e-3, -1e-5, -1e-7, -1e-12, 1.7e-5, 4e-3])
+@pytest.mark.parametrize("kind", ["sphere", "cylinder"])
+def test_shear_never_exceeds_what_the_pressure_bears_about_the_onset_of_gross_slip(kind, beside):
+    """Zones of slip and of stick are narrower there than the cells on which fields are written."""
+    given = {"radius": None, "indenter": {"kind": kind, "radius": "10 mm"}, "load": "50 N"}
+    if kind == "cylinder":
+        given |= {"load": "50 N/mm", "tangential_compliance": "0.1 um/(N/mm)"}
+    case = make_case(
+        **given, tangential_ratio=None, displacement_ratio=1.0 + beside, cycles=389, cell=None
+    )
+    ds = simulate(case.replace(error_estimate=False, output_cycles=[38, 194]), quarter=True)
+    beyond = np.abs(ds.shear_traction.values) - case.friction * ds.pressure.values
+    assert beyond.max() <= 1e-6 * case.hertz_pressure
+    if kind == "cylinder":
+        carried = 2 * float(ds.cell_x) * ds.shear_traction.astype(float).sum("x")
+        # The written row ends at the last whole cell within the strips.
+        np.testing.assert_allclose(carried, ds.tangential_force, rtol=1e-5)
+
+
 def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     case = make(cell=("2.5 um", "2.5 um"), cycles=1, output_cycles=())
     first = simulate(case, quarter=True).isel(cycle=0)

@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 from types import SimpleNamespace
@@ -385,7 +385,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             bodies = [state.wear_indenter, state.wear_flat] if bodies else []
         found = {
             "pressure": state.pressure,
-            "shear_traction": problem.shear_traction(state.pressure, reduced),
+            "reduced": reduced.pressure,
             "slip": slip,
             "wear_depth": state.wear,
             "wear_rate": rate,
@@ -395,6 +395,9 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             **{each.name: wear for each, wear in zip(BODY_FIELDS, bodies, strict=False)},
         }
         written = state.geometry.written(found, plane)
+        # Means over a cell whose part slips obey Coulomb's law as far as they are of one pressure.
+        sticking = replace(reduced, pressure=written["reduced"])
+        written["shear_traction"] = problem.shear_traction(written["pressure"], sticking)
         if plane != state.geometry:
             # Cells that an edge cuts touch where they carry load, and slip as far as they wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
