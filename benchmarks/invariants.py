@@ -29,8 +29,9 @@ from typing import Any
 
 import numpy as np
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.materials import FallingCoefficient

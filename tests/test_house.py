@@ -63,6 +63,25 @@ def test_imports_run_one_way_and_never_in_a_circle():
     assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)
 
 
+def test_a_public_name_of_a_module_means_one_thing_in_the_package():
+    places = {}
+    for file in SOURCE.rglob("*.py"):
+        for node in parsed(file).body:
+            defined = isinstance(node, ast.FunctionDef | ast.ClassDef)
+            names = [node.name] if defined else assigned(node)
+            for name in names:
+                if not name.startswith("_"):
+                    places.setdefault(name, []).append(file.relative_to(SOURCE).as_posix())
+    assert len(places) > 400
+    assert not {name: files for name, files in places.items() if len(files) > 1}
+
+
+def assigned(node):
+    """Names that a statement of a module gives a value."""
+    targets = getattr(node, "targets", [getattr(node, "target", None)])
+    return [target.id for target in targets if isinstance(target, ast.Name)]
+
+
 def labels(file):
     """Texts of a source file that stand by themselves, a unit in brackets behind them aside."""
     text = file.read_text(encoding="utf-8")

@@ -19,8 +19,8 @@ import numpy as np
 from benchmarks.speed.cases import MARGIN, study_case
 from benchmarks.speed.units import Spent, Stopwatch, middle
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import Team

@@ -18,8 +18,8 @@ from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned,
 from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactError, ContactProblem
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.solver import solve_contact

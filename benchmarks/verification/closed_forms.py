@@ -18,7 +18,7 @@ from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fre
 from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
-from fretwear.theory import CattaneoMindlin
+from fretwear.theory import PartialSlip
 
 CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)
 REQUIRED_AT = 110
@@ -48,7 +48,7 @@ TANGENTIAL = ("stick_area", "displacement", "slip", "energy")
 def deviations(cells: float, ratio: float) -> dict[str, float]:
     """Relative deviations from the closed forms with ``cells`` cells on the contact radius."""
     problem = fretting(cells, load_ratio=ratio)
-    theory = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
+    theory = PartialSlip(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
     state = first_loading(problem)
     found = measure(problem, state)
     window = state.geometry

@@ -8,7 +8,7 @@ from benchmarks.verification.problems import snapshots
 from tests.mechanics.oracles import Worn, explicit_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 
-from fretwear.mechanics.geometry import Array
+from fretwear.arrays import Array
 from fretwear.mechanics.geometry.grid import Grid
 
 CELLS = 16

@@ -5,8 +5,8 @@ from benchmarks.pages import Check, Data, Section, scientific, table
 from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.slip import ReducedContact

@@ -15,7 +15,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from fretwear.data.merge import PROFILES
+from fretwear.data.merge import MERGED_PROFILES
 from fretwear.parts import Either, Mapped, Parameter, Part, Quantity, WholeNumber, required
 from fretwear.study.case import Case
 from fretwear.study.members import Inline, PartOf
@@ -164,7 +164,7 @@ def profiles() -> str:
     """Write the table of the profiles of a merged study."""
     rows = [
         (f"`{name}`", f"`{field.name}`", field.si_unit, field.words)
-        for name, field in PROFILES.items()
+        for name, field in MERGED_PROFILES.items()
     ]
     return table(("variable", "of the field", "units", "meaning"), rows)
 

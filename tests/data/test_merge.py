@@ -22,7 +22,7 @@ from fretwear.data.files import (
     write_case,
     write_group,
 )
-from fretwear.data.merge import PROFILES, Tally, merge_study
+from fretwear.data.merge import MERGED_PROFILES, Tally, merge_study
 from fretwear.data.safe import DataFileError, _host
 from fretwear.data.stack import (
     MOST_POSITIONS,
@@ -68,7 +68,7 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(stack):
     for variable in SCALARS:
         assert summary[variable.name].dims == ("load", "plastic_limit", "cycle")
         assert summary[variable.name].attrs["units"] == variable.si_unit
-    for name in PROFILES:
+    for name in MERGED_PROFILES:
         assert summary[name].dims == ("load", "plastic_limit", "cycle", "x")
         assert summary[name].dtype == np.float32
     assert summary["load"].values.tolist() == [20.0, 50.0, 40.0]
@@ -142,7 +142,7 @@ def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing
                 np.testing.assert_array_equal(here[variable.name], case[variable.name])
             assert here.hertz_radius == case.hertz_radius
             np.testing.assert_array_equal(here.x[:nx], case.x)
-            for name, field in PROFILES.items():
+            for name, field in MERGED_PROFILES.items():
                 np.testing.assert_array_equal(here[name][:, :nx], case[field.name].isel(y=0))
             for field in FIELDS:
                 window = here[field.name][:, :nx, :ny]

@@ -19,7 +19,7 @@ from fretwear import figures
 from fretwear.data.safe import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
 from fretwear.figures.cases import ZONE_COLORS
-from fretwear.figures.history import CyclePlot, representative_cases, study_lines
+from fretwear.figures.history import CyclePlot, representative_cases, study_curves
 from fretwear.figures.style import (
     CATEGORICAL,
     JournalFigure,
@@ -222,7 +222,7 @@ def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
     assert plot.thinned == {"radius": 3}
     assert [line.values["radius"] for line in plot.lines] == [3.0] * 24
     with pytest.raises(ValueError, match="'stick_area'"):
-        study_lines(_grid(DEMO), "stick_area")
+        study_curves(_grid(DEMO), "stick_area")
 
 
 def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():

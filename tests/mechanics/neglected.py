@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array
+from fretwear.arrays import Array
 
 from .oracles import love, normal_contact, tangential_step
 

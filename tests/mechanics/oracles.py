@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Layer
-from fretwear.mechanics.geometry import Array, Even, Mask
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
 from fretwear.mechanics.materials import Archard, Bodies, Coulomb

@@ -22,10 +22,10 @@ from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch
 from fretwear.theory import (
-    CattaneoMindlin,
     LimitingState,
     LineLimitingState,
     LinePartialSlip,
+    PartialSlip,
     gross_slip_energy,
 )
 
@@ -68,7 +68,7 @@ def rubbing(load_ratio, **changes):
 def on_cells(kind, ratio):
     """The problem of a sphere on rings or of a cylinder on strips, and both of its closed forms."""
     if kind == "rings":
-        unworn = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * SPHERE_LOAD, COUPLING)
+        unworn = PartialSlip(HERTZ, FRICTION, ratio * FRICTION * SPHERE_LOAD, COUPLING)
         return fretting(load_ratio=ratio, geometry=Rings), unworn, LimitingState(HERTZ, ratio)
     unworn = LinePartialSlip(LINE, FRICTION, ratio * FRICTION * LOAD)
     return rubbing(ratio), unworn, LineLimitingState(LINE, ratio)

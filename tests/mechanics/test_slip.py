@@ -17,8 +17,7 @@ from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import CONTACT_GAP, in_contact
 from fretwear.running.simulate import simulate
-from fretwear.theory import CattaneoMindlin as UnwornSlip
-from fretwear.theory import HertzContact
+from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState
 
 from ..studies import WAVES, steel
@@ -48,7 +47,7 @@ def unworn(request):
     """The unworn smooth contact at 110 cells per radius, and its closed form."""
     state = first_loading(fretting(110, load_ratio=request.param))
     tangential = request.param * FRICTION * LOAD
-    return state, UnwornSlip(HERTZ, FRICTION, tangential, COUPLING)
+    return state, PartialSlip(HERTZ, FRICTION, tangential, COUPLING)
 
 
 def test_slip_and_traction_of_the_unworn_sphere_are_those_of_cattaneo_and_mindlin(unworn):

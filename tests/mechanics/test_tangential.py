@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from fretwear.mechanics.geometry import Array
+from fretwear.arrays import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import DisplacementAmplitude

@@ -12,7 +12,7 @@ from fretwear.mechanics.materials import Archard, Coulomb, WearLaw
 from fretwear.mechanics.slip import CattaneoMindlin
 from fretwear.mechanics.values import OverCycles
 from fretwear.parts import Quantity
-from fretwear.theory import CattaneoMindlin as UnwornSlip
+from fretwear.theory import PartialSlip
 
 from .oracles import explicit_wear
 from .problems import COUPLING, FRICTION, HERTZ, LOAD, WEAR, A, fretting, near
@@ -104,7 +104,7 @@ def test_slip_in_closed_form_follows_a_load_that_rises():
     *_, last = evolve(problem, [CYCLES], 0.001)
     x = last.geometry.x
     ratios = 0.3 + 0.6 * (np.arange(200) + 0.5) / 200
-    slips = [UnwornSlip(HERTZ, FRICTION, X * FRICTION * LOAD, COUPLING).slip(x) for X in ratios]
+    slips = [PartialSlip(HERTZ, FRICTION, X * FRICTION * LOAD, COUPLING).slip(x) for X in ratios]
     expected = 4e-6 * WEAR * CYCLES * HERTZ.pressure(x) * np.mean(slips, axis=0)
     inside = x < 0.9 * A
     along = last.wear[:, 0]

@@ -20,7 +20,7 @@ from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
 from fretwear.report import Section, answers, build_report
 from fretwear.report.build import parameter_rows, study_text
-from fretwear.report.explorer import PROFILES
+from fretwear.report.explorer import EXPLORED_PROFILES
 from fretwear.report.results import computation_facts, examine, point_results, residuals
 from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
@@ -298,7 +298,7 @@ def test_numerics_and_residuals_are_those_of_the_files(finished):
     assert 0.0 < numerics["residuals"].tangential_load < 1e-6
     assert numerics["residuals"].complementarity < 1e-4
     with open_case(finished.cases / f"{ids[0]}.nc", full=True) as whole:
-        fields = {name: whole[name].values[-1] for name in PROFILES}
+        fields = {name: whole[name].values[-1] for name in EXPLORED_PROFILES}
     assert residuals(fields, numerics, copies=1).load < 1e-6
     fields["pressure"] = 1.25 * fields["pressure"]
     assert residuals(fields, numerics, copies=1).load == pytest.approx(0.25, rel=1e-5)

@@ -13,10 +13,10 @@ from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
 from fretwear.figures.profiles import bearing_heights
 from fretwear.report.explorer import (
+    EXPLORED_PROFILES,
     MAPS,
-    PROFILES,
     build_explorer,
-    differences,
+    delta_coded,
     evenly,
     held_points,
     thinned_levels,
@@ -68,7 +68,7 @@ def test_profiles_zones_and_histories_are_those_of_the_files_to_a_10000th(finish
             x = stored["x"].values[:count]
             assert first + spacing * np.arange(count) == pytest.approx(1e6 * x, rel=1e-9)
             assert x[-1] > 1.1 * float(stored["contact_half_width_x"].max())
-            for name in PROFILES:
+            for name in EXPLORED_PROFILES:
                 expected = stored[name].values[:, :count, 0] / SIZES[data["words"][name]["unit"]]
                 found = np.array([summed(packed) for packed in case["profiles"][name]])
                 largest = np.abs(expected).max(axis=1, keepdims=True)
@@ -94,11 +94,11 @@ def test_points_without_results_keep_their_reasons_and_the_case_most_worn_comes_
     assert all(point["case"] == -1 and "Q must be less" in point["reason"] for point in invalid)
     volumes = [case["numbers"]["wear_volume"][-1] for case in data["cases"]]
     assert data["points"][data["start"]]["case"] == int(np.argmax(volumes))
-    packed = differences(np.array([np.nan, 2.0, np.nan, -1.0]))
+    packed = delta_coded(np.array([np.nan, 2.0, np.nan, -1.0]))
     assert packed["steps"] == [None, 10_000, None, -15_000]
     assert summed(packed) == pytest.approx([np.nan, 2.0, np.nan, -1.0], nan_ok=True)
-    assert differences(np.zeros(3)) == {"scale": 0.0, "steps": [0, 0, 0]}
-    assert differences(np.full(2, np.nan)) == {"scale": 0.0, "steps": [None, None]}
+    assert delta_coded(np.zeros(3)) == {"scale": 0.0, "steps": [0, 0, 0]}
+    assert delta_coded(np.full(2, np.nan)) == {"scale": 0.0, "steps": [None, None]}
 
 
 def test_of_many_points_a_grid_of_fewer_levels_is_held(finished, results, explorer):

@@ -27,7 +27,7 @@ from fretwear.running.simulate import (
     simulate,
     wear_problem,
 )
-from fretwear.theory import CattaneoMindlin, HertzContact
+from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState
 
 from .conftest import make_case
@@ -184,7 +184,7 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     case = make(cell=("2.5 um", "2.5 um"), cycles=1, output_cycles=())
     first = simulate(case, quarter=True).isel(cycle=0)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    theory = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
+    theory = PartialSlip(hertz, case.friction, case.tangential_load, case.coupling)
     # At 59 cells per radius: 0.3 % and a part of a cell for widths.
     for key, value in {
         "central_pressure": hertz.peak_pressure,
@@ -266,7 +266,7 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
             scale = float(np.abs(values).max())
             np.testing.assert_allclose(other[key], values, atol=1e-6 * scale, err_msg=key)
     hertz = HertzContact(first.radius, first.load, first.composite_modulus)
-    theory = CattaneoMindlin(hertz, first.friction, first.tangential_load, first.coupling)
+    theory = PartialSlip(hertz, first.friction, first.tangential_load, first.coupling)
     moved = float(results[0].tangential_displacement[0])
     assert moved == pytest.approx(theory.tangential_displacement, rel=2e-3, abs=0)
     assert first.coupling != pytest.approx(make().coupling, rel=0.02)

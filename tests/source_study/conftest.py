@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.source_study.cases import Evolution, reference_cases
+from fretwear.source_study.cases import StudyCase, reference_cases
 from fretwear.study.study import load_study
 
 from ..figures.conftest import check_texts
@@ -41,7 +41,7 @@ class Merged(NamedTuple):
 
     summary: xr.Dataset
     folder: Path
-    cases: dict[str, Evolution]
+    cases: dict[str, StudyCase]
 
 
 @pytest.fixture(scope="session")

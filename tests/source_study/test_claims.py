@@ -20,12 +20,12 @@ from fretwear.source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear.source_study.claims import CLAIMS, Answer, percent, short
+from fretwear.source_study.claims import CLAIMS, Verdict, percent, short
 from fretwear.vocabulary import ContactState
 
 from .conftest import doctored
 
-HOLDS, IN_PART, FAILS = Answer.HOLDS, Answer.IN_PART, Answer.FAILS
+HOLDS, IN_PART, FAILS = Verdict.HOLDS, Verdict.IN_PART, Verdict.FAILS
 
 
 def judged(number, cases):
@@ -51,7 +51,7 @@ def test_claims_are_numbered_and_each_judges_some_case(cases):
     assert [percent(share) for share in (0.4567, 0.0123, 0.0)] == ["45.7 %", "1.23 %", "0 %"]
 
 
-@pytest.mark.parametrize("answers", [*combinations_with_replacement(Answer, 2)])
+@pytest.mark.parametrize("answers", [*combinations_with_replacement(Verdict, 2)])
 def test_verdict_is_what_all_cases_say_or_in_part(cases, answers):
     expected = answers[0] if len({*answers}) == 1 else IN_PART
     judgement = judged(3, cases)

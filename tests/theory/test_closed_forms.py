@@ -24,7 +24,7 @@ def exactly(value, rel=1e-14):
 
 
 def partial_slip(hertz, ratio):
-    kind, coupling = theory.CattaneoMindlin, theory.coupling_ratio(*STEEL, *STEEL)
+    kind, coupling = theory.PartialSlip, theory.coupling_ratio(*STEEL, *STEEL)
     if isinstance(hertz, LineContact):
         kind, coupling = theory.LinePartialSlip, 1.0
     return kind(hertz, FRICTION, ratio * FRICTION * hertz.load, coupling)

@@ -217,7 +217,7 @@ def schema() -> None:
 
 
 @logged
-def run(
+def run_case(
     log: Log,
     file: StudyFile,
     case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,

@@ -148,13 +148,14 @@ app = typer.Typer(
 
 
 def _add(function: Callable[..., None], example: str, panel: str | None = None) -> None:
+    """Add a command, called as its example calls it."""
     epilog = f"[dim]Example:[/dim] {example}"
-    app.command(cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
+    app.command(example.split()[1], cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
 
 
 _add(commands.init, "fretwear init my-study")
 _add(commands.plan, "fretwear plan studies/demo.yaml")
-_add(commands.run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
+_add(commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(compare, "fretwear compare A.nc B.nc -o comparison.png")

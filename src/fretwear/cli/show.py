@@ -63,7 +63,7 @@ def show(
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
             content = study_content(summary)
-            lines = [*study_lines(content)]
+            lines = [*describe_study(content)]
     if not content:  # a case, or something of which `opened` says what is wrong
         with opened(file) as (case, history):
             content = case_content(case, history)
@@ -170,7 +170,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def study_lines(content: dict[str, Any]) -> Iterator[str]:
+def describe_study(content: dict[str, Any]) -> Iterator[str]:
     """Yield the lines that show a merged study."""
     points, units = content["points"], content["units"]
     yield content["title"]

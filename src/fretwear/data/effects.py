@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.units import in_unit
 from fretwear.vocabulary import (
     CASE_ID,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
     Merged: TypeAlias = xr.Dataset | Labelled
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Value = Any
 """A value of a parameter: a float, or text such as a slip model's name."""

@@ -34,7 +34,7 @@ from fretwear.data.safe import (
 )
 from fretwear.data.stack import (
     common_positions,
-    missing,
+    empty_value,
     positions_inside,
     resampled,
     window,
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 
 _FIELDS = {field.name: field for field in FIELDS}
 
-PROFILES: dict[str, Variable] = {
+MERGED_PROFILES: dict[str, Variable] = {
     "pressure_profile": _FIELDS["pressure"],
     "shear_profile": _FIELDS["shear_traction"],
     "gap_profile": _FIELDS["gap"],
@@ -162,11 +162,11 @@ def merge_study(
 
     The file has the varied names as dimensions, in the order of the study (a design other than a
     grid: the one dimension ``point``), then ``cycle`` and ``x``. It holds every variable
-    (…, cycle) of the cases, the profiles (…, cycle, x) of `PROFILES`, the ``status`` of every
-    point, which has failed if its case file is not there, and NaN where a point is not done or has
-    no snapshot at a cycle. Its group ``history`` holds the cycles and the `HEADLINES` of every
-    accepted step (…, step), NaN after the last; its attribute ``history`` the `command`. Memory
-    grows by about 1 kB for each point; fields are read one case at a time.
+    (…, cycle) of the cases, the profiles (…, cycle, x) of `MERGED_PROFILES`, the ``status`` of
+    every point, which has failed if its case file is not there, and NaN where a point is not done
+    or has no snapshot at a cycle. Its group ``history`` holds the cycles and the `HEADLINES` of
+    every accepted step (…, step), NaN after the last; its attribute ``history`` the `command`.
+    Memory grows by about 1 kB for each point; fields are read one case at a time.
 
     It is a `DataFileError`, and nothing is written, if case files are damaged or belong to other
     cases, or to other code unless `keep_older` (all are named), if no case is done or if the file
@@ -245,7 +245,7 @@ def _read_cases(
                 row: tuple[Any, ...] = np.s_[:, :]
                 if Y.name in file.variables:
                     row = np.s_[:, :, int(np.abs(file[Y.name][:]).argmin())]
-                profiles = [file[field.name][row][at] for field in PROFILES.values()]
+                profiles = [file[field.name][row][at] for field in MERGED_PROFILES.values()]
                 history = np.stack([file[HISTORY_GROUP][name][:] for name in _HISTORIES])
                 for each in (cells, history, *profiles):
                     np.save(spool, each, allow_pickle=False)
@@ -313,7 +313,7 @@ def _write(
     sizes |= {axis: known[axis].values.size for axis in (CYCLE.name, X.name)}
     beside = " ".join(sorted(n for n, each in dataset.coords.items() if n not in each.dims))
     large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, Any]]] = {}
-    for name, field in PROFILES.items():
+    for name, field in MERGED_PROFILES.items():
         outside = "zero outside the window of the case, where the surfaces do not touch"
         comments = (
             field.comment,
@@ -323,10 +323,10 @@ def _write(
         )
         comment = "; ".join(filter(None, comments))
         attributes = {**field.attributes, "comment": comment, "coordinates": beside}
-        large[name] = (CYCLE.name, X.name), field.dtype, missing(field), attributes
+        large[name] = (CYCLE.name, X.name), field.dtype, empty_value(field), attributes
     for name in _HISTORIES:
         large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, known[name].attrs
-    each_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(PROFILES)
+    each_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
     size = sum(each.values.nbytes for each in known.values()) + 8 * number * each_point
     with new_netcdf(path, size) as file:
         for dim in sizes:
@@ -364,8 +364,8 @@ def _rows(
         for name, values in zip(_HISTORIES, history, strict=True):
             yield f"{HISTORY_GROUP}/{name}", (*position, slice(0, values.size)), values
         inside = positions_inside(cells, positions)
-        for name, field in PROFILES.items():
-            values = np.full((cycles.size, positions.size), missing(field), dtype=field.dtype)
+        for name, field in MERGED_PROFILES.items():
+            values = np.full((cycles.size, positions.size), empty_value(field), dtype=field.dtype)
             values[columns] = field.outside
             own = resampled(np.load(spool), cells, positions[inside], axis=1)
             values[np.ix_(columns, inside)] = own

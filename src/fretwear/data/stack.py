@@ -113,7 +113,7 @@ def representative_cycles(available: Collection[int], most: int = 6) -> tuple[in
     return tuple(ordered)
 
 
-def missing(field: Variable) -> float:
+def empty_value(field: Variable) -> float:
     """Return what a field is at points and cycles that are not there."""
     return NOT_DONE if field.flags else math.nan
 
@@ -202,7 +202,7 @@ class _StackedField:
             np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)
         )
         shape = (*files.shape, cycles.size, *map(len, places))
-        values = np.full(shape, missing(self.field), dtype=self.dtype)
+        values = np.full(shape, empty_value(self.field), dtype=self.dtype)
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue

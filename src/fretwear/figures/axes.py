@@ -16,14 +16,14 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fretwear.arrays import Array
 from fretwear.figures.style import MUTED, Columns, JournalFigure, root_figure, text_colour
 from fretwear.study.parameters import parameter
 from fretwear.units import cycle_text, power_of_ten, readable_unit
 from fretwear.vocabulary import Variable
 
-Array = NDArray[np.float64]
 Place = Literal["outside upper left", "outside lower left"]
 """Where a key stands, as matplotlib's legends name it."""
 

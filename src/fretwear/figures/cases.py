@@ -24,6 +24,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
 
+from fretwear.arrays import Array
 from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
@@ -33,7 +34,6 @@ from fretwear.data.dataset import (
 from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
-    Array,
     Cycles,
     check_cases,
     half_profiles,

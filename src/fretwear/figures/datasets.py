@@ -11,15 +11,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
-from fretwear.data.merge import PROFILES
+from fretwear.data.merge import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.study.case import Case
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
-Array = NDArray[np.float64]
 Cycles = Sequence[int] | int | None
 """Which snapshots a figure shows: these, or a few of those there are."""
 Envelope = Callable[[Array, Array, float], Array]
@@ -77,7 +76,7 @@ def half_profiles(
     """
     check_dataset(dataset)
     field = field_of(field)
-    merged = (name for name, each in PROFILES.items() if each.name == field.name)
+    merged = (name for name, each in MERGED_PROFILES.items() if each.name == field.name)
     name = next((each for each in (field.name, *merged) if each in dataset), field.name)
     picked = snapshots(dataset, cycles, name)
     if extra := set(picked[name].dims) - {"cycle", "x", "y"}:

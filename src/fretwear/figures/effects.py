@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from fretwear.data.effects import SEED, Array, Points, sobol_indices
+from fretwear.arrays import Array
+from fretwear.data.effects import SEED, Points, sobol_indices
 from fretwear.figures.axes import (
     MOST_WITH_MINOR_TICKS,
     ValueAxis,

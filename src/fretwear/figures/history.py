@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from fretwear.data.effects import BOOKKEEPING, LEAST_SEEDS, SEED, rank_correlations
+from fretwear.arrays import Array
+from fretwear.data.effects import BOOKKEEPING, LEAST_SEEDS, SEED, Value, rank_correlations
 from fretwear.figures.axes import (
     MOST_LABELLED,
     MOST_WITH_MINOR_TICKS,
@@ -27,7 +28,7 @@ from fretwear.figures.axes import (
     outside_key,
     parameter_label,
 )
-from fretwear.figures.datasets import Array, check_dataset, require, variable_of, with_cycles
+from fretwear.figures.datasets import check_dataset, require, variable_of, with_cycles
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     LINE_STYLES,
@@ -44,8 +45,6 @@ from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.units import in_unit, listed
 from fretwear.vocabulary import RESULTS, Variable
 
-Value = Any
-"""A value of a parameter: a float, or a string such as a slip model's name."""
 Levels = Mapping[str, tuple[Value, ...]]
 """The different values of each varied name, in the study's order."""
 
@@ -70,7 +69,7 @@ _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
 
 @dataclass(frozen=True)
-class Line:
+class Curve:
     """One point of a study, or the mean of those that differ in their seed, over the cycles."""
 
     point: Mapping[str, int]  # its place along each dimension
@@ -91,9 +90,9 @@ class Line:
         return int(np.count_nonzero(self.quantity > 0.0)) < 2
 
 
-def study_lines(
+def study_curves(
     summary: xr.Dataset, variable: str, history: xr.Dataset | None = None
-) -> list[Line]:
+) -> list[Curve]:
     """Return one line per finished point of a study, of a quantity such as ``wear_volume``.
 
     The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), that of
@@ -130,13 +129,13 @@ def study_lines(
         marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
         marks = marks if "cycle" in summary.dims else marks[:, :0]
         known = np.isfinite(there[at])
-        lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
+        lines.append(Curve(point, values, dense_cycles[at][known], dense[at][known], marks))
     return lines
 
 
-def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
+def _means(lines: Sequence[Curve], summary: xr.Dataset) -> list[Curve]:
     """Return the means of lines that differ in their seed alone, at every cycle of any of them."""
-    groups: dict[tuple[int, ...], list[Line]] = {}
+    groups: dict[tuple[int, ...], list[Curve]] = {}
     for line in lines:
         groups.setdefault(tuple(i for n, i in line.point.items() if n != SEED), []).append(line)
     means = []
@@ -148,16 +147,16 @@ def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
         each = np.stack([np.interp(cycles, line.cycles, line.quantity) for line in group])
         mean, deviation = each.mean(axis=0), each.std(axis=0, ddof=1) if len(group) > 1 else None
         marks = np.stack([marked, np.interp(marked, cycles, mean)])
-        means.append(Line(point, values, cycles, mean, marks, deviation))
+        means.append(Curve(point, values, cycles, mean, marks, deviation))
     return means
 
 
-def _levels(lines: Sequence[Line]) -> Levels:
+def _levels(lines: Sequence[Curve]) -> Levels:
     names = lines[0].values if lines else ()
     return {name: tuple(dict.fromkeys(line.values[name] for line in lines)) for name in names}
 
 
-def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
+def _telling(levels: Levels, lines: Sequence[Curve]) -> str | None:
     """Return the name that explains most of points drawn at random: by rank correlation."""
     drawn = [
         name
@@ -173,7 +172,7 @@ def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
     return drawn[int(np.argmax(np.nan_to_num(correlations)))]
 
 
-def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
+def _independent(levels: Levels, lines: Sequence[Curve]) -> tuple[list[str], dict[str, str]]:
     """Part the varied names into those that vary on their own, and those that another one tells."""
     kept: list[str] = []
     told_by: dict[str, str] = {}
@@ -224,7 +223,7 @@ class CyclePlot:
         self, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
     ) -> None:
         variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
-        lines = study_lines(dataset, variable.name, history)
+        lines = study_curves(dataset, variable.name, history)
         if not lines:
             raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
         points = dataset["status"].size if "status" in dataset else len(lines)
@@ -245,7 +244,7 @@ class CyclePlot:
         self._axis = ValueAxis(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
         self._is_dense = history is not None
 
-    def _choose_places(self, lines: Sequence[Line]) -> None:
+    def _choose_places(self, lines: Sequence[Curve]) -> None:
         """Choose panels, colours and line styles for the names that the lines vary.
 
         Colour tells the roughness amplitude or, if that is fixed, the name with most values; the
@@ -346,7 +345,7 @@ class CyclePlot:
             outside_key(figure, key, texts)
         return figure
 
-    def _level(self, name: str | None, line: Line) -> int:
+    def _level(self, name: str | None, line: Curve) -> int:
         """Return the place of a line's value among those shown of `name`, 0 for no name."""
         return 0 if name is None else self.levels[name].index(line.values[name])
 
@@ -363,7 +362,7 @@ class CyclePlot:
         norm = (LogNorm if low > 0.0 and high > 20.0 * low else Normalize)(low, high)
         return [*sequential_colormap()(norm(values))], norm
 
-    def _draw_line(self, panel: Axes, line: Line) -> Line2D:
+    def _draw_line(self, panel: Axes, line: Curve) -> Line2D:
         unit, values, is_keyed = self._axis.unit, line.quantity, self._norm is None
         place, style = (self._level(name, line) for name in (self.color, self.style))
         options: dict[str, Any] = {"color": self._colors[place]}
@@ -438,7 +437,7 @@ class CyclePlot:
         return " ".join(told)
 
 
-def _joined(lines: Sequence[Line]) -> tuple[Array, Array]:
+def _joined(lines: Sequence[Curve]) -> tuple[Array, Array]:
     cycles, values = zip(*((line.cycles, line.quantity) for line in lines), strict=True)
     return np.concatenate(cycles), np.concatenate(values)
 
@@ -447,7 +446,7 @@ def _names(names: Sequence[str]) -> str:
     return listed(parameter(name).words for name in names)
 
 
-def _matching(lines: Sequence[Line], panels: Sequence[Mapping[str, Any]]) -> list[Line]:
+def _matching(lines: Sequence[Curve], panels: Sequence[Mapping[str, Any]]) -> list[Curve]:
     """Return the lines that belong to any of the panels."""
     return [line for line in lines if any(each.items() <= line.values.items() for each in panels)]
 
@@ -470,7 +469,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     model is that of the worn shape. Points drawn at random have no others alike: of them those of
     least and most wear are taken.
     """
-    lines = study_lines(summary, "wear_volume")
+    lines = study_curves(summary, "wear_volume")
     levels = _levels(lines)
     varied = [name for name, values in levels.items() if len(values) > 1]
     preferred = [n for n in (*_PREFERRED_COLOR, *_PREFERRED_STYLE) if n in varied]
@@ -481,7 +480,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         is_text = any(isinstance(value, str) for value in levels[name])
         ordered = levels[name] if is_text else sorted(levels[name])
         extremes[name] = ordered[0], ordered[-1]
-    groups: dict[tuple[Value, ...], list[Line]] = {}
+    groups: dict[tuple[Value, ...], list[Curve]] = {}
     for line in lines:
         if all(line.values[name] in extremes[name] for name in contrasts):
             groups.setdefault(tuple(line.values[name] for name in others), []).append(line)

@@ -16,6 +16,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import make_panels, outside_key
 from fretwear.figures.datasets import check_cases, snapshots
@@ -30,8 +31,6 @@ from fretwear.figures.style import (
 )
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
-
-Array = NDArray[np.float64]
 
 _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01

@@ -14,12 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
 from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, label_curves, label_or_key, make_panels, outside_key
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,
-    Array,
     Cycles,
     Envelope,
     HalfProfiles,

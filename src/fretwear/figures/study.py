@@ -28,7 +28,7 @@ from fretwear.figures.effects import (
     scatter_matrix,
     sensitivity,
 )
-from fretwear.figures.history import HISTORIES, CyclePlot, representative_cases, study_lines
+from fretwear.figures.history import HISTORIES, CyclePlot, representative_cases, study_curves
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
     HISTORY_CATEGORY,
@@ -74,7 +74,7 @@ def study_figures(
     and profiles, bearing areas and maps of a few representative cases. `known` returns the cases of
     the study by id, for the heights of rough surfaces. Without finished points there are none.
     """
-    if not study_lines(summary, "wear_volume"):
+    if not study_curves(summary, "wear_volume"):
         return
     yield from _answer_figures(summary)
     histories = dict(HISTORIES)

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, Mask, Single
+from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.geometry.grid import GridHalfSpace
 from fretwear.mechanics.team import ALONE, Team, kernels

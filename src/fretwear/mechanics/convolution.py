@@ -25,7 +25,8 @@ from typing import Any, Generic
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Even, Real, Single
+from fretwear.arrays import Array, Single
+from fretwear.mechanics.geometry import Even, Real
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows, kernels
 
 try:

@@ -27,8 +27,9 @@ from typing import Any
 
 import numpy as np
 
+from fretwear.arrays import Array
 from fretwear.mechanics.contact import Accuracy, ContactError
-from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, State, WearProblem

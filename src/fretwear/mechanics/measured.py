@@ -19,7 +19,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Mask
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
 from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter, RoundIndenter
 from fretwear.parts import Choice, Part, Patch, Plain, Quantity

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Mask, Workspace
+from fretwear.arrays import Array, Mask
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import DenseCells, Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings

@@ -12,7 +12,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, Even
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.team import kernels
 from fretwear.parts import Part, Quantity, WholeNumber
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Self
 
-from fretwear.mechanics.geometry import Array, Even
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction, WearLaw
 from fretwear.mechanics.roughness import BothRough, Roughness

@@ -22,8 +22,8 @@ from typing import Any, ClassVar, Literal, Protocol
 
 import numpy as np
 
+from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact import ContactError, ContactProblem, HalfSpace, Layer
-from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.loading import Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction

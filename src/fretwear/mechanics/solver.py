@@ -28,6 +28,7 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
+from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact import (
     Contact,
     ContactError,
@@ -36,13 +37,13 @@ from fretwear.mechanics.contact import (
     projected_gradient,
 )
 from fretwear.mechanics.convolution import Convolution
-from fretwear.mechanics.geometry import Array, Index, Mask, Single
+from fretwear.mechanics.geometry import Index
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.geometry.grid import GridHalfSpace
 from fretwear.mechanics.team import kernels
 
 # Cells, what weighs them, and an inverse of the bodies with a uniform layer there.
-Part = tuple[Index, Single, Callable[[Single], Single]]
+Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
 _COARSE = 1e-2
 _NEGLIGIBLE = 1e-6
@@ -345,7 +346,7 @@ class ActiveSet:
                     high, last = fraction, middle
 
 
-def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Part]:
+def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Inverse]:
     """Approximate inverses of K + diag c: on the whole window, and on inner cells that differ much.
 
     The tangent c is in units of the influence of a cell on itself, None without a layer; that of
@@ -391,14 +392,14 @@ class FreeCells:
     """
 
     def __init__(
-        self, convolve: Convolution[Single], parts: list[Part], free: Mask, under_load: bool
+        self, convolve: Convolution[Single], parts: list[Inverse], free: Mask, under_load: bool
     ) -> None:
         self._convolve, self._team = convolve, convolve.team
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no weight.
         weigh = partial(self._team.cellwise, np.multiply, dtype=np.float32)
-        self._parts: list[Part] = [
+        self._parts: list[Inverse] = [
             (cells, weigh(share, self._inside[cells]), invert) for cells, share, invert in parts
         ]
         self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Contact, ContactProblem, HalfSpace, Layer, is_finite
-from fretwear.mechanics.geometry import Array, Mask, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings

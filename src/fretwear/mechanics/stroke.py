@@ -32,9 +32,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Array, Mask, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator

@@ -8,12 +8,12 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Even
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Normal
 from fretwear.mechanics.materials import Bodies
 from fretwear.parts import Part, PerBody, Quantity, pair
 from fretwear.theory import (
-    CattaneoMindlin,
     EllipticContact,
     FlatPunchContact,
     HertzContact,
@@ -21,6 +21,7 @@ from fretwear.theory import (
     LineContact,
     LineLimitingState,
     LinePartialSlip,
+    PartialSlip,
     Reduced,
     RoundContact,
     RoundedPunch,
@@ -47,7 +48,7 @@ class Indenter(Part):
     extent_words: ClassVar[str] = "radius"  #: the term for half the width of the contact
     #: The closed forms of the contact that sets the scales.
     smooth: ClassVar[type[HertzContact]] = HertzContact
-    partial_slip: ClassVar[type[CattaneoMindlin]] = CattaneoMindlin
+    partial_slip: ClassVar[type[PartialSlip]] = PartialSlip
     limiting: ClassVar[type[LimitingState]] = LimitingState
 
     @property
@@ -135,7 +136,7 @@ class _Straight(Indenter):
     extent_words: ClassVar[str] = "half-width"
     even: ClassVar[Even] = (True, True)
     smooth: ClassVar[type[HertzContact]] = LineContact
-    partial_slip: ClassVar[type[CattaneoMindlin]] = LinePartialSlip
+    partial_slip: ClassVar[type[PartialSlip]] = LinePartialSlip
     limiting: ClassVar[type[LimitingState]] = LineLimitingState
 
     def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies

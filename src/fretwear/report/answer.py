@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.effects import (
     GOOD,
     SEED,
-    Array,
     Effect,
     Indices,
     Points,
@@ -222,7 +222,7 @@ class Chance(NamedTuple):
         return [line[line > 0.0] for line in lines if np.count_nonzero(line > 0.0) > 1]
 
 
-class Line(NamedTuple):
+class Influence(NamedTuple):
     """What one parameter does to one result."""
 
     parameter: str
@@ -247,7 +247,7 @@ class Answer(NamedTuple):
     name: str
     label: str
     values: str  # its range after the last cycle
-    lines: tuple[Line, ...]  # one for each parameter, the most important first
+    lines: tuple[Influence, ...]  # one for each parameter, the most important first
     headline: str = ""  # of a sampled study: which parameter matters most
     rest: str = ""  # more about it, which a narrow screen leaves out
 
@@ -316,13 +316,13 @@ def regimes(summary: Merged) -> str:
     return f"{which} after the last cycle{why}."
 
 
-def _line(effect: Effect) -> Line:
+def _line(effect: Effect) -> Influence:
     """Return what a parameter does to a result."""
     if effect.parameter == SEED:
-        return Line(SEED, [Chance(effect)])
+        return Influence(SEED, [Chance(effect)])
     told = [*claims(effect)]
     details = [part for claim in told if not claim.where for part in _divided(claim)]
-    return Line(effect.parameter, told, details)
+    return Influence(effect.parameter, told, details)
 
 
 def claims(effect: Effect) -> Iterator[Claim]:

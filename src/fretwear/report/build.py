@@ -28,7 +28,7 @@ from fretwear.report.results import (
     levels_of,
     over_seeds,
     point_results,
-    variable_of,
+    result_variable,
 )
 from fretwear.running.workflow import LOGS, failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
@@ -258,7 +258,7 @@ def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
             text = f"{with_error(shown, deviation)}{part}"
             cells.append(nothing if math.isnan(shown) else (text, "", ""))
         ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))
-    columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
+    columns = [(result_variable(name, results).label, unit.name) for name, unit in units.items()]
     return columns, rows, len(results), ensembles
 
 

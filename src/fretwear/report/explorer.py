@@ -13,26 +13,26 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.files import HISTORY_GROUP, opened_case, opened_summary
-from fretwear.data.merge import PROFILES as MERGED
+from fretwear.data.merge import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, display_units, levels_of, variable_of
+from fretwear.report.results import PointResult, display_units, levels_of, result_variable
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan, estimate
 from fretwear.units import MICROMETRE, Unit, readable_unit
 from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, SYMMETRIES, ContactState, X, Y
 
-Array = NDArray[np.float64]
 Packed = dict[str, Any]
 """What the script reads, as JSON has it."""
 
-PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
+EXPLORED_PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
 """Fields along x, a panel of the explorer each."""
 MAPS = ("pressure", "wear_depth")
 """Fields over x and y of contacts that are not even, a map of the explorer each."""
-HISTORIES = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
+EXPLORED_HISTORIES = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
 """Results over the cycles; those of a panel differ in their first word."""
 
 _MOST_CASES = 200
@@ -43,7 +43,7 @@ _MOST_SQUARES = 64
 _SHARES = 101
 _LEVELS = 10_000
 _AROUND_PROFILE, _AROUND_MAP = 1.3, 1.05
-_NAMES = {field.name: name for name, field in MERGED.items()}
+_NAMES = {field.name: name for name, field in MERGED_PROFILES.items()}
 
 
 class Explorer(NamedTuple):
@@ -71,7 +71,7 @@ def build_explorer(
     units = display_units(results)
     # Depths and gaps are compared by eye.
     units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
-    units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
+    units |= {name: RESULTS[name].unit or units[name] for name in EXPLORED_PROFILES}
     known = {plan.points[place].id: plan.points[place] for place in places if results[place].done}
     cases: list[Packed] = []
     with opened_summary(folder / "summary.nc") as file:
@@ -90,10 +90,10 @@ def build_explorer(
     ids, axes = list(known), _axes(plan, places)
     header = {
         "words": _words(units, height, results),
-        "profiles": PROFILES,
+        "profiles": EXPLORED_PROFILES,
         "maps": MAPS,
         "readout": HEADLINES,
-        "histories": HISTORIES,
+        "histories": EXPLORED_HISTORIES,
         "points": [
             {
                 "number": result.number,
@@ -147,7 +147,8 @@ def _curves(
         return np.asarray(found, dtype=np.float64)
 
     history = {
-        name: file[HISTORY_GROUP][name][position] for name in (CYCLE.name, *chain(*HISTORIES))
+        name: file[HISTORY_GROUP][name][position]
+        for name in (CYCLE.name, *chain(*EXPLORED_HISTORIES))
     }
     taken = np.flatnonzero(np.isfinite(list(history.values())).all(axis=0))
     taken = taken[evenly(taken.size, _MOST_STEPS)]
@@ -164,7 +165,8 @@ def _curves(
             for row in profiles("contact_state")
         ],
         "profiles": {
-            name: [differences(units[name].of(row)) for row in profiles(name)] for name in PROFILES
+            name: [delta_coded(units[name].of(row)) for row in profiles(name)]
+            for name in EXPLORED_PROFILES
         },
         "numbers": {name: _short(units[name].of(each)) for name, each in numbers.items()},
         "history": {
@@ -222,7 +224,7 @@ def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, U
     for name, place in product(MAPS, places):
         field = file[name][place].astype(np.float64)[np.ix_(*cells)].reshape(shape)
         rows = units[name].of(field.mean(axis=(1, 3))).T
-        fields[name].append([differences(row) for row in rows])
+        fields[name].append([delta_coded(row) for row in rows])
     lines = (MICROMETRE.of(each) for each in at)
     ranges = [[x[0], (x[-1] - x[0]) / max(1, x.size - 1), x.size] for x in lines]
     return {"x": ranges[0], "y": ranges[1], "fields": fields}
@@ -232,7 +234,7 @@ def _short(values: Array) -> list[float | None]:
     return [float(f"{value:.7g}") if math.isfinite(value) else None for value in values.tolist()]
 
 
-def differences(row: Array) -> Packed:
+def delta_coded(row: Array) -> Packed:
     """Round a row to a 10 000th of its largest value; neighbours differ by small integers then.
 
     A value is ``scale`` times the sum of all ``steps`` up to its own, None where it is NaN.
@@ -260,7 +262,10 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     count = len(plan.points)
     in_maps = len(MAPS) * _MOST_SQUARES**2
     lengths = [
-        (len(PROFILES) * estimate(point.case).cells_x + (0 if all(point.case.even) else in_maps))
+        (
+            len(EXPLORED_PROFILES) * estimate(point.case).cells_x
+            + (0 if all(point.case.even) else in_maps)
+        )
         * len(point.case.output_cycles)
         for point in (plan.points[place] for place in evenly(count, _MOST_CASES))
         if point.case is not None
@@ -306,7 +311,7 @@ def _words(
     units: Mapping[str, Unit], height: Unit, results: Sequence[PointResult]
 ) -> dict[str, dict[str, str]]:
     """Return words, label and unit of all that is shown, by name."""
-    shown = {name: variable_of(name, results) for name in units}
+    shown = {name: result_variable(name, results) for name in units}
     rows = [
         *((axis.name, axis.words, axis.name, MICROMETRE.name) for axis in (X, Y)),
         (CYCLE.name, CYCLE.words, CYCLE.label, ""),

@@ -157,14 +157,14 @@ def levels_of(axis: Axis) -> list[Level]:
 
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit in which each key result is shown, the same for all points."""
-    known = {name: variable_of(name, results) for name in HEADLINES}
+    known = {name: result_variable(name, results) for name in HEADLINES}
     return {
         name: each.unit or readable_unit([r.values[name] for r in results if r.done], each.si_unit)
         for name, each in known.items()
     }
 
 
-def variable_of(name: str, results: Sequence[PointResult]) -> Variable:
+def result_variable(name: str, results: Sequence[PointResult]) -> Variable:
     """Return what a key result is: in a line contact it may be per length."""
     in_line = any(result.in_line for result in results)
     return RESULTS[name].per_length if in_line else RESULTS[name]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array, Mask
 from fretwear.data.effects import point_values
 from fretwear.data.files import open_case, open_history
 from fretwear.mechanics.loading import NormalLoad
@@ -25,9 +26,7 @@ if TYPE_CHECKING:
 
     from fretwear.data.effects import Merged
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Index = tuple[NDArray[np.bool_], ...]
+Selection = tuple[NDArray[np.bool_], ...]
 
 RUN_IN = 7000
 """Cycles after which, the study says, rough and smooth contacts are alike."""
@@ -56,7 +55,7 @@ _ROUGH = {
 
 
 @dataclass(frozen=True)
-class Evolution:
+class StudyCase:
     """A case over its cycles: SI units, fields of shape (nx, ny)."""
 
     dataset: xr.Dataset  # of a quarter or of the whole contact
@@ -152,7 +151,7 @@ class Evolution:
         return radius, mean, cells[kept]
 
 
-Cases = Mapping[str, Evolution]
+Cases = Mapping[str, StudyCase]
 """The four cases of `TITLES`."""
 
 
@@ -217,7 +216,7 @@ def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float,
         for title in TITLES:
             file = found[group][title]
             with open_case(file) as case, open_history(file) as history:
-                cases[title] = Evolution(case.load(), history.load())
+                cases[title] = StudyCase(case.load(), history.load())
         yield *group, cases
 
 
@@ -230,7 +229,7 @@ def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -
     return near
 
 
-def zone_means(case: Evolution, name: str) -> tuple[Array, Array]:
+def zone_means(case: StudyCase, name: str) -> tuple[Array, Array]:
     """Means of a field over the first stick disc and over the ring around it, each (ncycles,).
 
     The disc is that of cycle 0 at every snapshot; the ring ends with the contact of the snapshot.
@@ -246,7 +245,7 @@ def zone_means(case: Evolution, name: str) -> tuple[Array, Array]:
 
 
 def differences(
-    smooth: Evolution, rough: Evolution, field: str, cycle: int
+    smooth: StudyCase, rough: StudyCase, field: str, cycle: int
 ) -> tuple[float, float, float]:
     """Difference between rough and smooth in their common slip zone.
 
@@ -267,7 +266,7 @@ def differences(
     return float(apart.mean()), float(reference.mean()), float(reference.max())
 
 
-def largest_on_rings(case: Evolution, name: str, cycle: int) -> tuple[float, float]:
+def largest_on_rings(case: StudyCase, name: str, cycle: int) -> tuple[float, float]:
     """Position in the slip zone where a field, averaged over rings, is largest, and its value.
 
     The place is 0 at the edge of stick and 1 at the outer rim, the value in the field's unit.
@@ -278,7 +277,7 @@ def largest_on_rings(case: Evolution, name: str, cycle: int) -> tuple[float, flo
     return float(zones.place(radius[largest])), float(mean[largest])
 
 
-def unevenness(case: Evolution, cycle: int, start: float = 0.0, end: float = 1.0) -> float:
+def unevenness(case: StudyCase, cycle: int, start: float = 0.0, end: float = 1.0) -> float:
     """Standard deviation of the wear of one cycle over the slip zone, of its mean.
 
     `start` and `end` choose a part of the zone, in fractions of its width.
@@ -290,7 +289,7 @@ def unevenness(case: Evolution, cycle: int, start: float = 0.0, end: float = 1.0
     return math.sqrt(variance) / mean if mean > 0.0 else math.inf
 
 
-def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
+def amplitude_left(case: StudyCase, cycle: int, zone: Mask) -> float:
     """Amplitude of the waves on the worn and yielded surface in a zone, of the first one's.
 
     Means over rings are taken off both, so that the wear scar itself does not count.
@@ -306,7 +305,7 @@ def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
     return float((left * pattern).sum() / (pattern**2).sum()) / amplitude
 
 
-def asperities(case: Evolution) -> Iterator[tuple[Index, Array]]:
+def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
     """Yield the cells of each asperity of a rough case, and their distance from its tip.
 
     An asperity is half a wave by half a wave around a tip, with enough cells in contact in cycle 0
@@ -328,7 +327,7 @@ def asperities(case: Evolution) -> Iterator[tuple[Index, Array]]:
             yield cells, np.hypot(lines[0][cells[0]], lines[1][cells[1]])
 
 
-def tip_contact(case: Evolution) -> tuple[tuple[float, float], float]:
+def tip_contact(case: StudyCase) -> tuple[tuple[float, float], float]:
     """Half-axes along x and y, m, and peak pressure, Pa, of a tip under 1 N by Hertz.
 
     The curvatures of wave and sphere add up.
@@ -344,7 +343,7 @@ def tip_contact(case: Evolution) -> tuple[tuple[float, float], float]:
     return tip.half_widths(contact), contact.peak_pressure
 
 
-def deviation_from_hertz(case: Evolution) -> float:
+def deviation_from_hertz(case: StudyCase) -> float:
     """How far the pressure of asperities is from Hertz's in cycle 0: mean weighted by their load.
 
     Of each asperity it is the root mean square of the difference from the smooth contact of its
@@ -367,7 +366,7 @@ def deviation_from_hertz(case: Evolution) -> float:
     return float(np.average(deviations, weights=loads)) if loads else math.nan
 
 
-def asperities_like_the_whole(case: Evolution, cycle: int) -> tuple[float, float]:
+def asperities_like_the_whole(case: StudyCase, cycle: int) -> tuple[float, float]:
     """Share of the load on asperities that both stick and slip, and how much of it behaves.
 
     Loads and zones are those of cycle 0. An asperity behaves as a smooth contact if, up to the
@@ -388,12 +387,12 @@ def asperities_like_the_whole(case: Evolution, cycle: int) -> tuple[float, float
     return float(sum(loads) / before.sum()), float(np.average(behave, weights=loads))
 
 
-def growth(case: Evolution, cycle: float) -> float:
+def growth(case: StudyCase, cycle: float) -> float:
     """Growth of the contact half-width since cycle 0, m."""
     return case.at("contact_half_width_x", cycle) - case.at("contact_half_width_x", 0.0)
 
 
-def late_growth(case: Evolution) -> float:
+def late_growth(case: StudyCase) -> float:
     """Share of the whole growth that falls into the second half of the cycles."""
     whole = growth(case, case.last)
     return 1.0 - growth(case, 0.5 * case.last) / whole if whole > 0.0 else 0.0

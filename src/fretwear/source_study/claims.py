@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from fretwear.arrays import Array
 from fretwear.report import Section, environment
 from fretwear.source_study.cases import (
     RUN_IN,
     TITLES,
-    Array,
     Cases,
-    Evolution,
+    StudyCase,
     amplitude_left,
     asperities_like_the_whole,
     deviation_from_hertz,
@@ -57,7 +57,7 @@ _MODELS = {
 }
 
 
-class Answer(Enum):
+class Verdict(Enum):
     """Whether a claim holds, in words."""
 
     HOLDS = "holds"
@@ -68,13 +68,13 @@ class Answer(Enum):
 class Finding(NamedTuple):
     """The verdict of one case, or of a smooth and a rough one together, on a claim."""
 
-    answer: Answer
+    answer: Verdict
     numbers: Mapping[str, str]  # what it rests on: each with its unit, by what was measured
     remark: str  # why the claim does not hold, or what of it does; empty where it holds
 
 
 @dataclass(frozen=True)
-class Claim:
+class PublishedClaim:
     """A claim of the source study."""
 
     number: int
@@ -93,19 +93,19 @@ class Claim:
 class Judgement:
     """A claim and the finding of each of its subjects."""
 
-    claim: Claim
+    claim: PublishedClaim
     findings: Mapping[str, Finding]
 
     @property
-    def answers(self) -> dict[str, Answer]:
+    def answers(self) -> dict[str, Verdict]:
         """The answer of each subject."""
         return {subject: finding.answer for subject, finding in self.findings.items()}
 
     @property
-    def verdict(self) -> Answer:
+    def verdict(self) -> Verdict:
         """The answer common to all subjects; if they differ, the claim holds in part."""
         answers = {*self.answers.values()}
-        return answers.pop() if len(answers) == 1 else Answer.IN_PART
+        return answers.pop() if len(answers) == 1 else Verdict.IN_PART
 
     @property
     def told(self) -> str:
@@ -128,7 +128,7 @@ def percent(share: float) -> str:
 
 def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]) -> Finding:
     """Grade a claim; the remark applies if it does not hold completely."""
-    answer = Answer.HOLDS if holds else Answer.IN_PART if in_part else Answer.FAILS
+    answer = Verdict.HOLDS if holds else Verdict.IN_PART if in_part else Verdict.FAILS
     return Finding(answer, numbers, "" if holds else remark)
 
 
@@ -154,7 +154,7 @@ _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "pla
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     1,
     "Pressure increases within the stick zone and decreases inside the slip zones.",
     "From every snapshot to the next the mean pressure over the first stick disc rises, and "
@@ -162,7 +162,7 @@ _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "pla
     "0.1 % of the first mean count as none. In part: from the first snapshot to the last.",
     _EACH,
 )
-def _pressure_moves_inward(case: Evolution) -> Finding:
+def _pressure_moves_inward(case: StudyCase) -> Finding:
     stick, slip = zone_means(case, "pressure")
     against = {
         "falls in the stick zone": _steps(stick) < 0.0,
@@ -179,7 +179,7 @@ def _pressure_moves_inward(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     2,
     "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
     "last cycle.",
@@ -187,7 +187,7 @@ def _pressure_moves_inward(case: Evolution) -> Finding:
     "stick zone.",
     _SMOOTH_ELASTIC,
 )
-def _peak_at_stick_edge(case: Evolution) -> Finding:
+def _peak_at_stick_edge(case: StudyCase) -> Finding:
     pressure = case.field("pressure", case.last)
     peak = case.radius[np.unravel_index(int(pressure.argmax()), pressure.shape)]
     beyond = float(peak - case.zones(case.last).stick_radius) / max(case.sides)
@@ -200,7 +200,7 @@ def _peak_at_stick_edge(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     3,
     f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
     "of a smooth surface after the same number.",
@@ -210,7 +210,7 @@ def _peak_at_stick_edge(case: Evolution) -> Finding:
     "slip, as good as equal in a figure.",
     _PAIRS,
 )
-def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
+def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
     cycle = smooth.nearest(RUN_IN)
     pressure, mean_pressure, _ = differences(smooth, rough, "pressure", cycle)
     slip, mean_slip, largest_slip = differences(smooth, rough, "slip", cycle)
@@ -232,7 +232,7 @@ def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     4,
     "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces continuously.",
     "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
@@ -240,7 +240,7 @@ def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
     "the next once bodies yield. In part: it falls from a later cycle on.",
     _EACH,
 )
-def _stick_zone(case: Evolution) -> Finding:
+def _stick_zone(case: StudyCase) -> Finding:
     if math.isinf(case.parameter("plastic_limit")):
         sticks, slips = (
             np.any([case.field("contact_state", n) == state for n in case.cycles], axis=0)
@@ -273,7 +273,7 @@ def _stick_zone(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     5,
     "The maximum wear is in the middle of the slip zones; this area supports the highest wear at "
     "the beginning of the process (smooth).",
@@ -282,7 +282,7 @@ def _stick_zone(case: Evolution) -> Finding:
     "width for Q/µP = 0.8. Where the deepest wear is later is told beside it.",
     _SMOOTH,
 )
-def _wears_most_in_the_middle(case: Evolution) -> Finding:
+def _wears_most_in_the_middle(case: StudyCase) -> Finding:
     first = largest_on_rings(case, "wear_rate", 0)[0]
     places = {c: largest_on_rings(case, "wear_depth", c)[0] for c in case.cycles[1:]}
     start, end = _MIDDLE_THIRD
@@ -299,7 +299,7 @@ def _wears_most_in_the_middle(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     6,
     "After some number of cycles the wear of one cycle becomes almost constant over the slip zone.",
     "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
@@ -307,7 +307,7 @@ def _wears_most_in_the_middle(case: Evolution) -> Finding:
     "at most 10 % over the middle half of the slip zone.",
     _EACH,
 )
-def _even_wear(case: Evolution) -> Finding:
+def _even_wear(case: StudyCase) -> Finding:
     means = [case.field("wear_rate", n)[case.zones(n).slip()].mean() for n in case.cycles]
     cycle = case.cycles[np.flatnonzero(np.array(means) >= _STILL_WEARING * means[0])[-1]]
     now, middle = unevenness(case, cycle), unevenness(case, cycle, *_MIDDLE_HALF)
@@ -322,7 +322,7 @@ def _even_wear(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     7,
     "Rough: wear is first on the asperities with the biggest pressures; after about "
     f"{RUN_IN} cycles the asperities on the slip area are worn.",
@@ -332,7 +332,7 @@ def _even_wear(case: Evolution) -> Finding:
     "one of the two, or at most 10 % in its middle half.",
     _ROUGH,
 )
-def _asperities(case: Evolution) -> Finding:
+def _asperities(case: StudyCase) -> Finding:
     wear, pressure = case.field("wear_rate", 0), case.field("pressure", 0)
     on_tips = float(wear[case.waves < 0.0].sum() / wear.sum())
     there = float((pressure * wear).sum() / wear.sum() / pressure[case.zones(0).slip()].mean())
@@ -356,7 +356,7 @@ def _asperities(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     8,
     "Contact width grows much faster for rough surfaces and stabilises at almost the same level.",
     "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
@@ -364,7 +364,7 @@ def _asperities(case: Evolution) -> Finding:
     "cycles each grows by at most 5 % of its whole growth. In part: one of the two.",
     _PAIRS,
 )
-def _width_grows_faster_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
+def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
     ratio = growth(rough, _EARLY) / growth(smooth, _EARLY)
     last = [case.at("contact_half_width_x", case.last) for case in (rough, smooth)]
     level = last[0] / last[1] - 1.0
@@ -386,14 +386,14 @@ def _width_grows_faster_when_rough(smooth: Evolution, rough: Evolution) -> Findi
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     9,
     "Shear tractions exhibit a similar behaviour.",
     "From snapshot to snapshot the means of shear over the two zones of claim 1 rise where "
     "those of pressure rise, and fall where they fall. In part: more often than not.",
     _EACH,
 )
-def _shear_like_pressure(case: Evolution) -> Finding:
+def _shear_like_pressure(case: StudyCase) -> Finding:
     shear, pressure = (zone_means(case, name) for name in ("shear_traction", "pressure"))
     opposite = [_steps(q) * _steps(p) < 0.0 for q, p in zip(shear, pressure, strict=True)]
     against, steps = int(np.sum(opposite)), np.size(opposite)
@@ -406,14 +406,14 @@ def _shear_like_pressure(case: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     10,
     "Wear has higher values at the beginning for rough bodies.",
     f"From cycle 1 to {RUN_IN} wear volume and largest depth of the rough contact exceed those "
     "of the smooth one. In part: one of them, or at some snapshots.",
     _PAIRS,
 )
-def _more_wear_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
+def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
     cycles = [cycle for cycle in smooth.cycles if 0 < cycle <= RUN_IN and cycle in rough.cycles]
     ratios = {
         what: [rough.largest(name, n) / smooth.largest(name, n) for n in cycles]
@@ -434,7 +434,7 @@ def _more_wear_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
 
 
 @partial(
-    Claim,
+    PublishedClaim,
     11,
     "On a macro-scale the results are comparable to a smooth surface, and on a micro-scale the "
     "pressure profile of each asperity behaves as a smooth surface.",
@@ -446,7 +446,7 @@ def _more_wear_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
     "on the whole of a smooth contact. In part: one of the two.",
     _ROUGH,
 )
-def _asperities_behave_as_smooth(case: Evolution) -> Finding:
+def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
     cycle, apart = case.nearest(RUN_IN), deviation_from_hertz(case)
     share, behaving = asperities_like_the_whole(case, cycle)
     numbers = {
@@ -548,7 +548,7 @@ def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
     return rows
 
 
-def excess_shear(case: Evolution, cycle: int) -> float:
+def excess_shear(case: StudyCase, cycle: int) -> float:
     """Share of the tangential load that a case carries against Coulomb's law.
 
     Where the shear traction exceeds µp, valleys without pressure included, friction cannot

@@ -21,7 +21,7 @@ from fretwear.study.parameters import (
     by_member,
     html_table,
     make_member,
-    missing,
+    missing_parameters,
     read_values,
     replaced_by,
 )
@@ -104,7 +104,7 @@ class Case(Draft):
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)
         values = read_values(given, "", problems, units_required=False)
-        problems += missing(given, in_file=False, blocks=values.get("blocks", ()))
+        problems += missing_parameters(given, in_file=False, blocks=values.get("blocks", ()))
         if problems:
             raise CaseError(problems)
         own = by_member({**values, "output_cycles": snapshots})

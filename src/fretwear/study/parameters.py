@@ -222,7 +222,7 @@ def make_member(member: str, values: Mapping[str, Any]) -> Any:
     raise KeyError(member)
 
 
-def missing(
+def missing_parameters(
     given: Iterable[str], *, in_file: bool, blocks: Sequence[Block] = ()
 ) -> Iterator[Problem]:
     """Yield required keys that are missing, and alternative keys that exclude each other.
@@ -260,7 +260,7 @@ def missing(
 def schema_required() -> list[dict[str, Any]]:
     """Return the keys required in `base` or `vary`, as conditions of a JSON Schema."""
     conditions: list[dict[str, Any]] = []
-    for problem in missing((), in_file=True):
+    for problem in missing_parameters((), in_file=True):
         about = members()[member := member_of(problem.key)]
         names = [problem.key] if problem.key == member else [problem.key, member]
         if isinstance(about, Inline):

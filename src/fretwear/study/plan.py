@@ -59,7 +59,7 @@ ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
 # Contact and stick fractions, zero or one in most cells, compress to nearly nothing.
 BYTES_PER_FIELD_CELL = 7 * 4 + 2
-COMPRESSION = 0.6
+COMPRESSED_SHARE = 0.6
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def _alone(case: Case) -> Estimate:
         convolutions=convolutions,
         seconds=SECONDS_TO_START + SECONDS_PER_CASE + each * convolutions,
         memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
-        file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * kept) + 100_000,
+        file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
     )
 
 

@@ -51,7 +51,7 @@ class Design(Part):
 
 
 @dataclass(frozen=True)
-class Grid(Design):
+class Combinations(Design):
     """Every combination of the values."""
 
     kind: Literal["grid"] = "grid"
@@ -188,7 +188,7 @@ def read_axes(
                 given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
                 rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
                 problems.add("vary", given, rule, "leave one of them out of every list")
-    size = math.prod(lengths) if isinstance(design, Grid) else max(lengths, default=1)
+    size = math.prod(lengths) if isinstance(design, Combinations) else max(lengths, default=1)
     if size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
         problems.add("vary", None, rule, "split the study")

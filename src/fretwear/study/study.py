@@ -22,14 +22,14 @@ from fretwear.study.parameters import (
     html_table,
     make_member,
     member_of,
-    missing,
+    missing_parameters,
     parameter_names,
     parameter_of,
     read_values,
     replaced_by,
     schema_required,
 )
-from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Sampled, read_axes
+from fretwear.study.points import MAX_POINTS, Axis, Combinations, Design, Sampled, read_axes
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.setup import IN_BLOCKS, members
@@ -266,7 +266,9 @@ def _checked(
             found.add("vary.indenter", None, rule, "make two studies of it")
     title = sections.title or file.stem
     # If the design cannot be read, fixed values are still checked.
-    study = Study(file, title, axes, sections.design or Grid(), fixed, content, sections.batch)
+    study = Study(
+        file, title, axes, sections.design or Combinations(), fixed, content, sections.batch
+    )
     _try_rules(study, found, skip=sections.invalid == "skip")
     if not (before or found) and len(study.invalid) == study.size:
         found.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
@@ -291,7 +293,7 @@ class _Sections:
     title: str = ""
     base: Mapping[str, Any] = field(default_factory=dict)
     vary: Mapping[str, Any] = field(default_factory=dict)
-    design: Design | None = Grid()  # noqa: RUF009 - frozen; None where it could not be read
+    design: Design | None = Combinations()  # noqa: RUF009 - frozen; None where it could not be read
     invalid: str = "stop"
     batch: int | None = None
     output: Mapping[str, Any] = field(default_factory=dict)
@@ -359,7 +361,7 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
     for axis in axes:
         of_points = [*axis.values] if axis.name == "blocks" else of_points
     blocks = [block for of_point in of_points for block in of_point]
-    for problem in missing({*base, *varied}, in_file=True, blocks=blocks):
+    for problem in missing_parameters({*base, *varied}, in_file=True, blocks=blocks):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
     known = {axis.name for axis in axes}

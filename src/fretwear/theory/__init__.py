@@ -25,10 +25,10 @@ Springer.
 
 from fretwear.theory.line_contact import FlatPunchContact, LineContact
 from fretwear.theory.partial_slip import (
-    CattaneoMindlin,
     LimitingState,
     LineLimitingState,
     LinePartialSlip,
+    PartialSlip,
     gross_slip_energy,
     share_of_band,
 )
@@ -44,7 +44,6 @@ from fretwear.theory.point_contact import (
 )
 
 __all__ = [
-    "CattaneoMindlin",
     "EllipticContact",
     "FlatPunchContact",
     "HertzContact",
@@ -52,6 +51,7 @@ __all__ = [
     "LineContact",
     "LineLimitingState",
     "LinePartialSlip",
+    "PartialSlip",
     "Reduced",
     "RoundContact",
     "RoundedPunch",

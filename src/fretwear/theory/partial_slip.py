@@ -42,7 +42,7 @@ def share_of_band(band: float, cell: float) -> float:
 
 
 @dataclass(frozen=True)
-class CattaneoMindlin:
+class PartialSlip:
     """An unworn smooth sphere in partial slip: constant load, tangential force between ±Q.
 
     Cattaneo (1938), Mindlin (1949). In the form of Ciavarella (1998) and Jäger (1998) the traction
@@ -125,7 +125,7 @@ class CattaneoMindlin:
 
 
 @dataclass(frozen=True)
-class LinePartialSlip(CattaneoMindlin):
+class LinePartialSlip(PartialSlip):
     """An unworn cylinder in partial slip: loads are per length, and κ = 1 in plane strain."""
 
     coupling: float = 1.0

@@ -19,9 +19,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Mask = NDArray[np.bool_]
+from fretwear.arrays import Array, Single
+
 # A field in double or single precision; the result has the precision of the argument.
 Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]

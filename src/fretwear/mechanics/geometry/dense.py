@@ -21,7 +21,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace, Zone
+from fretwear.arrays import Array, Mask, Single
+from fretwear.mechanics.geometry import Index, Workspace, Zone
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import LineContact, share_of_band

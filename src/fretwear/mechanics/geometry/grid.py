@@ -17,16 +17,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.convolution import Convolution, convolution, offsets
-from fretwear.mechanics.geometry import (
-    Array,
-    Even,
-    Index,
-    Mask,
-    Single,
-    Workspace,
-    Zone,
-)
+from fretwear.mechanics.geometry import Even, Index, Workspace, Zone
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.

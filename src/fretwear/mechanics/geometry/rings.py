@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array
+from fretwear.arrays import Array
 from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.theory import LimitingState, share_of_band
 
