@@ -208,6 +208,20 @@ def test_the_default_grid_sees_the_ring_of_large_ratios_only(ratio, unseen, monk
     assert told == (["yields in a ring"] if unseen else [])
 
 
+@pytest.mark.parametrize(
+    ("ratio", "times", "wrong"), [(0.2, 3.0, "plastic volume"), (0.5, 4.0, "wear")]
+)
+def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, wrong, monkeypatch):
+    """Rings, which see it, tell when: up to a third later than the doubt has it."""
+    capped = {"tangential_ratio": ratio, "plastic_limit": times * steel().hertz_pressure}
+    fine = steel(**capped, cycles=20000, tolerance=0.002, error_estimate=False)
+    yields = next(each.state.cycle for each in steps(fine) if each.measures.plastic_volume > 0.0)
+    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
+    assert not doubts(steel(**capped, cycles=int(yields / 1.4)))
+    (doubt,) = doubts(steel(**capped, cycles=math.ceil(yields)))
+    assert f"gets its {wrong} wrong" in doubt.what
+
+
 @pytest.mark.parametrize(("ratio", "unseen"), [(0.9, False), (0.2, True)])
 def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
     capped = {"tangential_ratio": ratio, "plastic_limit": 4.5e9, "roughness": GENTLE}

@@ -15,10 +15,12 @@ from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
     narrowest_cell,
+    narrowest_graded,
     rounded_down,
     yielding_ring_width,
     zones_of_tip,
 )
+from fretwear.theory import share_of_band
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
 FEW_POINTS = 20  # measured on a contact radius: fewer hardly show a roughness
@@ -28,6 +30,9 @@ GREATEST_SLOPE = 0.3  # of a roughness; half-space theory takes slopes for small
 
 # Relative errors of results: above the first they are marked, above the second doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
+
+# Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
+_TO_SINGULAR = 2.5
 
 # Energy of the first cycle of unlike bodies, relative to that of later ones: β/µ of 1 gives 4 at
 # Q/µP = 0.3 and 1 at 0.6, larger β/µ hardly more.
@@ -61,23 +66,28 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
     """Rings and strips follow the edge of stick, with several of them across the band that yields.
 
     There the bodies sink by the width of that band while wear frees a cell, in 1/(β p_lim) cycles,
-    so the edge of stick recedes by as many of its widths as there are such times, or less: the
-    pressure has to get there first.
+    so the edge of stick recedes by as many of its widths as there are such times, or less. Where
+    that is little, only the plastic volume is wrong: zero on cells that show no pressure above the
+    limit.
     """
     cells, tips = case.grid_spacing, zones_of_tip(case)
     cell = math.sqrt(math.prod(cells))
     if case.is_graded:
         cell = case.coarseness * narrowest_cell(case)
     ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
-    recedes = ring * case.cycles * case.wear_growth * case.plastic_limit if ring else 0.0
-    if 0.0 < ring < cell and not tips and follows and recedes > SMALL_ERROR * case.stick_radius:
-        yield Doubt(
-            "yields in a ring around the stick zone that is narrower than a cell, "
-            "which therefore gets its wear wrong",
-            _lengths(ring=ring, cell=cell),
-            "choose a larger tangential load, a lower plastic limit or, on a grid, a cell below "
-            "the width of the ring where that is practical",
-        )
+    if 0.0 < ring < cell and not tips and follows and _reaches_limit(case):
+        recedes = ring * case.cycles * case.wear_growth * case.plastic_limit
+        matters = recedes > SMALL_ERROR * case.stick_radius
+        resolvable = share_of_band(ring, narrowest_graded(case)) > 0.0
+        if matters or resolvable:
+            wrong = "wear" if matters else "plastic volume"
+            yield Doubt(
+                "yields in a ring around the stick zone that is narrower than a cell, "
+                f"which therefore gets its {wrong} wrong",
+                _lengths(ring=ring, cell=cell),
+                "choose a larger tangential load, a lower plastic limit or, on a grid, a cell "
+                "below the width of the ring where that is practical",
+            )
     coarse = [
         (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
         for zone, (widths, number) in tips.items()
@@ -101,6 +111,18 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
             _lengths(radius=radius, cell=cell),
             "choose a finer cell, or leave cell out",
         )
+
+
+def _reaches_limit(case: Case) -> bool:
+    """Whether wear brings the pressure p at the edge of stick to the plastic limit in time.
+
+    The neighbourhood of the edge has no scale of its own: its pressure follows from β N p alone.
+    On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP
+    of 0.1 to 0.9 and limits of 1.05 to 5 p0.
+    """
+    edge = float(case.hertz.pressure(case.stick_radius))
+    worn = case.cycles * case.wear_growth * edge
+    return worn > _TO_SINGULAR * (1.0 - edge / case.plastic_limit)
 
 
 def _of_slip(case: Case) -> Iterator[Doubt]:

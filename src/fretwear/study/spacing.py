@@ -224,12 +224,17 @@ def stick_shrinks(case: Draft) -> bool:
 
 def narrowest_cell(case: Draft) -> float:
     """Return the width, m, of the narrowest cells of an elastic contact that is smooth."""
-    radius, stick = case.hertz_radius, case.stick_radius
-    if case.is_on_rings:
-        return NARROWEST_RING * min(radius - stick, stick or radius)
     if case.is_graded:
+        return narrowest_graded(case)
+    return case.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
+
+
+def narrowest_graded(case: Draft) -> float:
+    """Return the width, m, of the narrowest strips or rings that the smooth contact would have."""
+    radius, stick = case.hertz_radius, case.stick_radius
+    if case.indenter.is_line:
         return NARROWEST_STRIP * radius
-    return radius / CELLS_PER_YIELDING_CONTACT_RADIUS
+    return NARROWEST_RING * min(radius - stick, stick or radius)
 
 
 def yielding_ring_width(case: Draft) -> float:
