@@ -80,10 +80,10 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
         matters = recedes > SMALL_ERROR * case.stick_radius
         resolvable = share_of_band(ring, narrowest_graded(case)) > 0.0
         if matters or resolvable:
-            wrong = "wear" if matters else "plastic volume"
+            what = "wear is" if matters else "plastic volume alone is"
             yield Doubt(
-                "yields in a ring around the stick zone that is narrower than a cell, "
-                f"which therefore gets its {wrong} wrong",
+                "yields in a ring around the stick zone that is narrower than a cell, so that its "
+                f"{what} wrong",
                 _lengths(ring=ring, cell=cell),
                 "choose a larger tangential load, a lower plastic limit or, on a grid, a cell "
                 "below the width of the ring where that is practical",
