@@ -26,6 +26,8 @@ from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
 from fretwear.running.simulate import wear_problem
+from fretwear.study.case import CaseError
+from fretwear.study.doubts import doubts
 
 from . import oracles
 from .problems import P0, folded, fretting, unfolded
@@ -320,3 +322,28 @@ def test_the_rounded_edge_of_a_punch_is_resolved_over_a_stroke(flat, edge, load)
     *_, finer = slide(wear_problem(case.replace(cell=case.grid_spacing[0] / 1.5)), (30.0,))
     for name in ("wear", "wear_flat", "wear_indenter", "pressure"):
         assert getattr(last, name).max() == pytest.approx(getattr(finer, name).max(), rel=0.02)
+
+
+def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edge():
+    """The peak of pressure at the edge is always on the same part of the indenter."""
+    punch = {"kind": "flat_punch", "flat_half_width": "1 mm", "edge_radius": "2 mm"}
+    given = {
+        "indenter": punch, "load": "200 N/mm", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3,
+        "friction": 0.5, "cycles": 100, "cell": "6 um",
+    }  # fmt: skip
+    pair = {"wear_coefficient": ["1.5e-14 / Pa", "1.5e-14 / Pa"]}
+    case = Case(**given, **pair, sliding_amplitude="40 um")
+    assert case.indenter.edge(case.hertz) < case.loading.stroke < 0.05 * case.hertz_radius
+    *_, last = slide(wear_problem(case), (100.0,))
+    # What cells of 2.9 µm give; were the bodies not seen to move, each would lose 82.5 nm.
+    assert last.wear_indenter.max() == pytest.approx(95.0e-9, rel=0.02)
+    assert last.wear_flat.max() == pytest.approx(59.4e-9, rel=0.02)
+    # With what each body loses unknown, only a stroke that is small beside the edge can be run.
+    both = {"wear_coefficient": "3e-14 / Pa"}
+    with pytest.raises(CaseError, match=r"each wears in a place of its own"):
+        Case(**given, **both, sliding_amplitude="5 um")
+    assert positions(wear_problem(Case(**given, **both, sliding_amplitude="1 um")))[0] == [0.0]
+    slides = Case(
+        **given, **both, displacement_amplitude="20 um", tangential_compliance="0.05 um/(N/mm)"
+    )
+    assert any("meets several points" in str(doubt) for doubt in doubts(slides))

@@ -11,7 +11,7 @@ from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import PerLength
 
 SMALL_STROKE = 0.05
-"""Sliding amplitude over the Hertz half-width up to which bodies need not be seen to move."""
+"""Sliding amplitude over a length of the contact up to which bodies need not be seen to move."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.loading import Loading, Normal, Sliding
+from fretwear.mechanics.loading import SMALL_STROKE, Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction, WearLaw
 from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
@@ -86,6 +86,15 @@ class Setup:
     def hertz(self) -> HertzContact:
         """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.composite_modulus)
+
+    @property
+    def small_stroke(self) -> float:
+        """Sliding amplitude, m, up to which bodies need not be seen to move.
+
+        It is small beside the contact, and beside a rounded edge at which the pressure peaks.
+        """
+        half_width, _ = self.indenter.half_widths(self.hertz)
+        return SMALL_STROKE * min(half_width, self.indenter.edge(self.hertz))
 
     @property
     def rough(self) -> Roughness | None:

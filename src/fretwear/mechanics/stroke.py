@@ -39,7 +39,6 @@ from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
-from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
@@ -257,7 +256,7 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     """
     amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
-    if amplitude <= SMALL_STROKE * half_width:
+    if amplitude <= problem.small_stroke:
         return np.zeros(1), np.full(1, 0.5)
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
     # A peak of pressure at an edge wears at each position.

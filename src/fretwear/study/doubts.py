@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from fretwear.mechanics.loading import SMALL_STROKE, Displacement
+from fretwear.mechanics.loading import Displacement
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (
@@ -131,7 +131,7 @@ def _of_slip(case: Case) -> Iterator[Doubt]:
     if isinstance(loading, Displacement):
         compliant = case.coupling * hertz.approach + loading.flexibility(hertz) * hertz.load
         slid = case.displacement_amplitude - friction * compliant
-        if slid > SMALL_STROKE * case.hertz_radius:
+        if slid > case.small_stroke:
             yield Doubt(
                 "slides so far that each point meets several points of the other body, which the "
                 "model neglects",

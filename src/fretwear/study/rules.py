@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from fretwear.mechanics.loading import (
-    SMALL_STROKE,
     Displacement,
     DisplacementRatio,
     TangentialRatio,
@@ -130,7 +129,7 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """If the bodies move, the wear of each moves with it."""
     law = case.wear_law
-    if case.loading.stroke > SMALL_STROKE * case.hertz_radius and law.shares is None:
+    if case.loading.stroke > case.small_stroke and law.shares is None:
         (name, about), *_ = law.parameters().items()
         rule = "is that of both bodies, but over a stroke each wears in a place of its own"
         pair = "[value of the indenter, value of the flat]"
