@@ -20,9 +20,8 @@ from benchmarks.speed.cases import MARGIN, study_case
 from benchmarks.speed.units import Spent, Stopwatch, middle
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import Team
 from fretwear.running import simulate
 

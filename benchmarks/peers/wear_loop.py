@@ -19,10 +19,9 @@ from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactError, ContactProblem
+from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.running import simulate
 

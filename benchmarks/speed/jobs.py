@@ -30,10 +30,9 @@ from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 
 from fretwear import Case
 from fretwear.mechanics import convolution
-from fretwear.mechanics.contact import Contact
+from fretwear.mechanics.contact import Contact, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
 from fretwear.running import simulate
 from fretwear.theory import HertzContact, LimitingState

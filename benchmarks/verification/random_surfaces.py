@@ -6,9 +6,9 @@ from dataclasses import replace
 from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.speed.cases import LIMIT, study_case
 
+from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import CONTACT_GAP
 from fretwear.running.simulate import wear_problem
 

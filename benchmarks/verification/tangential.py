@@ -6,11 +6,10 @@ from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import WearProblem
 
 CELLS, WORN_AFTER = 14, 300.0

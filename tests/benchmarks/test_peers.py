@@ -10,11 +10,10 @@ from benchmarks.peers.contacts import PEERS, ContactMechanics, Pressed, pressed_
 from benchmarks.peers.wear_loop import estimated_step, own_loop
 from benchmarks.speed.cases import smooth_case
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 
 from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window

@@ -15,9 +15,10 @@ from benchmarks.verification.__main__ import PAGE as VERIFICATION
 from fretwear.mechanics.kernels import inner
 
 from benchmarks import performance
+from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.solver import ActiveSet, solve_contact
+from fretwear.mechanics.solver import ActiveSet
 from fretwear.running import simulate
 
 ROWS = [

@@ -11,9 +11,8 @@ import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem
 
 from .problems import unfolded

@@ -8,11 +8,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fretwear.mechanics import contact, solver
-from fretwear.mechanics.contact import ContactError, ContactProblem, projected_gradient
+from fretwear.mechanics.contact import (
+    ContactError,
+    ContactProblem,
+    projected_gradient,
+    solve_contact,
+)
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles

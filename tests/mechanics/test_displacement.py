@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.measures import POINTS, loop
-from fretwear.mechanics.solver import solve_contact
 from fretwear.running.simulate import steps, wear_problem
 from fretwear.study.case import Case
 

@@ -10,16 +10,16 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import Line, interpolated
+from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
+from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.measures import loop, measure
 from fretwear.mechanics.roughness import WavyRoughness
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch
 from fretwear.theory import (
     LimitingState,
@@ -62,7 +62,7 @@ def rubbing(load_ratio, **changes):
         "loading": TangentialRatio(load_ratio),
         "spacing": (EDGE / 64, EDGE / 64),
     }
-    return fretting(bodies=STEEL, geometry=Line, **{**given, **changes})
+    return fretting(bodies=STEEL, geometry=Strips, **{**given, **changes})
 
 
 def on_cells(kind, ratio):
@@ -139,7 +139,7 @@ def test_influence_is_symmetric_and_that_of_discs():
 
     expected = [quad(sunk, *edges[i : i + 2], epsabs=0)[0] for i in range(3)]
     np.testing.assert_allclose(influence[:3, 3], expected, rtol=1e-11)
-    line = Line((0.0, 1e-6, 3e-6, 8e-6, 1e-5), 6e-3)
+    line = Strips((0.0, 1e-6, 3e-6, 8e-6, 1e-5), 6e-3)
     influence = line.areas * line.influence(1e11)
     np.testing.assert_allclose(influence, influence.T, rtol=1e-6)
     assert np.linalg.eigvalsh(0.5 * (influence + influence.T)).min() > 0
@@ -360,7 +360,7 @@ def test_wear_under_a_displacement_against_explicit_steps():
     problem = driven(0.8, 5e-12)
     cycles = 2.0 / (problem.wear_growth * LINE.peak_pressure)
     *_, last = evolve(problem, [cycles])
-    line = Line(tuple(np.linspace(0.0, 1.5 * EDGE, 121)), LINE.radius)
+    line = Strips(tuple(np.linspace(0.0, 1.5 * EDGE, 121)), LINE.radius)
     bodies, unworn = problem.half_space(line), problem.unworn(line)
     wear, steps, start = np.zeros(line.shape), 40, None
     for step in range(steps + 1):

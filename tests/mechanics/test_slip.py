@@ -8,13 +8,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import half_width, measure, stick_half_width
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import CONTACT_GAP, in_contact
 from fretwear.running.simulate import simulate
 from fretwear.theory import HertzContact, PartialSlip

@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import Case
-from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import (
@@ -51,7 +51,7 @@ def sliding(stroke=STROKE, coefficients=(INDENTER, FLAT), cells=12, **changes):
             "wear_law": Archard(coefficients),
             "spacing": (A / cells, A / cells),
             "extent": (1.15 * A, 1.15 * A),
-            "geometry": Line,
+            "geometry": Strips,
             **changes,
         }
     )

@@ -10,14 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics import integrator
-from fretwear.mechanics.contact import ContactError, ContactProblem
+from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import Evolution, WearError, evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.materials import Archard, Coulomb
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import Jaeger, WearLayer
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, in_contact
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.theory import HertzContact, LimitingState

@@ -51,7 +51,7 @@ def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatc
     for model in ("jaeger", "cattaneo_mindlin"):
         pressure, error = peaks(**cycles, slip_model=model, cell="4 um")
         with monkeypatch.context() as narrower:
-            narrower.setattr(rings, "NARROWEST", rings.NARROWEST / 4.0)
+            narrower.setattr(rings, "NARROWEST_RING", rings.NARROWEST_RING / 4.0)
             *_, last = steps(steel(**cycles, slip_model=model, error_estimate=False))
         true = float(last.state.pressure.max())
         assert 1.2 < true / steel().hertz_pressure < 2.0

@@ -16,7 +16,7 @@ from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry.dense import Line
+from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
 from fretwear.running.simulate import (
@@ -292,7 +292,7 @@ def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
     waves = {**ROUGH, "slope_y": "0 deg", "amplitude": amplitude}
     case = make_case(**cylinder, load="100 N/mm", tangential_ratio=0.5, roughness=waves)
     problems = wear_problem(case), wear_problem(case.coarser, coarseness=case.times_coarser)
-    run, twin = (len(Line.first(each).edges) for each in problems)
+    run, twin = (len(Strips.first(each).edges) for each in problems)
     assert run / twin == pytest.approx(times, rel=0.05)
 
 

@@ -6,7 +6,7 @@ Find the pressure p and the approach δ with
     g = 0 where 0 < p < p_lim,   g ≥ 0 where p = 0,   g ≤ 0 where p = p_lim
 
 for the half-space K, a shape h and a layer W. It is the optimality condition of a convex
-program, which `fretwear.mechanics.solver` solves, and the projected gradient where that stalls.
+program, which each half-space solves in its way, and the projected gradient where that stalls.
 """
 
 from __future__ import annotations
@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.geometry.dense import DenseHalfSpace
-from fretwear.mechanics.geometry.grid import GridHalfSpace
+from fretwear.mechanics.geometry import HalfSpace
 from fretwear.mechanics.team import ALONE, Team, kernels
 
-HalfSpace = GridHalfSpace | DenseHalfSpace
-
+# A start that carries less of the load than this says nothing of the pressure.
+_NEGLIGIBLE = 1e-6
 # Of the projected gradient: steps at most, and energies that one has to undercut.
 _LARGEST_STEPS, _MEMORY = 2000, 10
 # Free cells that carry less of the load than this cannot be scaled to carry what is missing.
@@ -114,8 +113,7 @@ class ContactProblem:
     @property
     def total(self) -> float:
         """Weighted sum of the pressure over the cells that carries the load, Pa."""
-        area: float = self.half_space.geometry.unit_area
-        return (self.load or 0.0) / area
+        return (self.load or 0.0) / self.half_space.geometry.unit_area
 
     def separation(self, pressure: Array, displacement: Array) -> Array:
         """K p + W(p) + h, m: the gap plus the approach."""
@@ -125,9 +123,26 @@ class ContactProblem:
             self.layer.add_displacement(pressure, result, team)
         return result
 
+    def first_guess(self) -> Array:
+        """A pressure that grows with depth, shape of the geometry.
+
+        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
+        approach on everything below it, scaled to minimal energy.
+        """
+        shape, given, half_space = self.shape, self.approach, self.half_space
+        level = float(np.quantile(shape, 0.2)) if given is None else given
+        guess: Array = np.maximum(level - shape, 0.0)
+        if given is not None:
+            moved = half_space.displacement(guess)
+            stiff = kernels.inner(half_space.team, guess, self.weighted(moved))
+            work = kernels.inner(half_space.team, guess, self.weighted(guess))
+            return guess * (work / stiff) if stiff > 0 else guess
+        # A flat surface has no lowest fifth.
+        return guess if guess.any() else np.ones_like(shape)
+
     def weighted(self, values: NDArray[Any]) -> NDArray[Any]:
         """A field times the weights of the cells."""
-        weights: Array | None = self.half_space.geometry.weights
+        weights = self.half_space.geometry.weights
         return values if weights is None else weights * values
 
     def clip_to_load(self, pressure: Array) -> Array:
@@ -136,7 +151,7 @@ class ContactProblem:
         Scaling leaves open cells open and saturated cells saturated; a shift would free them.
         """
         limit, total, team = self.limit, self.total, self.half_space.team
-        weights: Array | None = self.half_space.geometry.weights
+        weights = self.half_space.geometry.weights
         result: Array = team.cellwise(np.copy, pressure)
         carried, saturated = kernels.scale_and_clip(team, 1.0, limit, np.inf, weights, result)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
@@ -199,6 +214,50 @@ class Contact:
         """Depth by which saturated cells yield, m; zero elsewhere."""
         result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
         return result
+
+
+def solve_contact(
+    problem: ContactProblem,
+    start: Array | None = None,
+    tolerance: float = 1e-6,
+    *,
+    verified: bool = True,
+) -> Contact:
+    """Solve a normal contact.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    start
+        A first guess of the pressure, Pa, such as the solution of a similar problem.
+    tolerance
+        Largest violation of the conditions on the gap, relative to the largest displacement.
+    verified
+        Whether to recompute the displacement of the result by a convolution. The one updated from
+        step to step is accurate to a tenth of the tolerance.
+
+    Raises
+    ------
+    ContactError
+        If the limit cannot carry the load on this geometry, or nothing converges.
+    ValueError
+        If the shape or the start is not finite.
+    """
+    half_space = problem.half_space
+    if not (is_finite(problem.shape) and (start is None or is_finite(start))):
+        raise ValueError("the shape and the start of a contact problem must be finite everywhere")
+    geometry = half_space.geometry
+    if problem.load is not None:
+        capacity = geometry.integral(np.ones_like(problem.shape))
+        if not problem.limit * capacity > problem.load:
+            raise ContactError(
+                f"a pressure limit of {problem.limit:.4g} Pa cannot carry {problem.load:.4g} N on "
+                f"a window of half-widths {geometry.extent[0]:.3g} m and {geometry.extent[1]:.3g} m"
+            )
+    if start is not None and float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
+        start = None
+    return half_space.solve(problem, start, tolerance, verified=verified)
 
 
 def is_finite(values: Array) -> bool:

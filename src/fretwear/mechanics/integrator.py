@@ -28,10 +28,9 @@ from typing import Any
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import Accuracy, ContactError
+from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.slip import WearLayer
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, State, WearProblem
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.

@@ -20,12 +20,10 @@ from typing import Any
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import DenseCells, Line
+from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.slip import ReducedContact, contact_under
-from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
+from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.theory import HertzContact
 
 # Ratio to the gap of the first cell outside above which a gap is not one of contact.
@@ -63,9 +61,9 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
     peak, carried = float(pressure.max()), integral(pressure)
     follows = problem.slip_model.follows_shape
-    if isinstance(geometry, Rings) and np.isinf(problem.plastic_limit) and follows:
-        # At the stick edge it grows as rings get narrower: that of an annulus as wide as a cell.
-        peak = float(geometry.means(pressure, geometry.x, min(problem.spacing)).max())
+    if np.isinf(problem.plastic_limit) and follows:
+        # At the stick edge it grows as rings get narrower: take an annulus as wide as a cell.
+        peak = geometry.largest_mean(pressure, min(problem.spacing))
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -123,7 +121,7 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
-    if problem.rough is None and isinstance(geometry, DenseCells):
+    if problem.rough is None and geometry.refines_edges:
         last = int(np.flatnonzero(stick).max(initial=-1))
         inside = pressure[max(last - _ALONG + 1, 0) : last + 1, 0]
         is_singular = inside.size > 0 and inside[-1] > _RESOLVED * inside.mean()
@@ -144,12 +142,12 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     ``inside`` are the cells of the zone, ``gap`` is in m and zero in the zone, and ``axis`` is 0
     for the x axis and 1 for the y axis. The result is 0 if no cell on the axis belongs to the zone.
     """
-    is_line = isinstance(geometry, Line)
-    edges = [_edge(at, inside[along], gap[along], is_line) for along, at in geometry.along(axis)]
+    plane = geometry.plane_strain
+    edges = [_edge(at, inside[along], gap[along], plane) for along, at in geometry.along(axis)]
     return sum(edges) / len(edges)
 
 
-def _edge(distance: Array, inside: Mask, gap: Array, is_line: bool) -> float:
+def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> float:
     zone = np.flatnonzero(inside)
     if zone.size == 0:
         return 0.0
@@ -157,7 +155,7 @@ def _edge(distance: Array, inside: Mask, gap: Array, is_line: bool) -> float:
     x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
     if outside.size < 2:
         return _border(distance, last)
-    if is_line and outside.size == 3:
+    if plane_strain and outside.size == 3:
         # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
         # laws through two cells foretell the gap of the third, whose position between them weighs
         # their zeros.

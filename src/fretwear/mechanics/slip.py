@@ -23,11 +23,10 @@ from typing import Any, ClassVar, Literal, Protocol
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact import ContactError, ContactProblem, HalfSpace, Layer
-from fretwear.mechanics.geometry.dense import DenseHalfSpace
+from fretwear.mechanics.contact import ContactError, ContactProblem, Layer, solve_contact
+from fretwear.mechanics.geometry import HalfSpace
 from fretwear.mechanics.loading import Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team, kernels
 from fretwear.parts import Part
 from fretwear.theory import HertzContact, LineContact
@@ -181,7 +180,7 @@ class Jaeger(SlipModel):
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
             nothing, gap = np.zeros_like(shape), shape - sliding.level
-            response = nothing - 1.0 if isinstance(half_space, DenseHalfSpace) else None
+            response = nothing - 1.0 if half_space.gives_stiffness else None
             return ReducedContact(nothing, gap, sliding.level, 0.0, response=response)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)

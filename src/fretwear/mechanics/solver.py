@@ -25,6 +25,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf, isfinite, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,26 +34,20 @@ from fretwear.mechanics.contact import (
     Contact,
     ContactError,
     ContactProblem,
-    is_finite,
     projected_gradient,
 )
 from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Index
-from fretwear.mechanics.geometry.dense import DenseHalfSpace
-from fretwear.mechanics.geometry.grid import GridHalfSpace
 from fretwear.mechanics.team import kernels
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.geometry.grid import GridHalfSpace
 
 # Cells, what weighs them, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
 _COARSE = 1e-2
-_NEGLIGIBLE = 1e-6
-_ACTIVE_SET_STEPS, _DIRECT_STEPS = 60, 100
-# Plastic flow of a step may be less deep than the tolerance of a contact; a factorization is more
-# accurate.
-_DIRECTLY = 1e-3
-# Solutions after each of which no fewer cells changed sides than ever, until they do so one by one.
-_PATIENCE = 8
+_ACTIVE_SET_STEPS = 60
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the
 # final ones nearly; but not below a part of the tolerance.
@@ -81,62 +76,25 @@ _STIFFENING = 3.0
 _HALF_SHARE = 2.0
 
 
-def solve_contact(
+def solve_by_active_sets(
+    bodies: GridHalfSpace,
     problem: ContactProblem,
-    start: Array | None = None,
-    tolerance: float = 1e-6,
+    start: Array | None,
+    tolerance: float,
     *,
-    verified: bool = True,
+    verified: bool,
 ) -> Contact:
-    """Solve a normal contact.
-
-    Parameters
-    ----------
-    problem
-        What to solve.
-    start
-        A first guess of the pressure, Pa, such as the solution of a similar problem.
-    tolerance
-        Largest violation of the conditions on the gap, relative to the largest displacement.
-    verified
-        Whether to recompute the displacement of the result by a convolution. The one updated from
-        step to step is accurate to a tenth of the tolerance.
-
-    Raises
-    ------
-    ContactError
-        If the limit cannot carry the load on this geometry, or nothing converges.
-    ValueError
-        If the shape or the start is not finite.
-    """
-    half_space = problem.half_space
-    if not (is_finite(problem.shape) and (start is None or is_finite(start))):
-        raise ValueError("the shape and the start of a contact problem must be finite everywhere")
-    geometry = half_space.geometry
-    if problem.load is not None:
-        capacity = geometry.integral(np.ones_like(problem.shape))
-        if not problem.limit * capacity > problem.load:
-            raise ContactError(
-                f"a pressure limit of {problem.limit:.4g} Pa cannot carry {problem.load:.4g} N on "
-                f"a window of half-widths {geometry.extent[0]:.3g} m and {geometry.extent[1]:.3g} m"
-            )
+    """Solve a normal contact on a grid; parameters and errors as of `solve_contact`."""
     spent = 0
-    if start is None or float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
-        start = _first_guess(problem)
-        if np.isfinite(problem.limit) and isinstance(half_space, GridHalfSpace):
+    if start is None:
+        start = problem.first_guess()
+        if isfinite(problem.limit):
             # Both bounds at once from a distant start lead to wrong sets, so yielding starts from
             # the elastic state.
-            elastic = ActiveSet(replace(problem, limit=np.inf), half_space, start)
+            elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
             elastic.solve(_COARSE, verified=False)
             start, spent = elastic.pressure, elastic.convolutions
-    if isinstance(half_space, DenseHalfSpace):
-        found = _directly(problem, half_space, start, tolerance) or _directly(
-            problem, half_space, projected_gradient(problem, start, tolerance), tolerance
-        )
-        if found is None:
-            raise ContactError(f"the normal contact did not converge in {_DIRECT_STEPS} solutions")
-        return found
-    method = ActiveSet(problem, half_space, start)
+    method = ActiveSet(problem, bodies, start)
     if not method.solve(tolerance, verified=verified):
         method.restart(projected_gradient(problem, method.pressure, tolerance))
         if not method.solve(tolerance, verified=verified):
@@ -153,25 +111,6 @@ def solve_contact(
         residual=method.residual,
         convolutions=method.convolutions + spent,
     )
-
-
-def _first_guess(problem: ContactProblem) -> Array:
-    """A pressure that grows with depth.
-
-    Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
-    approach on everything below it, scaled to minimal energy.
-    """
-    shape, given = problem.shape, problem.approach
-    level = float(np.quantile(shape, 0.2)) if given is None else given
-    guess: Array = np.maximum(level - shape, 0.0)
-    if given is not None:
-        team = problem.half_space.team
-        moved = problem.half_space.displacement(guess)
-        stiff = kernels.inner(team, guess, problem.weighted(moved))
-        work = kernels.inner(team, guess, problem.weighted(guess))
-        return guess * (work / stiff) if stiff > 0 else guess
-    # A flat surface has no lowest fifth.
-    return guess if guess.any() else np.ones_like(shape)
 
 
 class ActiveSet:
@@ -472,94 +411,3 @@ class FreeCells:
         # The remainder on other cells is the displacement of the surface there.
         missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
         return pressure, left, missed, iterations
-
-
-def _directly(
-    problem: ContactProblem, half_space: DenseHalfSpace, start: Array, tolerance: float
-) -> Contact | None:
-    """Solution by factors of the matrix of the free cells, if there is one; None if it cycles.
-
-    Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
-    semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of their
-    gap, and the free ones by their pressure: all at once or, where that goes round in circles, the
-    outermost, by which no set repeats; Júdice and Pires, "A block principal pivoting algorithm for
-    large-scale strictly monotone linear complementarity problems", Comput. Oper. Res. 21 (1994).
-    """
-    tolerance *= _DIRECTLY
-    limit, layer, matrix = problem.limit, problem.layer, half_space.matrix
-    weights = problem.weighted(np.ones_like(start))[:, 0]
-    unit = half_space.self_influence
-    pressure = problem.clip_to_load(start)[:, 0]
-    free = (pressure > 0.0) & (pressure < limit)
-    displacement = half_space.displacement(pressure[:, None])
-    approach = problem.approach or 0.0
-    if layer is not None and layer.level is not None:
-        approach = layer.level
-    fewest, patience = pressure.size + 1, _PATIENCE
-    for step in range(1, _DIRECT_STEPS + 1):
-        separation = problem.separation(pressure[:, None], displacement)[:, 0]
-        if not free.any():
-            # The next to close carries what is missing, the next to open what is too much.
-            lacks = problem.load is not None and problem.total > float(weights @ pressure)
-            bound = pressure <= 0.0 if lacks else pressure > 0.0
-            if not bound.any():
-                return None
-            free[np.argmin(np.where(bound, separation if lacks else -separation, np.inf))] = True
-        cells = np.flatnonzero(free)
-        block = matrix[np.ix_(cells, cells)]
-        right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
-        if layer is not None:
-            tangent = layer.tangent_in(unit, pressure[:, None], half_space.team)[:, 0]
-            block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
-            slope = layer.per_approach(pressure[:, None])[cells, 0]
-            right += np.stack([approach / unit * slope, -slope], axis=1)
-        moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
-        level = approach / unit
-        if problem.load is not None:
-            missing = problem.total - weights @ pressure
-            level = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
-            approach = float(level * unit)
-        if layer is not None:
-            layer = layer.at(approach)
-            problem = replace(problem, layer=layer)
-        change = np.zeros_like(pressure)
-        change[cells] = moved + level * uniform
-        wanted = pressure + change
-        displacement = half_space.displacement(wanted[:, None])
-        gap = problem.shape[:, 0] + displacement[:, 0] - level * unit
-        if layer is not None:
-            bounded = np.clip(wanted, 0.0, limit)
-            gap += layer.displacement(bounded[:, None])[:, 0]
-        scale = float(np.abs(displacement).max())
-        worst = float(np.abs(gap[cells]).max())
-        margin = 0.3 * tolerance * scale
-        low, high = wanted <= 0.0, wanted >= limit
-        stays = free & ~low & ~high
-        now = stays | (~free & low & (gap < -margin)) | (~free & high & (gap > margin))
-        pressure = np.clip(wanted, 0.0, limit)
-        if (now == free).all() and worst <= tolerance * scale:
-            beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
-            residual = max(worst, *beyond) / scale
-            gap[cells] = 0.0
-            stiffness = np.zeros_like(pressure)
-            stiffness[cells] = uniform / unit
-            return Contact(
-                pressure[:, None],
-                gap[:, None],
-                float(level * unit),
-                high[:, None],
-                residual,
-                convolutions=step,
-                stiffness=stiffness[:, None],
-            )
-        if not (stays == free).all():
-            displacement = half_space.displacement(pressure[:, None])
-        changed = np.flatnonzero(now != free)
-        if changed.size < fewest:
-            fewest, patience = changed.size, _PATIENCE
-        elif patience > 0:
-            patience -= 1
-        else:
-            changed = changed[-1:]
-        free[changed] = now[changed]
-    return None

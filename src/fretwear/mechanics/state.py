@@ -8,17 +8,13 @@ from typing import Any
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact import Contact, ContactProblem, HalfSpace, Layer, is_finite
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import Line
+from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
+from fretwear.mechanics.geometry import Geometry, HalfSpace, Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import find_root
-
-Geometry = Grid | Rings | Line
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -65,19 +61,18 @@ class WearProblem(Setup):
         load, approach = self.normal.given
         return ContactProblem(half_space, shape, load, self.plastic_limit, layer, approach)
 
-    def load_of(self, geometry: Any, contact: Contact) -> float:
+    def load_of(self, geometry: Geometry, contact: Contact) -> float:
         """P, N, of a contact: that is held, or what it carries."""
         held = self.normal.holds_load
         return float(self.normal.given[0] if held else geometry.integral(contact.pressure))
 
-    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> Any:
+    def half_space(self, geometry: Geometry, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
         return geometry.half_space(self.composite_modulus, self.team, parts)
 
-    def unworn(self, geometry: Any) -> Array:
+    def unworn(self, geometry: Geometry) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
-        x, y, rough = geometry.x, geometry.y, self.rough
-        cell = geometry.spacing if isinstance(geometry, Grid) else None
+        x, y, rough, cell = geometry.x, geometry.y, self.rough, geometry.sides
 
         def gap(first: int) -> Array:
             columns = y[first : first + _COLUMNS]
@@ -188,7 +183,7 @@ class State(Stage):
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
     convolutions: int = 0  #: of the half-space, spent so far, rejected steps included
 
-    def on(self, workspace: Workspace, geometry: Any) -> State:
+    def on(self, workspace: Workspace, geometry: Geometry) -> State:
         """The same state on other cells; gaps are computed where they were not known."""
         old = self.geometry
         if geometry == old:

@@ -35,9 +35,9 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import Line, influence_of_cell
+from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
@@ -80,7 +80,7 @@ class StrokeState(State):
         """Wear depth of the flat, m."""
         return self.worn[0]
 
-    def on(self, workspace: Workspace, geometry: Any) -> Any:
+    def on(self, workspace: Workspace, geometry: Geometry) -> Any:
         """The same state on more cells; its gap is computed where it was not known."""
         old = self.geometry
         if geometry.shape == old.shape:
@@ -143,7 +143,7 @@ class _Slider(Integrator):
         reach = problem.extent[0] + float(positions(problem)[0][-1])
         x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
         y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
-        self._resize(x, 1 if problem.geometry is Line else y)
+        self._resize(x, 1 if problem.geometry.plane_strain else y)
         wide, high = problem.indenter.half_widths(hertz)
         while True:
             rubbing, before = self.rubbing, self.state
@@ -312,10 +312,10 @@ class Rubbing:
         self.places, self.weights = positions(problem)
         modulus = problem.composite_modulus
         # Displacement by the distance along x, and the row of either cell.
-        if problem.geometry is Line:
+        if problem.geometry.plane_strain:
             assert isinstance(problem.hertz, LineContact)
             edges, reference = np.arange(half + 1) * size, problem.hertz.reference
-            self.geometry: Any = Line(tuple(edges.tolist()), reference)
+            self.geometry: Geometry = Strips(tuple(edges.tolist()), reference)
             self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
             self.area, self.y = size, np.zeros(1)
         else:

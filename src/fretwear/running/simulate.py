@@ -18,14 +18,14 @@ from threadpoolctl import threadpool_limits
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import Line
+from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import fractions, loop, measure, unresolved_peak
 from fretwear.mechanics.setup import Setup
-from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
+from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
 from fretwear.running.resources import require_memory
@@ -340,7 +340,7 @@ def wear_problem(
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
-    usual = Line if case.indenter.is_line else Rings if case.is_on_rings else Grid
+    usual = Strips if case.indenter.is_line else Rings if case.is_on_rings else Grid
     blocks: list[tuple[float, Setup]] = []
     for end, block in case.in_blocks():
         assert block is not None

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from fretwear.mechanics.geometry.dense import NARROWEST as NARROWEST_STRIP
-from fretwear.mechanics.geometry.rings import NARROWEST as NARROWEST_RING
+from fretwear.mechanics.geometry.rings import NARROWEST_RING
+from fretwear.mechanics.geometry.strips import NARROWEST_STRIP
 from fretwear.mechanics.roughness import Tip
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.setup import Draft

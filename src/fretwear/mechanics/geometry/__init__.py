@@ -1,10 +1,10 @@
-"""What all geometries share, and the unworn bodies on them.
+"""What all geometries have in common, and the unworn bodies on them.
 
 A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
 (`fretwear.mechanics.geometry.rings`) or the strips of a line contact
-(`fretwear.mechanics.geometry.dense`). It defines the positions of the cells, the area of each, and
-how the geometry is enlarged. Its half-space is the elastic bodies on these cells, and gives the
-displacement under a pressure.
+(`fretwear.mechanics.geometry.strips`). It defines the positions of the cells, the area of each, and
+how the geometry is enlarged. Its half-space is the elastic bodies on these cells: it gives the
+displacement under a pressure, and solves the normal contact.
 
 Every field has two axes; on rings and strips the second one has a single cell. In a line contact
 loads are per length: areas are widths, m, and forces N/m.
@@ -12,18 +12,30 @@ loads are per length: areas are widths, m, and forces N/m.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Single
+from fretwear.arrays import Array, Mask, Single
+from fretwear.mechanics.team import ALONE, Team
+from fretwear.theory import HertzContact
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.contact import Contact, ContactProblem
+    from fretwear.mechanics.geometry.grid import Grid
+    from fretwear.mechanics.roughness import Roughness
+    from fretwear.mechanics.state import Stage, WearProblem
+    from fretwear.mechanics.surfaces import Indenter
 
 # A field in double or single precision; the result has the precision of the argument.
 Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
+# Places of cells along an axis from the origin outward.
+Way = tuple[slice | int, slice | int]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
 
@@ -37,44 +49,233 @@ class Zone:
 
     area: float  #: m²
     inside: NDArray[np.intp]  #: cells of the zone, shape (sides,)
-    outside: NDArray[np.intp]  #: those beside it
+    outside: NDArray[np.intp]  #: cells beside the zone, shape (sides,)
 
 
-class Ground:
+class CellProblem(Protocol):
+    """What a geometry needs to know of a problem to choose its cells; in SI units."""
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Cell size along x and y, m."""
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-widths along x and y of what the first cells cover, m."""
+
+    @property
+    def coarseness(self) -> float:
+        """How many times wider than usual rings and strips are."""
+
+    @property
+    def even(self) -> Even:
+        """Whether the unworn gap is even along x and along y."""
+
+    @property
+    def wavelengths(self) -> tuple[float, float] | None:
+        """Distance to the next asperity tip along x and y, m; None if smooth."""
+
+    @property
+    def rough(self) -> Roughness | None:
+        """The roughness of the surfaces, if any."""
+
+    @property
+    def indenter(self) -> Indenter:
+        """The smooth part of the unworn gap."""
+
+    @property
+    def hertz(self) -> HertzContact:
+        """The unworn smooth contact."""
+
+    @property
+    def stick_load(self) -> float:
+        """Reduced load of the unworn smooth contact, N."""
+
+    @property
+    def plastic_limit(self) -> float:
+        """Largest pressure, Pa; infinite when elastic."""
+
+    def reach(self, approach: float) -> tuple[float, float]:
+        """Distance along x and y beyond which the unworn surface lies above an approach, m."""
+
+
+class Geometry(ABC):
+    """The cells of a contact; fields on them have its ``shape``."""
+
+    #: Tolerance of the integration on these cells over the one asked for.
+    of_tolerance: ClassVar[float] = 1.0
+    #: Whether displacements have no component along y, as in a line contact.
+    plane_strain: ClassVar[bool] = False
+    #: Whether cells are narrower than others where pressure grows without bound.
+    refines_edges: ClassVar[bool] = False
+
+    @classmethod
+    @abstractmethod
+    def first(cls, problem: CellProblem) -> Self:
+        """The cells for the first loading of a problem."""
+
+    if TYPE_CHECKING:  # a field of some geometries
+
+        @property
+        def shape(self) -> tuple[int, int]:
+            """Number of cells along x and y."""
+
+    @property
+    @abstractmethod
+    def x(self) -> Array:
+        """Positions of the cells along x, m, shape (nx,)."""
+
+    @property
+    @abstractmethod
+    def y(self) -> Array:
+        """Positions of the cells along y, m, shape (ny,)."""
+
+    @property
+    @abstractmethod
+    def extent(self) -> tuple[float, float]:
+        """Half-widths along x and y of the region that is written, m."""
+
+    @property
+    def sides(self) -> tuple[float, float] | None:
+        """Sides of equal cells along x and y, m; None where cells differ."""
+        return None
+
+    @property
+    @abstractmethod
+    def unit_area(self) -> float:
+        """Mean area of a cell and its images by symmetry, m²; a width in a line contact, m."""
+
+    @property
+    @abstractmethod
+    def weights(self) -> Array | None:
+        """Areas of the cells over their mean; None where all are equal."""
+
+    @abstractmethod
+    def integral(self, field: Array) -> float:
+        """Integral of a field over the whole contact (field unit times m²)."""
+
+    @abstractmethod
+    def zone(self, cells: Mask, radius: float) -> Zone:
+        """The zone of some cells, whose outermost edge on the x axis is at a distance, m."""
+
+    @abstractmethod
+    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
+        """The part of each cell of a grid within a zone, given as for `zone`."""
+
+    @abstractmethod
+    def largest_mean(self, field: Array, width: float) -> float:
+        """Largest mean of a field over a cell, or over an annulus of a width, m, on rings."""
+
+    @abstractmethod
+    def along(self, axis: int) -> list[tuple[Way, Array]]:
+        """Cells on or nearest to an axis: index, and distances from the origin, m."""
+
+    @abstractmethod
+    def half_space(
+        self, modulus: float, team: Team = ALONE, parts: dict[Any, Any] | None = None
+    ) -> HalfSpace:
+        """The elastic bodies of a composite modulus, Pa; ``parts`` are shared between windows."""
+
+    # Other cells.
+
+    @abstractmethod
+    def where(self, other: Any) -> Index:
+        """Indices of these cells that another geometry of the same kind has too."""
+
+    @abstractmethod
+    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
+        """A field of these cells on others; zero where there were none."""
+
+    @abstractmethod
+    def extended(self, other: Any) -> Self:
+        """These cells, extended to the size of others."""
+
+    @abstractmethod
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
+        """Cells that suit the next step."""
+
+    @abstractmethod
+    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:
+        """These cells, or more if the contact under a pressure, Pa, needs them."""
+
+    # Output.
+
+    @abstractmethod
+    def plane(self, spacing: tuple[float, float]) -> Grid:
+        """The grid of a spacing, m, on which fields are written."""
+
+    @abstractmethod
+    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:
+        """Fields as means over the cells of that grid."""
+
+
+class HalfSpace(ABC):
+    """The elastic bodies under a pressure that is uniform on each cell of a geometry."""
+
+    geometry: Geometry
+    team: Team
+    #: Largest displacement of a cell per pressure on itself, m/Pa.
+    self_influence: float
+    #: Whether solutions tell how pressure depends on the approach, `Contact.stiffness`.
+    gives_stiffness: ClassVar[bool] = False
+
+    @abstractmethod
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa."""
+
+    @abstractmethod
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """`displacement` in single precision in some unit, m, and the unit."""
+
+    @abstractmethod
+    def around(self, cells: Mask) -> HalfSpace:
+        """The same bodies on fewer cells, which hold the given ones and a margin."""
+
+    @abstractmethod
+    def solve(
+        self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
+    ) -> Contact:
+        """Solve a normal contact of these bodies; see `fretwear.mechanics.contact.solve_contact`.
+
+        ``start`` is None where nothing is known of the pressure.
+        """
+
+
+class UnwornBodies:
     """The unworn bodies of a problem on one geometry, computed when needed."""
 
-    def __init__(self, problem: Any, geometry: Any, parts: dict[Any, Any]) -> None:
+    def __init__(self, problem: WearProblem, geometry: Geometry, parts: dict[Any, Any]) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
-    def half_space(self) -> Any:
+    def half_space(self) -> HalfSpace:
         """The elastic bodies."""
         return self._problem.half_space(self.geometry, self._parts)
 
     @cached_property
     def unworn(self) -> Array:
         """Gap at zero load and zero approach, m."""
-        gap: Array = self._problem.unworn(self.geometry)
-        return gap
+        return self._problem.unworn(self.geometry)
 
 
 class Workspace:
     """The workspace of a run: the unworn bodies on the two geometries used last."""
 
-    def __init__(self, problem: Any) -> None:
+    def __init__(self, problem: WearProblem) -> None:
         self.problem = problem
-        self._grounds: dict[Any, Ground] = {}
-        # Those of all windows: each of its own would be an array or two more.
+        self._bodies: dict[Geometry, UnwornBodies] = {}
+        # Shared by all windows: parts of its own would cost each of them an array or two more.
         self._parts: dict[Any, Any] = {}
 
-    def on(self, geometry: Any) -> Ground:
+    def on(self, geometry: Geometry) -> UnwornBodies:
         """The unworn bodies on a geometry."""
-        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry, self._parts)
-        self._grounds[geometry] = ground
-        if len(self._grounds) > 2:
-            del self._grounds[next(iter(self._grounds))]
-        return ground
+        bodies = self._bodies.pop(geometry, None)
+        bodies = bodies or UnwornBodies(self.problem, geometry, self._parts)
+        self._bodies[geometry] = bodies
+        if len(self._bodies) > 2:
+            del self._bodies[next(iter(self._bodies))]
+        return bodies
 
-    def keep_only(self, geometry: Any) -> None:
+    def keep_only(self, geometry: Geometry) -> None:
         """Drop the bodies on all geometries but one."""
-        self._grounds = {geometry: self.on(geometry)}
+        self._bodies = {geometry: self.on(geometry)}

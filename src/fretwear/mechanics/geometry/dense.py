@@ -1,76 +1,75 @@
-"""Some hundreds of graded cells from the origin outward, with dense matrices; strips of a line.
+"""Some hundreds of graded cells from the origin outward, with dense matrices.
 
 The cells between edges from 0 outward have a uniform pressure each, and displacements are averaged
 over a cell. The influence matrix is therefore symmetric, and the linear problem of the free cells
-is solved directly. Concentric rings are in `fretwear.mechanics.geometry.rings`.
-
-A cylinder along y touches in a strip: plane strain. Fields depend on x alone, loads are per length,
-and where a contact of three dimensions has areas, this one has widths. The surface of a half-plane
-under a load per length sinks without bound, so displacements count from that at a distance from the
-middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics, Cambridge
-University Press, section 2.4.
+is solved directly. Such cells are concentric rings (`fretwear.mechanics.geometry.rings`) or the
+strips of a line contact (`fretwear.mechanics.geometry.strips`).
 """
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.geometry import Index, Workspace, Zone
+from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, projected_gradient
+from fretwear.mechanics.geometry import (
+    CellProblem,
+    Geometry,
+    HalfSpace,
+    Index,
+    Way,
+    Workspace,
+    Zone,
+)
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.theory import LineContact, share_of_band
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import Stage
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
 # Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
-# Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
-# pressure grows without bound, and of the widest; and how the width grows with the distance.
-NARROWEST, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
-# Strips across an unworn slip zone, at least.
-_ACROSS_SLIP = 20.0
-# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
-# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
-_INWARD_GRADING, _ACROSS_BAND = 0.03, 6.0
+# Solutions at most. Plastic flow of a step may be less deep than the tolerance of a contact, and a
+# factorization is more accurate: by this factor.
+_SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
+# Solutions after each of which no fewer cells changed sides than ever, until they do so one by one.
+_PATIENCE = 8
 
 
 @dataclass(frozen=True)
-class DenseCells:
+class DenseCells(Geometry):
     """Cells from the origin outward."""
 
     edges: tuple[float, ...]  # distances of the edges of the cells from 0 outward, m
 
-    of_tolerance: ClassVar[float] = 1.0
+    refines_edges: ClassVar[bool] = True
     # Area within a distance from the origin, over `_measure` of the distance.
     _whole: ClassVar[float]
 
+    @abstractmethod
     def _measure(self, distance: Any) -> Any:
         """A function of the distance from the origin that is proportional to the area within."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _distance(self, x: Array, y: Array) -> Any:
         """Distance of points from the origin, m."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
         """Fraction of rectangles between two x and two y, m, within a distance, m."""
-        raise NotImplementedError
 
+    @abstractmethod
     def influence(self, modulus: float) -> Array:
         """Mean displacement of each cell under a unit pressure on each, m/Pa, shape (n, n)."""
-        raise NotImplementedError
-
-    @property
-    def x(self) -> Array:
-        """Position at which a paraboloid takes its mean over a cell, m, shape (n,)."""
-        raise NotImplementedError
 
     @property
     def y(self) -> Array:
@@ -79,18 +78,14 @@ class DenseCells:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of fields: one column."""
+        """Number of cells, in one column."""
         return len(self.edges) - 1, 1
 
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Half-widths of the written region, m."""
-        raise NotImplementedError
-
     @cached_property
-    def areas(self) -> Any:
+    def areas(self) -> Array:
         """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
-        return self._whole * np.diff(self._measure(np.asarray(self.edges)))[:, None]
+        measures = self._measure(np.asarray(self.edges))
+        return np.asarray(self._whole * np.diff(measures)[:, None])
 
     @cached_property
     def unit_area(self) -> float:
@@ -98,15 +93,20 @@ class DenseCells:
         return float(self.areas.mean())
 
     @cached_property
-    def weights(self) -> Any:
+    def weights(self) -> Array:
         """`areas` over their mean."""
-        return self.areas / self.unit_area
+        return np.asarray(self.areas / self.unit_area)
 
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact."""
         return float((self.areas * field).sum())
 
-    def half_space(self, modulus: float, team: Team = ALONE, parts: Any = None) -> DenseHalfSpace:  # noqa: ARG002
+    def half_space(
+        self,
+        modulus: float,
+        team: Team = ALONE,  # noqa: ARG002
+        parts: dict[Any, Any] | None = None,  # noqa: ARG002
+    ) -> DenseHalfSpace:
         """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, modulus)
 
@@ -125,7 +125,7 @@ class DenseCells:
         inner = np.where(cells[steps, 0], steps, steps + 1)
         return Zone(area, inner, 2 * steps + 1 - inner)
 
-    def covered(self, cells: Mask, radius: float, plane: Any) -> NDArray[np.float64]:
+    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
         """The part of each cell of a grid in the zone of some cells that ends at a distance, m.
 
         As in `zone`: times the area of a cell, their sum is the area of the zone.
@@ -163,18 +163,25 @@ class DenseCells:
         alike = self.edges[:common] == smaller.edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
 
-    def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:  # noqa: ARG002
+    def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: Any, contact: Any) -> Self:
+    def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
+        """Largest value of a field."""
+        return float(field.max())
+
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self.holding(Workspace(problem), contact.pressure, contact.approach)
+        return self._beyond(problem, stage.pressure)
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:  # noqa: ARG002
         """These cells, or more if the contact needs them."""
-        waves = workspace.problem.wavelengths
-        # Where it is rough a wavelength more, to the next tip.
+        return self._beyond(workspace.problem, pressure)
+
+    def _beyond(self, problem: CellProblem, pressure: Array) -> Self:
+        """Cells that hold a contact, and if it is rough a wavelength more, to the next tip."""
+        waves = problem.wavelengths
         return self.reaching(self._radius(pressure) + (waves[0] if waves else 0.0))
 
     def _radius(self, field: NDArray[Any]) -> float:
@@ -202,7 +209,7 @@ class DenseCells:
         )
         return Grid((x, y), spacing)
 
-    def written(self, fields: dict[str, NDArray[Any]], plane: Any) -> dict[str, NDArray[Any]]:
+    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:
         """Means of fields over the cells of a grid; of states, that of most of a cell.
 
         Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
@@ -211,7 +218,7 @@ class DenseCells:
         steps = np.ceil(np.diff(self.edges) / (0.5 * min(plane.spacing))).astype(int)
         cell = np.repeat(np.arange(steps.size), steps)
         part = np.arange(cell.size) - np.repeat(np.cumsum(steps) - steps, steps)
-        edges = np.asarray(self.edges)
+        edges: Array = np.asarray(self.edges)
         parts = edges[cell] + np.diff(edges)[cell] * part / steps[cell]
         measures = self._measure(np.append(parts, edges[-1]))
         middle = 0.5 * (self._measure(edges[1:]) + self._measure(edges[:-1]))
@@ -239,14 +246,14 @@ class DenseCells:
         return found
 
     def _shares(
-        self, parts: Array, plane: Any, block: slice
+        self, parts: Array, plane: Grid, block: slice
     ) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
         """Parts of these cells in each cell of some rows of a grid, their shares, and the first.
 
         ``parts`` are the inner edges of the parts, m.
         """
-        x = np.arange(block.start, block.stop + 1)[:, None] * plane.spacing[0]
-        y = np.arange(plane.shape[1] + 1)[None, :] * plane.spacing[1]
+        x = np.arange(float(block.start), block.stop + 1)[:, None] * plane.spacing[0]
+        y = np.arange(plane.shape[1] + 1.0)[None, :] * plane.spacing[1]
         near, far = self._distance(x[:-1], y[:, :-1]), self._distance(x[1:], y[:, 1:])
         low = np.searchsorted(parts, near.ravel(), "right") - 1
         count = np.maximum(np.searchsorted(parts, far.ravel()) - low, 1)
@@ -291,13 +298,14 @@ def _slope_at_end(step: float, following: float, rise: float, next_rise: float) 
     return 3.0 * rise if rise * next_rise < 0.0 and abs(slope) > 3.0 * abs(rise) else slope
 
 
-class DenseHalfSpace:
+class DenseHalfSpace(HalfSpace):
     """The elastic half-space under a pressure that is uniform on each cell."""
 
-    team: ClassVar[Team] = ALONE
+    gives_stiffness: ClassVar[bool] = True
 
     def __init__(self, geometry: DenseCells, composite_modulus: float) -> None:
-        self.geometry = geometry
+        self.geometry: DenseCells = geometry
+        self.team = ALONE
         self.influence = geometry.influence(composite_modulus)
         # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
@@ -317,110 +325,110 @@ class DenseHalfSpace:
         """The same bodies."""
         return self
 
+    def solve(
+        self,
+        problem: ContactProblem,
+        start: Array | None,
+        tolerance: float,
+        *,
+        verified: bool,  # noqa: ARG002 - the last displacement is always computed anew
+    ) -> Contact:
+        """Solve a normal contact by factors of the matrix of its free cells."""
+        start = problem.first_guess() if start is None else start
+        contact = self._factored(problem, start, tolerance)
+        if contact is None:
+            start = projected_gradient(problem, start, tolerance)
+            contact = self._factored(problem, start, tolerance)
+        if contact is None:
+            raise ContactError(f"the normal contact did not converge in {_SOLUTIONS} solutions")
+        return contact
 
-@dataclass(frozen=True)
-class Line(DenseCells):
-    """Strips of the half x > 0 of an even line contact.
+    def _factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
+        """The solution by active sets from a start, Pa; None if they come back to earlier ones.
 
-    Displacements are zero at the distance ``reference``, m, from the centre line.
-    """
-
-    reference: float
-    _whole: ClassVar[float] = 2.0
-
-    def _measure(self, distance: Any) -> Any:
-        return distance
-
-    def _distance(self, x: Array, y: Array) -> Any:
-        return x + 0.0 * y
-
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
-        left, right, _, _ = sides
-        return (radius - left) / (right - left)
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Half-width of the written row, m; none along y."""
-        return self.edges[-1], 0.0
-
-    @cached_property
-    def x(self) -> Any:
-        """Root mean square of the positions in each strip, m, shape (n,)."""
-        edges = np.asarray(self.edges)
-        left, right = edges[:-1], edges[1:]
-        return np.sqrt((left * left + left * right + right * right) / 3.0)
-
-    @classmethod
-    def first(cls, problem: Any) -> Line:
-        """Strips for the first loading of a problem, graded to the edge of its stick zone.
-
-        Strips of a rough contact, which sticks and slips in many places, are equal.
+        Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
+        semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of
+        their gap, and the free ones by their pressure: all at once or, where that goes round in
+        circles, the outermost, by which no set repeats; Júdice and Pires, "A block principal
+        pivoting algorithm for large-scale strictly monotone linear complementarity problems",
+        Comput. Oper. Res. 21 (1994).
         """
-        hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
-        assert isinstance(hertz, LineContact)
-        if problem.wavelengths is not None:
-            width = problem.spacing[0]
-            edges = np.arange(math.ceil((outer + problem.wavelengths[0]) / width) + 1) * width
-            return cls(tuple(edges.tolist()), hertz.reference)
-        load, scale = problem.stick_load, wider * hertz.contact_radius
-        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
-        narrowest = wider * min(NARROWEST * hertz.contact_radius, annulus)
-        inward = _GRADING * wider
-        if not math.isinf(problem.plastic_limit):
-            limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
-            band = limiting.width_above(problem.plastic_limit)
-            # A band too narrow for the strips of an elastic contact to yield leaves them as is.
-            share = share_of_band(band, narrowest)
-            narrowest *= min(1.0, band / _ACROSS_BAND / narrowest) ** share
-            inward *= min(1.0, _INWARD_GRADING / inward) ** share
-        widths = narrowest, _WIDEST * scale
-        # A strip that holds no more than the stick zone would be a sliver.
-        stick = stick if stick > narrowest else 0.0
-        inner = stick - _distances(stick, *widths, inward)[::-1]
-        inner[0] = 0.0
-        outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
-        return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
-
-    def influence(self, modulus: float) -> Array:
-        """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
-
-        −(2/πE*) ∫ ln(|x − ξ|/L) dξ of the strips and their images, L the reference.
-        """
-        edges = np.asarray(self.edges) / self.reference
-        twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
-        integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
-        return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
-
-
-def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
-    """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
-
-    Without images: for a contact that is not even. Parameters as of `Line`, ``count`` distances.
-    """
-    at = np.arange(-1.0, count + 1.0) * (spacing / reference)
-    return -2.0 / (math.pi * modulus) * reference**2 / spacing * np.diff(_logarithm(at), 2)
-
-
-def _logarithm(x: Array) -> Array:
-    """A function whose second derivative is ln|x|."""
-    square = x * x
-    return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square
-
-
-def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
-    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
-    first, last = narrowest / grading, widest / grading
-    middle = math.log(last / first) / grading
-    # The count of strips up to a distance: linear, logarithmic, linear.
-    start = first / narrowest
-    total = length / narrowest
-    if length >= first:
-        total = start + math.log(min(length, last) / first) / grading
-    total += max(length - last, 0.0) / widest
-    count = np.linspace(0.0, total, math.ceil(total) + 1)
-    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
-    result: Array = np.where(count < start, count * narrowest, growing)
-    result += np.maximum(count - start - middle, 0.0) * widest
-    result[-1] = length
-    return result
+        tolerance *= _OF_TOLERANCE
+        limit, layer, matrix = problem.limit, problem.layer, self.matrix
+        weights = problem.weighted(np.ones_like(start))[:, 0]
+        unit = self.self_influence
+        pressure = problem.clip_to_load(start)[:, 0]
+        free = (pressure > 0.0) & (pressure < limit)
+        displacement = self.displacement(pressure[:, None])
+        approach = problem.approach or 0.0
+        if layer is not None and layer.level is not None:
+            approach = layer.level
+        fewest, patience = pressure.size + 1, _PATIENCE
+        for step in range(1, _SOLUTIONS + 1):
+            separation = problem.separation(pressure[:, None], displacement)[:, 0]
+            if not free.any():
+                # The next to close carries what is missing, the next to open what is too much.
+                lacks = problem.load is not None and problem.total > float(weights @ pressure)
+                bound = pressure <= 0.0 if lacks else pressure > 0.0
+                if not bound.any():
+                    return None
+                order = np.where(bound, separation if lacks else -separation, np.inf)
+                free[np.argmin(order)] = True
+            cells = np.flatnonzero(free)
+            block = matrix[np.ix_(cells, cells)]
+            right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
+            if layer is not None:
+                tangent = layer.tangent_in(unit, pressure[:, None], self.team)[:, 0]
+                block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
+                slope = layer.per_approach(pressure[:, None])[cells, 0]
+                right += np.stack([approach / unit * slope, -slope], axis=1)
+            moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
+            level = approach / unit
+            if problem.load is not None:
+                missing = problem.total - weights @ pressure
+                level = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
+                approach = float(level * unit)
+            if layer is not None:
+                layer = layer.at(approach)
+                problem = replace(problem, layer=layer)
+            change = np.zeros_like(pressure)
+            change[cells] = moved + level * uniform
+            wanted = pressure + change
+            displacement = self.displacement(wanted[:, None])
+            gap = problem.shape[:, 0] + displacement[:, 0] - level * unit
+            if layer is not None:
+                bounded = np.clip(wanted, 0.0, limit)
+                gap += layer.displacement(bounded[:, None])[:, 0]
+            scale = float(np.abs(displacement).max())
+            worst = float(np.abs(gap[cells]).max())
+            margin = 0.3 * tolerance * scale
+            low, high = wanted <= 0.0, wanted >= limit
+            stays = free & ~low & ~high
+            now = stays | (~free & low & (gap < -margin)) | (~free & high & (gap > margin))
+            pressure = np.clip(wanted, 0.0, limit)
+            if (now == free).all() and worst <= tolerance * scale:
+                beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
+                residual = max(worst, *beyond) / scale
+                gap[cells] = 0.0
+                stiffness = np.zeros_like(pressure)
+                stiffness[cells] = uniform / unit
+                return Contact(
+                    pressure[:, None],
+                    gap[:, None],
+                    float(level * unit),
+                    high[:, None],
+                    residual,
+                    convolutions=step,
+                    stiffness=stiffness[:, None],
+                )
+            if not (stays == free).all():
+                displacement = self.displacement(pressure[:, None])
+            changed = np.flatnonzero(now != free)
+            if changed.size < fewest:
+                fewest, patience = changed.size, _PATIENCE
+            elif patience > 0:
+                patience -= 1
+            else:
+                changed = changed[-1:]
+            free[changed] = now[changed]
+        return None

@@ -12,15 +12,29 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.convolution import Convolution, convolution, offsets
-from fretwear.mechanics.geometry import Even, Index, Workspace, Zone
+from fretwear.mechanics.geometry import (
+    CellProblem,
+    Even,
+    Geometry,
+    HalfSpace,
+    Index,
+    Way,
+    Workspace,
+    Zone,
+)
+from fretwear.mechanics.solver import solve_by_active_sets
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.contact import Contact, ContactProblem
+    from fretwear.mechanics.state import Stage
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 _OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -37,7 +51,7 @@ _BLOCK = 2**15
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Geometry):
     """A rectangle of equal cells around the origin, or its part where coordinates are positive."""
 
     #: Number of cells along x and y; even numbers where the cells are on both sides, products of 2,
@@ -47,15 +61,12 @@ class Grid:
     #: Whether fields are even along x and along y: then the cells are those of the positive side.
     even: Even = (True, True)
 
-    weights: ClassVar[None] = None
-    of_tolerance: ClassVar[float] = 1.0
-
     def __post_init__(self) -> None:
         if any(n % 2 and not even for n, even in zip(self.shape, self.even, strict=True)):
             raise ValueError(f"{self.shape} cells are not symmetric about the origin")
 
     @classmethod
-    def first(cls, problem: Any) -> Grid:
+    def first(cls, problem: CellProblem) -> Grid:
         """The window for the first loading of a problem."""
         extent = problem.extent
         if problem.wavelengths is not None:
@@ -69,6 +80,15 @@ class Grid:
     def unit_area(self) -> float:
         """Area of one cell and its images by symmetry, m²."""
         return self.spacing[0] * self.spacing[1] * (1 << sum(self.even))
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """The spacing."""
+        return self.spacing
+
+    @property
+    def weights(self) -> None:
+        """None: all cells are equal."""
 
     @cached_property
     def x(self) -> Array:
@@ -124,6 +144,10 @@ class Grid:
         np.subtract.at(found, np.concatenate([inner, border]), _OPEN_PER_SIDE)
         return found.reshape(cells.shape)
 
+    def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
+        """Largest value of a field."""
+        return float(field.max())
+
     def _sides(self, cells: Mask) -> tuple[NDArray[np.intp], ...]:
         """Sides at the edge of a zone: cells inside, those outside, and cells at the border.
 
@@ -149,7 +173,7 @@ class Grid:
         team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> GridHalfSpace:
-        """The elastic bodies on the cells; ``parts`` are those on smaller windows, to be shared."""
+        """The elastic bodies on the cells; ``parts`` are on smaller windows, to be shared."""
         return GridHalfSpace(self, modulus, team, parts)
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
@@ -170,7 +194,7 @@ class Grid:
             slices.append(slice(first, first + kept))
         return slices[0], slices[1]
 
-    def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
+    def along(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m.
 
         One row if fields are even, else two, for the positive and the negative side.
@@ -215,7 +239,7 @@ class Grid:
 
     # How a window grows.
 
-    def ahead_of(self, problem: Any, contact: Any) -> Grid:  # noqa: ARG002
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
         A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
@@ -223,7 +247,7 @@ class Grid:
         """
         nx, ny = self.shape
         ahead = max(_BORDER, math.ceil(_AHEAD * nx)), max(_BORDER, math.ceil(_AHEAD * ny))
-        return self.grown(self.touched(contact.pressure, ahead))
+        return self.grown(self.touched(stage.pressure, ahead))
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:
         """Itself, or the smallest of a series of larger ones that holds the contact."""
@@ -266,15 +290,15 @@ class Grid:
         wide = self.covering((x, y))
         if wide.shape == self.shape:
             return False, False
-        ground = workspace.on(wide)
+        bodies = workspace.on(wide)
         outside = np.ones(wide.shape, dtype=np.bool_)
         outside[wide.where(self)] = False
         # Displacement only opens the gap: where the surface lies above the approach it stays open.
-        if not ((ground.unworn < approach) & outside).any():
+        if not ((bodies.unworn < approach) & outside).any():
             return False, False
-        moved, unit = ground.half_space.relative_displacement(self.resized(pressure, wide))
+        moved, unit = bodies.half_space.relative_displacement(self.resized(pressure, wide))
         gap = np.multiply(moved, unit, dtype=np.float64)
-        gap += ground.unworn
+        gap += bodies.unworn
         closed = (gap < approach) & outside
         beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
         return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
@@ -320,7 +344,7 @@ def influence_coefficients(
     return coefficients
 
 
-class GridHalfSpace:
+class GridHalfSpace(HalfSpace):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. With the
@@ -334,7 +358,8 @@ class GridHalfSpace:
         team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> None:
-        self.geometry, self.team = geometry, team
+        self.geometry: Grid = geometry
+        self.team = team
         self._modulus, self._parts = composite_modulus, {} if parts is None else parts
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
@@ -370,3 +395,9 @@ class GridHalfSpace:
             # Drop the one unused for longest, since zones seldom return to an earlier size.
             del self._parts[next(iter(self._parts))]
         return part
+
+    def solve(
+        self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
+    ) -> Contact:
+        """Solve a normal contact by active sets, and the projected gradient where these stall."""
+        return solve_by_active_sets(self, problem, start, tolerance, verified=verified)

@@ -15,18 +15,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.mechanics.geometry import CellProblem
 from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.theory import LimitingState, share_of_band
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import Stage
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
 # most such parts of the contact.
-NARROWEST = 1.0 / 1500.0
+NARROWEST_RING = 1.0 / 1500.0
 _ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
 # Width about the edge of the unworn contact, whose position is known to a fraction of a ring.
@@ -66,7 +70,7 @@ class Grading:
     coarseness: float = 1.0  # factor on all widths
 
     @classmethod
-    def of(cls, problem: Any, stick: float, contact: float) -> Grading:
+    def of(cls, problem: CellProblem, stick: float, contact: float) -> Grading:
         """The grading for given radii of stick zone and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
@@ -77,7 +81,7 @@ class Grading:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
         # Where all rings stick the annulus is narrower than one of them.
         contact = max(contact, (1.0 + _LEAST_ANNULUS) * stick) if stick >= contact else contact
-        narrowest = NARROWEST * min(contact - stick, stick or contact)
+        narrowest = NARROWEST_RING * min(contact - stick, stick or contact)
         if math.isinf(problem.plastic_limit) or stick == 0.0:
             return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
@@ -122,7 +126,7 @@ class Rings(DenseCells):
     _whole: ClassVar[float] = math.pi
 
     @classmethod
-    def first(cls, problem: Any) -> Rings:
+    def first(cls, problem: CellProblem) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         A ValueError says that it has no rotational symmetry.
@@ -144,10 +148,10 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: Any, contact: Any) -> Rings:
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Rings:
         """Rings for the next step, which follow the stick edge and reach far enough."""
-        stick = self._radius(contact.reduced.pressure)
-        touched = self._radius(contact.wear + contact.pressure)
+        stick = self._radius(stage.reduced.pressure)
+        touched = self._radius(stage.wear + stage.pressure)
         grading = Grading.of(problem, stick, touched)
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
         return rings.reaching(touched)
@@ -165,10 +169,10 @@ class Rings(DenseCells):
         return area / ((right - left) * (high - low))
 
     @cached_property
-    def x(self) -> Any:
+    def x(self) -> Array:
         """Root mean square of the radii of each ring, m, shape (n,)."""
         square = np.square(self.edges)
-        return np.sqrt(0.5 * (square[1:] + square[:-1]))
+        return np.asarray(np.sqrt(0.5 * (square[1:] + square[:-1])))
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -179,13 +183,14 @@ class Rings(DenseCells):
         """Mean displacement of each ring under a unit pressure on each, m/Pa, shape (n, n)."""
         return np.asarray(mean_influence(np.asarray(self.edges)) / modulus / self.areas)
 
-    def means(self, field: Array, r: Array, width: float) -> Array:
-        """Means of a field over annuli of given mean radii and width, m."""
+    def largest_mean(self, field: Array, width: float) -> float:
+        """Largest mean of a field over an annulus of a width, m, around a ring."""
+        r = self.x
         inner, outer = np.maximum(r - 0.5 * width, 0.0) ** 2, (r + 0.5 * width) ** 2
         square = np.square(self.edges)
         within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
         content = np.interp(outer, square, within) - np.interp(inner, square, within)
-        return np.asarray(content / (outer - inner))
+        return float((content / (outer - inner)).max())
 
 
 def _divided(positions: Array, widths: Array) -> Array:

@@ -1,0 +1,140 @@
+"""The strips of a line contact in plane strain.
+
+A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and where a
+contact of three dimensions has areas, this one has widths. The surface of a half-plane under a load
+per length sinks without bound, so displacements are relative to the one at a distance from the
+middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics, Cambridge
+University Press, section 2.4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import CellProblem
+from fretwear.mechanics.geometry.dense import DenseCells
+from fretwear.theory import LineContact, share_of_band
+
+# Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
+# pressure grows without bound, and of the widest; and how the width grows with the distance.
+NARROWEST_STRIP, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
+# Strips across an unworn slip zone, at least.
+_ACROSS_SLIP = 20.0
+# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
+# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+_INWARD_GRADING, _ACROSS_BAND = 0.03, 6.0
+
+
+@dataclass(frozen=True)
+class Strips(DenseCells):
+    """Strips of the half x > 0 of an even line contact.
+
+    Displacements are zero at the distance ``reference``, m, from the centre line.
+    """
+
+    reference: float
+    plane_strain: ClassVar[bool] = True
+    _whole: ClassVar[float] = 2.0
+
+    def _measure(self, distance: Any) -> Any:
+        return distance
+
+    def _distance(self, x: Array, y: Array) -> Any:
+        return x + 0.0 * y
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+        left, right, _, _ = sides
+        return (radius - left) / (right - left)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-width of the written row, m; none along y."""
+        return self.edges[-1], 0.0
+
+    @cached_property
+    def x(self) -> Array:
+        """Root mean square of the positions in each strip, m, shape (n,)."""
+        edges = np.asarray(self.edges)
+        left, right = edges[:-1], edges[1:]
+        return np.asarray(np.sqrt((left * left + left * right + right * right) / 3.0))
+
+    @classmethod
+    def first(cls, problem: CellProblem) -> Strips:
+        """Strips for the first loading of a problem, graded to the edge of its stick zone.
+
+        Strips of a rough contact, which sticks and slips in many places, are equal.
+        """
+        hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
+        assert isinstance(hertz, LineContact)
+        if problem.wavelengths is not None:
+            width = problem.spacing[0]
+            edges = np.arange(math.ceil((outer + problem.wavelengths[0]) / width) + 1) * width
+            return cls(tuple(edges.tolist()), hertz.reference)
+        load, scale = problem.stick_load, wider * hertz.contact_radius
+        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+        annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
+        narrowest = wider * min(NARROWEST_STRIP * hertz.contact_radius, annulus)
+        inward = _GRADING * wider
+        if not math.isinf(problem.plastic_limit):
+            limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
+            band = limiting.width_above(problem.plastic_limit)
+            # A band too narrow for the strips of an elastic contact to yield leaves them as is.
+            share = share_of_band(band, narrowest)
+            narrowest *= min(1.0, band / _ACROSS_BAND / narrowest) ** share
+            inward *= min(1.0, _INWARD_GRADING / inward) ** share
+        widths = narrowest, _WIDEST * scale
+        # A strip that holds no more than the stick zone would be a sliver.
+        stick = stick if stick > narrowest else 0.0
+        inner = stick - _distances(stick, *widths, inward)[::-1]
+        inner[0] = 0.0
+        outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
+        return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
+
+    def influence(self, modulus: float) -> Array:
+        """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
+
+        −(2/πE*) ∫ ln(|x − ξ|/L) dξ of the strips and their images, L the reference.
+        """
+        edges = np.asarray(self.edges) / self.reference
+        twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
+        integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
+        return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
+
+
+def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
+    """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
+
+    Without images: for a contact that is not even. Parameters as of `Strips`, ``count`` distances.
+    """
+    at = np.arange(-1.0, count + 1.0) * (spacing / reference)
+    return -2.0 / (math.pi * modulus) * reference**2 / spacing * np.diff(_logarithm(at), 2)
+
+
+def _logarithm(x: Array) -> Array:
+    """A function whose second derivative is ln|x|."""
+    square = x * x
+    return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square
+
+
+def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
+    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
+    first, last = narrowest / grading, widest / grading
+    middle = math.log(last / first) / grading
+    # The count of strips up to a distance: linear, logarithmic, linear.
+    start = first / narrowest
+    total = length / narrowest
+    if length >= first:
+        total = start + math.log(min(length, last) / first) / grading
+    total += max(length - last, 0.0) / widest
+    count = np.linspace(0.0, total, math.ceil(total) + 1)
+    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
+    result: Array = np.where(count < start, count * narrowest, growing)
+    result += np.maximum(count - start - middle, 0.0) * widest
+    result[-1] = length
+    return result
