@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import nan
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -40,8 +39,34 @@ _ALONG, _RESOLVED = 4, 1.3
 _SPHERE = 2.0 / 3.0
 
 
-def measure(problem: WearProblem, state: State) -> SimpleNamespace:
-    """The scalars of a state, of the whole contact, in SI units; see `fretwear.vocabulary`.
+@dataclass(frozen=True)
+class Measures:
+    """The scalars of a state, of the whole contact, as in `fretwear.vocabulary`."""
+
+    approach: float  # m
+    tangential_displacement: float  # m
+    normal_force: float  # N
+    tangential_force: float  # N
+    regime: float  # 0 in partial, 1 in gross slip
+    sliding_ratio: float  # 1
+    contact_half_width_x: float  # m
+    contact_half_width_y: float  # m
+    stick_half_width_x: float  # m
+    stick_half_width_y: float  # m
+    contact_area: float  # m²
+    stick_area: float  # m²
+    mean_stick_pressure: float  # Pa
+    stick_load_share: float  # 1
+    peak_pressure: float  # Pa
+    central_pressure: float  # Pa
+    wear_volume: float  # m³
+    maximum_wear_depth: float  # m
+    plastic_volume: float  # m³
+    dissipated_energy: float  # J
+
+
+def measure(problem: WearProblem, state: State) -> Measures:
+    """The scalars of a state.
 
     Half-widths are those of the outermost edge on the axis, interpolated within a cell; where the
     contact is not even, the mean of both sides.
@@ -68,7 +93,7 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
     work = 4.0 * (displacement + problem.flexibility * force) * force
-    return SimpleNamespace(
+    return Measures(
         approach=state.approach,
         tangential_displacement=displacement,
         normal_force=state.load,

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.measures import fractions, loop, measure, unresolved_peak
+from fretwear.mechanics.measures import Measures, fractions, loop, measure, unresolved_peak
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -54,7 +53,7 @@ class Step:
     """One accepted step of a run, as passed to observers."""
 
     state: State  # fields and numbers of the contact
-    measures: SimpleNamespace  # scalars of the whole contact
+    measures: Measures  # scalars of the whole contact
     last_cycle: int  # where the run ends
 
 
