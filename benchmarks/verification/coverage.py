@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
@@ -13,37 +13,55 @@ from numpy.typing import NDArray
 from fretwear import Case
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import measure
+from fretwear.mechanics.measures import measure, scatter
+from fretwear.mechanics.stroke import slide
+from fretwear.mechanics.surfaces import Ellipsoid
 from fretwear.running.simulate import estimated_errors, wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
+from fretwear.study.plan import estimate
 from fretwear.vocabulary import SCALARS
 
-BASE: dict[str, Any] = {
-    "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa",
-    "cycles": 3000,
-}  # fmt: skip
+BASE: dict[str, Any] = {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000}
 CYCLES = (0.0, 100.0, 1000.0, 3000.0)
-# How many cases of each family; every other one is elastic where the name does not say.
+# How many cases of each family; every other one is capped where the name does not say.
 FAMILIES = {
-    "smooth elastic": 6, "smooth capped": 6, "elliptical": 6, "rough elastic": 8,
-    "rough capped": 8, "line": 6, "rig": 8,
+    "smooth elastic": 2, "smooth capped": 3, "elliptical": 4, "rough elastic": 4,
+    "rough capped": 4, "line": 3, "rough line": 6, "punch": 4, "stroke": 4,
+    "displacement": 4, "debris": 2,
 }  # fmt: skip
-SEED = 20260
+SEED = 26001
+# What the indenter of each case of a family is, if not a sphere; and which of them are rough.
+LINES = {
+    "line": (0, 1, 2), "rough line": range(6), "punch": (0, 1), "stroke": (0, 1, 3),
+    "displacement": (2,), "debris": (1,),
+}  # fmt: skip
+PUNCHES = {"punch": range(4), "stroke": (1,), "displacement": (3,)}
+ROUGH = {
+    "rough elastic": range(4), "rough capped": range(4), "rough line": range(6), "stroke": (3,),
+    "displacement": (1,),
+}  # fmt: skip
 RATIOS, LOADS, RADII = (0.1, 0.95), (10.0, 50.0), (5.0, 20.0)  # X, N, mm
-LOADS_OF_LINE = (100.0, 600.0)  # N/mm
+LOADS_OF_LINE, LOADS_OF_RIDGES = (100.0, 600.0), (50.0, 200.0)  # N/mm
+MOST_OF_TRANSITION = 1.2  # U/U_t
+FLATS = (50.0, 500.0)  # um
+STROKES = (5.0, 50.0)  # amplitude, um
+WEAR, WEAR_OF_STROKE = 7e-13, 2e-14  # 1/Pa
+DEBRIS = (0.3, 0.9)
 AMPLITUDES, SLOPES = (0.06, 0.2), (1.0, 4.0)  # um, deg
+SLOPES_OF_STROKE = (0.2, 0.5)  # each wave takes more positions
 LIMITS = (2.5, 6.0)  # plastic limit over Hertz's pressure
-# How much finer cells and steps of the truth are.
-REFERENCE, FINER = 4.0, 2.0
+# How much finer cells of the truth are, half as much where it would take longer than this, s.
+REFERENCE, LONGEST = 4.0, 15.0
+# The tolerance over that of the truth; on a grid steps err far less than cells.
+FINER = 10.0
 # What is smaller is no result but a trace; what errs less errs by rounding and the reference.
 TRACE, LEAST_ERROR = 0.01, 1e-4
-WITHIN, LARGEST_RATIO = 0.9, 6.0
+WITHIN, LARGEST_RATIO = 0.95, 6.0
 # Runs are repeated for so long, s, to time them.
 QUICK = 1.0
 # What is imposed is no result.
 IMPOSED = ("regime", "normal_force")
 JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in IMPOSED]
-HALVES = ("by which estimates were tuned", "others")
 
 
 def cases() -> Iterator[tuple[str, Case, Case]]:
@@ -52,82 +70,117 @@ def cases() -> Iterator[tuple[str, Case, Case]]:
         rng = np.random.default_rng([SEED, *family.encode()])
         places = (rng.permutation(count) + 0.5) / count
         for number, place in enumerate(places):
-            given, name = _drawn(family, number, RATIOS[0] + place * (RATIOS[1] - RATIOS[0]), rng)
-            case = Case(**given)
-            if family == "elliptical":
-                # The same shape, of which a case does not know that rings would do.
-                axes = dict.fromkeys(("radius_x", "radius_y"), given["indenter"]["radius"])
-                yield name, case.replace(indenter={"kind": "ellipsoid", **axes}), case
-            else:
-                narrow = [each / REFERENCE for each in case.grid_spacing]
-                yield name, case, case.replace(cell=narrow)
+            name, case = _drawn(family, number, place, rng)
+            yield name, case, _truth(case)
 
 
-def _drawn(family: str, number: int, ratio: float, rng: np.random.Generator) -> tuple[Data, str]:
-    """Arguments of a case, and its name."""
+def _truth(case: Case) -> Case:
+    """The case by which another one is judged."""
+    shape = case.indenter
+    if isinstance(shape, Ellipsoid) and shape.radius_x == shape.radius_y:
+        # An ellipsoid does not know that rings would do.
+        case = case.replace(indenter={"kind": "sphere", "radius": shape.radius_x})
+    true = case.replace(cell=[each / REFERENCE for each in case.grid_spacing])
+    if estimate(true).seconds > LONGEST and not case.is_graded:
+        return case.replace(cell=[2.0 * each for each in true.grid_spacing])
+    return true
+
+
+def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> tuple[str, Case]:
+    """A case of a family and its name; the place is that of X in its range."""
 
     def between(least: float, most: float) -> float:
         return float(f"{math.exp(rng.uniform(math.log(least), math.log(most))):.2g}")
 
-    is_line = family == "line" or (family == "rig" and number % 4 == 3)
-    force = between(*(LOADS_OF_LINE if is_line else LOADS))
+    def is_among(which: Mapping[str, Iterable[int]]) -> bool:
+        return number in which.get(family, ())
+
+    is_line, is_punch, is_rough = map(is_among, (LINES, PUNCHES, ROUGH))
+    of_line = LOADS_OF_RIDGES if is_rough else LOADS_OF_LINE
+    force = between(*(of_line if is_line else LOADS))
     load = f"{force:g} N/mm" if is_line else f"{force:g} N"
     radius, friction, limit = between(*RADII), between(0.3, 0.8), between(*LIMITS)
     waves = [between(*AMPLITUDES), between(*SLOPES), between(1.0, 2.0)]
-    kind = "cylinder" if is_line else "sphere"
+    other, flat, stroke = between(*RADII), between(*FLATS), between(*STROKES)
+    kept, gentle = between(*DEBRIS), between(*SLOPES_OF_STROKE)
+    indenter: Data = {"kind": "cylinder" if is_line else "sphere", "radius": f"{radius} mm"}
+    if is_punch:
+        size = "flat_half_width" if is_line else "flat_radius"
+        indenter = {"kind": "flat_punch" if is_line else "round_punch"}
+        indenter |= {size: f"{flat} um", "edge_radius": f"{radius} mm"}
+    elif family == "elliptical":
+        other = other if number >= 2 else radius
+        indenter = {"kind": "ellipsoid", "radius_x": f"{radius} mm", "radius_y": f"{other} mm"}
+    ratio = RATIOS[0] + place * (RATIOS[1] - RATIOS[0])
     given = {
         **BASE, "load": load, "friction": friction, "tangential_ratio": round(ratio, 3),
-        "indenter": {"kind": kind, "radius": f"{radius} mm"},
+        "indenter": indenter, "wear_coefficient": WEAR,
     }  # fmt: skip
-    words = [family, f"X = {ratio:.2f}"]
-    if family == "rig":
-        words = ["rig, line" if is_line else "rig", f"U/U_t = {ratio:.2f}"]
+    words = [family, str(indenter["kind"]).replace("_", " "), f"X = {ratio:.2f}"]
+    if family == "stroke":
+        words[-1] = f"stroke {stroke} um"
+        del given["tangential_ratio"]
+        given |= {"sliding_amplitude": f"{stroke} um"}
+        given["wear_coefficient"] = [WEAR_OF_STROKE, WEAR_OF_STROKE]
+    if family == "displacement":
+        ratio = RATIOS[0] + place * (MOST_OF_TRANSITION - RATIOS[0])
+        words[-1] = f"U/U_t = {ratio:.2f}"
+        compliance = between(0.005, 0.05) if is_line else 0.0
         del given["tangential_ratio"]
         if is_line:
-            compliance = between(0.005, 0.05)
             given["tangential_compliance"] = f"{compliance} um/(N/mm)"
             given["displacement_amplitude"] = f"{ratio * friction * force * compliance:.3g} um"
         else:
             given["displacement_ratio"] = round(ratio, 3)
-    rough = "rough" in family or (family == "rig" and number % 4 >= 2 and not is_line)
-    if rough:
-        angles = {"slope_x": f"{waves[1]} deg", "slope_y": f"{waves[2]} deg"}
+    if is_rough:
+        slope_x = gentle if family == "stroke" else waves[1]
+        slope_y = 0.0 if is_line else waves[2]
+        angles = {"slope_x": f"{slope_x} deg", "slope_y": f"{slope_y} deg"}
         given["roughness"] = {"kind": "wavy", "amplitude": f"{waves[0]} um", **angles}
         words.append(f"A = {waves[0]} um")
+    if family == "debris":
+        given["debris_fraction"] = kept
+        words.append(f"{kept:g} kept")
     if "capped" in family or ("elastic" not in family and number % 2):
         pressure = limit * Case(**given).hertz.peak_pressure
         given["plastic_limit"] = f"{pressure * 1e-6:.0f} MPa"
         words.append(f"{limit:g} p0")
-    return given, ", ".join([*words, load, f"{radius:g} mm"])
+    return ", ".join([*words, load, f"{radius:g} mm"]), Case(**given)
 
 
-def values(case: Case, wider: float = 1.0, tolerance: float = 1.0) -> tuple[Data, float]:
-    """Scalars at the snapshots on wider rings or strips, and what the run took, s."""
+def values(case: Case, wider: float = 1.0, tolerance: float = 1.0) -> tuple[Data, Data, float]:
+    """Scalars at the snapshots on wider rings or strips, their scatter, and the time taken, s."""
     began = time.process_time()
     problem = wear_problem(case, coarseness=wider)
-    states = evolve(problem, CYCLES[1:], tolerance * case.tolerance)
-    rows = [vars(measure(problem.of(state), state)) for state in states if state.cycle in CYCLES]
-    found = {
-        name: " ".join(f"{row[name]:.6g}" for row in rows) for name in JUDGED if name in rows[0]
-    }
-    return found, time.process_time() - began
+    march: Any = slide if problem.loading.stroke else evolve
+    states = march(problem, CYCLES[1:], tolerance * case.tolerance)
+    kept = [state for state in states if state.cycle in CYCLES]
+    rows = [vars(measure(problem.of(state), state)) for state in kept]
+    spread = [scatter(state) for state in kept]
+    seconds = time.process_time() - began
+    return _texts(rows), _texts(spread), seconds
+
+
+def _texts(rows: list[Mapping[str, float]]) -> Data:
+    """The values of each judged name in one line."""
+    known = [name for name in JUDGED if name in rows[0]]
+    return {name: " ".join(f"{row[name]:.6g}" for row in rows) for name in known}
 
 
 def measured(name: str, case: Case, true: Case) -> Data:
     """A case, its twin and its truth."""
     # Of the shortest of several runs, since most are short.
     runs = [(values(case), values(case.coarser, case.times_coarser))]
-    while sum(each for run in runs for _, each in run) < QUICK:
+    while sum(of_run[-1] for both in runs for of_run in both) < QUICK:
         runs.append((values(case), values(case.coarser, case.times_coarser)))
-    (result, _), (twin, _) = runs[0]
-    seconds, beside = (min(run[which][1] for run in runs) for which in (0, 1))
-    # Steps on a grid err far less than its cells.
+    (result, spread, _), (twin, *_) = runs[0]
+    seconds, beside = (min(both[which][-1] for both in runs) for which in (0, 1))
     finer = 1.0 if wear_problem(true).geometry is Grid else 1.0 / FINER
-    truth, longer = values(true, 1.0 / REFERENCE, finer)
+    truth, _, longer = values(true, 1.0 / REFERENCE, finer)
     print(f"{name}: {seconds:.1f} s, truth {longer:.0f} s", flush=True)
     return {
         "seconds": seconds + beside + longer, "cost": beside / seconds,
-        "result": result, "twin": twin, "truth": truth,
+        "result": result, "scatter": spread, "twin": twin, "truth": truth,
     }  # fmt: skip
 
 
@@ -144,11 +197,13 @@ def _numbers(of_run: Data) -> dict[str, NDArray[np.float64]]:
 
 def judged(entry: Data, case: Case) -> Data:
     """True and estimated errors of a case relative to the values, and whether it is warned of."""
-    result, twin, truth = (_numbers(entry[each]) for each in ("result", "twin", "truth"))
-    estimates = estimated_errors(result, twin, case.times_coarser)
+    result, spread, twin, truth = (
+        _numbers(entry[each]) for each in ("result", "scatter", "twin", "truth")
+    )
+    estimates = estimated_errors(result, twin, case.times_coarser, spread)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
-    for name in truth:
+    for name in (each for each in truth if not (case.indenter.is_line and each.endswith("_y"))):
         # A zone that is not there has nothing.
         right, own, estimate = (np.nan_to_num(of[name]) for of in (truth, result, estimates))
         counts = np.abs(right) > TRACE * np.abs(right).max()
@@ -201,13 +256,9 @@ def checks(data: Data) -> list[Check]:
 def text(data: Data) -> str:
     everything = all_judged(data)
     names = list(everything)
-    groups = {family: [name for name in names if name.startswith(family)] for family in FAMILIES}
-    # Every other pair, so that both halves have elastic and capped ones.
-    for half, label in enumerate(HALVES):
-        groups[label] = [name for at, name in enumerate(names) if at // 2 % 2 == half]
-    groups["all"] = names
+    groups = {family: [n for n in names if n.startswith(f"{family},")] for family in FAMILIES}
     lines = []
-    for label, members in groups.items():
+    for label, members in {**groups, "all": names}.items():
         if not members:
             continue
         found = summary([everything[name] for name in members])
@@ -225,16 +276,20 @@ def text(data: Data) -> str:
     minutes = math.ceil(sum(each["seconds"] for each in data.values()) / 60)
     return f"""\
 {len(everything)} of {sum(FAMILIES.values())} cases of {BASE["cycles"]} cycles, drawn at random:
-X = {_range(RATIOS)}, sphere and cylinder of {_range(RADII)} mm, {_range(LOADS)} N or
-{_range(LOADS_OF_LINE)} N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm and up to
-{SLOPES[1]:g}°, plastic limits of {_range(LIMITS)} p0. Half of the elliptical, line and rig cases
-are capped; "rig" has an imposed displacement, on a sphere, smooth and rough, and on a cylinder.
+X = {_range(RATIOS)}, radii of {_range(RADII)} mm, {_range(LOADS)} N or {_range(LOADS_OF_LINE)}
+N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm and up to {SLOPES[1]:g}°, plastic limits
+of {_range(LIMITS)} p0, which every other case has where the name does not say. Half of the
+elliptical contacts are round, punches have flats of {_range(FLATS)} µm and rounded edges, strokes
+are of {_range(STROKES)} µm on cylinders, a punch and a sphere, displacements up to
+{MOST_OF_TRANSITION:g} U_t are imposed on each kind of contact, and {_range(DEBRIS)} of what is worn
+stays as debris.
 Each is run as a user gets it, and beside it its twin, by which errors are estimated. The truth has
-cells, rings or strips {REFERENCE:g} times narrower, and on rings and strips 1/{FINER:g} of the
-tolerance; elliptical cases are round, and their truth is on rings.
+cells, rings or strips {REFERENCE:g} times narrower, half as much where that would take more than
+{LONGEST:g} s, and on rings and strips 1/{FINER:g} of the tolerance; the truth of ellipsoids that
+are round is on rings.
 A result is the value of a scalar at one of the cycles 0,
-100, 1000 and 3000, if it is more than a hundredth of the largest of them. Half of the cases, every
-other pair, were looked at when the constants of the estimates were chosen.
+100, 1000 and 3000, if it is more than a hundredth of the largest of them. The constants of the
+estimates were chosen by other draws.
 
 {of_each}
 

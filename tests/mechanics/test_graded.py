@@ -18,7 +18,7 @@ from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
-from fretwear.mechanics.measures import loop, measure
+from fretwear.mechanics.measures import half_width, loop, measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch
 from fretwear.theory import (
@@ -419,3 +419,26 @@ def test_a_larger_line_keeps_what_is_known():
     outside = moved.gap[state.geometry.shape[0] :, 0]
     assert outside == near(LINE.gap(larger.x[-outside.size :]), rel=1e-3)
     assert math.isclose(larger.integral(moved.pressure), LOAD)
+
+
+def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():
+    """A ridge on either side of the centre line, on strips and on ones an eighth as wide."""
+    width, middle, errors = 3e-6, 150e-6, []
+
+    def zone(strip, load):
+        edges = np.arange(round(240e-6 / strip) + 1) * strip
+        strips = Strips(tuple(edges.tolist()), LINE.reference)
+        shape = ((strips.x - middle) ** 2 / (2.0 * RADIUS))[:, None]
+        found = solve_contact(ContactProblem(strips.half_space(MODULUS), shape, load))
+        closed = found.pressure > 0.0
+        return strips.zone(closed, half_width(strips, closed, found.gap, 0))
+
+    # Two ridges share the load.
+    for half in (12.0 + np.arange(24) / 24.0) * width:
+        load = 0.5 * math.pi * MODULUS * half**2 / RADIUS
+        coarse, fine = zone(width, load), zone(width / 8, load)
+        assert coarse.inside.size == 2
+        errors.append(coarse.area - fine.area)
+    assert abs(np.mean(errors)) < 0.03 * 2.0 * width
+    stated = float(np.linalg.norm(coarse.deviations))
+    assert 0.8 < np.sqrt(np.mean(np.square(errors))) / stated < 1.2

@@ -309,7 +309,7 @@ def estimates(deviations, times=2.0, values=None):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
     values = np.array(values or [1.0] * len(deviations))
     twin = values - deviations
-    return estimated_errors({"approach": values}, {"approach": twin}, times)["approach"]
+    return estimated_errors({"approach": values}, {"approach": twin}, times, {})["approach"]
 
 
 def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
@@ -326,6 +326,16 @@ def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard
     assert begun[0] > 2e-3
     # The wider the cells of the twin, the less of the difference counts.
     assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
+
+
+def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():
+    values = {"stick_area": np.ones(2)}
+    for apart, spread in ((0.0, 0.1), (0.3, 0.01)):
+        twin, least = {"stick_area": np.full(2, 1.0 + apart)}, {"stick_area": np.full(2, spread)}
+        (found, again), (alone, _) = (
+            estimated_errors(values, twin, 2.0, each)["stick_area"] for each in (least, {})
+        )
+        assert found == again == max(alone, 2.0 * spread)
 
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import Geometry, Workspace
+from fretwear.mechanics.geometry import WITHIN_A_CELL, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem, in_contact
@@ -132,6 +132,39 @@ def fractions(state: State, plane: Grid) -> tuple[Array, Array]:
     zones = zip((in_contact(state), state.reduced.stick), half_widths(state, 0), strict=True)
     contact, stick = (state.geometry.covered(*zone, plane) for zone in zones)
     return contact, stick
+
+
+def scatter(state: State) -> dict[str, float]:
+    """Standard deviations, in SI units, of the scalars that follow from where edges cut cells.
+
+    The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
+    The load in a stick zone changes by the pressure at its edge, and its mean pressure by what this
+    differs from the mean.
+    """
+    geometry, pressure, found = state.geometry, state.pressure, {}
+    for zone_name, cells in (("contact", in_contact(state)), ("stick", state.reduced.stick)):
+        zone = geometry.zone(cells, geometry.extent[0])
+        found[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
+        for axis_name, axis in (("x", 0), ("y", 1)):
+            width = _edge_cell(geometry, cells, axis)
+            found[f"{zone_name}_half_width_{axis_name}"] = WITHIN_A_CELL * width
+    inside, outside = (pressure.ravel()[each] for each in (zone.inside, zone.outside))
+    at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
+    carried, area = geometry.integral(pressure), zone.area
+    mean = geometry.integral(np.where(cells, pressure, 0.0)) / area if area else 0.0
+    of_load, of_mean = (
+        float(np.linalg.norm(each * zone.deviations)) for each in (at_edge, at_edge - mean)
+    )
+    found["stick_load_share"] = of_load / carried if carried else 0.0
+    found["mean_stick_pressure"] = of_mean / area if area else 0.0
+    return found
+
+
+def _edge_cell(geometry: Geometry, cells: Mask, axis: int) -> float:
+    """Distance, m, from the outermost cell of a zone on an axis to the next; 0 without a zone."""
+    along, distance = geometry.along(axis)[0]
+    last = int(np.flatnonzero(cells[along]).max(initial=-1))
+    return float(distance[last + 1] - distance[last]) if 0 <= last < distance.size - 1 else 0.0
 
 
 def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:

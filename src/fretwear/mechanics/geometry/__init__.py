@@ -12,6 +12,7 @@ loads are per length: areas are widths, m, and forces N/m.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,6 +40,13 @@ Way = tuple[slice | int, slice | int]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
 
+# Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
+OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
+# Standard deviations of edges, in cells: anywhere in a cell with equal probability, and found
+# within it. The outermost edge of Hertzian contacts of 30 to 34 cells has a root mean square error
+# of 0.08 on strips and grids and 0.11 on rings, wherever it cuts a cell.
+ANYWHERE, WITHIN_A_CELL = 1.0 / math.sqrt(12.0), 0.1
+
 
 @dataclass(frozen=True)
 class Zone:
@@ -50,6 +58,7 @@ class Zone:
     area: float  #: m²
     inside: NDArray[np.intp]  #: cells of the zone, shape (sides,)
     outside: NDArray[np.intp]  #: cells beside the zone, shape (sides,)
+    deviations: Array  #: of the area by where edges cut these cells, m², shape (sides,)
 
 
 class CellProblem(Protocol):

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, projected_gradient
 from fretwear.mechanics.geometry import (
+    ANYWHERE,
+    OPEN_PER_SIDE,
+    WITHIN_A_CELL,
     CellProblem,
     Geometry,
     HalfSpace,
@@ -111,19 +114,23 @@ class DenseCells(Geometry):
         return DenseHalfSpace(self, modulus)
 
     def zone(self, cells: Mask, radius: float) -> Zone:
-        """The zone of some cells that reaches as far as a distance, m."""
+        """The zone of some cells that reaches as far as a distance, m.
+
+        Its other edges, as those of ridges, lie somewhere in a cell, which counts as on a grid.
+        """
         edges = np.asarray(self.edges)
         cells = cells & (edges[:-1, None] < radius)
-        area = self.integral(cells.astype(np.float64))
+        inner, outer = self._sides(cells[:, 0])
+        area = self.integral(self._counted(cells[:, 0])[:, None])
         if cells.any():
             last = np.flatnonzero(cells)[-1]
             within, beyond = edges[last : last + 2]
             part = self._measure(beyond) - self._measure(max(radius, within))
             share = part / (self._measure(beyond) - self._measure(within))
             area -= float(self.areas[last, 0] * share)
-        steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
-        inner = np.where(cells[steps, 0], steps, steps + 1)
-        return Zone(area, inner, 2 * steps + 1 - inner)
+        deviations = ANYWHERE * self.areas[inner, 0]
+        deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
+        return Zone(area, inner, outer, deviations)
 
     def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
         """The part of each cell of a grid in the zone of some cells that ends at a distance, m.
@@ -137,9 +144,22 @@ class DenseCells(Geometry):
             return np.zeros(plane.shape)
         cut = np.unique(np.append(edges, radius))
         place = np.searchsorted(edges, cut[:-1], "right") - 1
-        inside = (cells[np.minimum(place, cells.size - 1)] | (place > last)) & (cut[:-1] < radius)
-        parts = {"": inside[:, None].astype(np.float64)}
+        counted = self._counted(cells)[np.minimum(place, cells.size - 1)]
+        inside = np.where(place > last, 1.0, counted) * (cut[:-1] < radius)
+        parts = {"": inside[:, None]}
         return replace(self, edges=tuple(cut.tolist())).written(parts, plane)[""]
+
+    def _sides(self, cells: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Cells inside and outside each edge of a zone, outward; all of one axis."""
+        steps = np.flatnonzero(cells[1:] != cells[:-1])
+        inner = np.where(cells[steps], steps, steps + 1)
+        return inner, 2 * steps + 1 - inner
+
+    def _counted(self, cells: Mask) -> Array:
+        """The part of each cell that counts to a zone, up to its outermost edge; of one axis."""
+        counted = cells.astype(np.float64)
+        np.subtract.at(counted, self._sides(cells)[0][:-1], OPEN_PER_SIDE)
+        return counted
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field on other cells: of the same integral, zero beyond the outermost of these.

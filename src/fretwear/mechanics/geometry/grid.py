@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.geometry import (
+    ANYWHERE,
+    OPEN_PER_SIDE,
     CellProblem,
     Even,
     Geometry,
@@ -36,8 +38,6 @@ if TYPE_CHECKING:
     from fretwear.mechanics.contact import Contact, ContactProblem
     from fretwear.mechanics.state import Stage
 
-# Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
-_OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
 # A window grows, by the last factor of its half-width, if there is pressure in this many cells at
 # its border or, before a step, in this fraction of it.
 _BORDER = 2
@@ -131,8 +131,8 @@ class Grid(Geometry):
         """
         inner, outer, border = self._sides(cells)
         sides = inner.size + border.size
-        area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
-        return Zone(area, inner, outer)
+        area = self.unit_area * (float(cells.sum()) - OPEN_PER_SIDE * sides)
+        return Zone(area, inner, outer, np.full(inner.size, ANYWHERE * self.unit_area))
 
     def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
         """The part of each cell in the zone of some cells.
@@ -141,7 +141,7 @@ class Grid(Geometry):
         """
         inner, _, border = self._sides(cells)
         found = cells.astype(np.float64).ravel()
-        np.subtract.at(found, np.concatenate([inner, border]), _OPEN_PER_SIDE)
+        np.subtract.at(found, np.concatenate([inner, border]), OPEN_PER_SIDE)
         return found.reshape(cells.shape)
 
     def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
