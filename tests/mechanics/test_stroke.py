@@ -156,13 +156,14 @@ def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_g
 
 
 def test_what_is_pressed_beyond_the_limit_yields_at_once():
-    """Both bodies sink alike until no position needs more than the limit; then wear goes on."""
+    """Both bodies sink until no position needs more than the limit; then wear goes on."""
     problem = sliding(limit=0.7 * HERTZ_PRESSURE / P0)
     first, *_, last = slide(problem, (200.0,))
     assert first.pressures.max() == pytest.approx(problem.plastic_limit, rel=1e-12)
     assert first.plastic.max() > 0
     assert np.array_equal(first.plastic, first.sunk.sum(axis=0))
-    assert first.sunk[0].max() == pytest.approx(first.sunk[1].max())
+    # Alike in the first pass over the stroke, and hardly more of either in the next ones.
+    assert first.sunk[0].max() == pytest.approx(first.sunk[1].max(), rel=2e-3)
     for pressure in first.pressures:
         assert problem.spacing[0] * pressure.sum() == pytest.approx(LOAD)
     assert last.geometry.integral(last.wear_flat) == pytest.approx(
@@ -173,6 +174,27 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
     *_, elastic = slide(sliding(limit=1e3), (200.0,))
     *_, without = slide(sliding(), (200.0,))
     assert np.array_equal(elastic.wear_flat, without.wear_flat)
+
+
+@pytest.mark.parametrize("part", [0.5, 0.9])
+def test_ridges_that_all_yield_have_the_area_that_carries_the_load_and_wear_on(part):
+    """At each position of the stroke; and wear is that of the whole load on the whole path."""
+    problem = sliding(
+        roughness=WavyRoughness(2e-6, 0.05, 0.0),
+        limit=part * HERTZ_PRESSURE / P0,
+        extent=(1.5 * A, 1.5 * A),
+        cells=8,
+    )
+    first, *_, last = slide(problem, (30.0,))
+    size, limit = problem.spacing[0], problem.plastic_limit
+    for state in (first, last):
+        for pressure in state.pressures:
+            assert size * pressure.sum() == pytest.approx(LOAD, rel=1e-9)
+            # What touches carries the limit nearly everywhere.
+            assert LOAD / limit <= size * (pressure > 0).sum() < 1.4 * LOAD / limit
+        assert state.pressures.max() <= limit * (1 + 1e-9)
+    worn = last.geometry.integral(last.wear)
+    assert worn == pytest.approx((INDENTER + FLAT) * LOAD * 4 * STROKE * 30, rel=1e-6)
 
 
 class Uniform(SlipModel):

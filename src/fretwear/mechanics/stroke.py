@@ -49,7 +49,11 @@ _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
 _MOST_FOR_EDGE = 24
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
-_FIRST_STEP, _LARGEST_SWEEPS = 0.1, 60
+_FIRST_STEP, _LARGEST_SWEEPS = 0.1, 200
+# Sweeps in which no fewer cells change sides, before only one of them does.
+_PATIENCE = 10
+# Passes over the stroke in which bodies sink when they are loaded, at most.
+_LARGEST_PASSES = 20
 # Cells touch where the gap is below this part of the approach.
 _CLOSED = 1e-10
 
@@ -153,8 +157,17 @@ class _Slider(Integrator):
             if before is not None:
                 closed = closed | (before.pressures > 0).any(axis=0)
                 worn, sunk = before.worn, before.sunk
-            found = rubbing.solve(self.opens * worn + sunk, np.zeros((2, 1, 1)), closed)
-            if not self._outgrown(found):
+            rigid, change = np.zeros((2, 1, 1)), inf
+            found = rubbing.solve(self.opens * worn + sunk, rigid, closed)
+            # What sinks at one position carries less at others, where more sinks in the next pass.
+            for left in reversed(range(_LARGEST_PASSES)):
+                settled = change <= self.tolerance or not found.flow.any() or not left
+                if self._outgrown(found) or settled:
+                    break
+                sunk, means, closed = sunk + found.flow, found.means, found.pressures > 0
+                found = rubbing.solve(self.opens * worn + sunk, rigid, closed)
+                change = float(np.abs(found.means - means).sum() / means.sum())
+            if rubbing is self.rubbing:
                 break
         cycle, step = (0.0, 0) if before is None else (before.cycle, before.step)
         growth = self.opens * self.rates(cycle).sum() * hertz.peak_pressure
@@ -381,6 +394,20 @@ class Rubbing:
             self._inverses[place] = cells, inverse
         return inverse
 
+    def _capped(self, full: Mask, shape: Array) -> tuple[Any, Any, float]:
+        """Cells at the limit and the one between the bounds of a contact that yields all over.
+
+        Those at the limit carry the load P but for what is left, N, to the one beside them: the
+        lowest P/p_lim of the area, of a shape, m, under the limit on the cells that had it.
+        """
+        carried = self.limit * self.area
+        count = ceil(self.load / carried) - 1
+        if count >= shape.size:
+            raise ContactError("the plastic limit cannot carry the load on the cells of the stroke")
+        sunk = self.displacement(np.where(full, self.limit, 0.0))
+        order = np.argsort(shape + sunk, kind="stable")
+        return np.sort(order[:count]), order[count : count + 1], self.load - count * carried
+
     def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
         """The contacts of all positions; a ContactError if the cells in contact do not settle.
 
@@ -393,11 +420,12 @@ class Rubbing:
 
         shape_of_cells, shape_of_bodies = closed.shape, opening.shape
         compliance = np.broadcast_to(compliance, opening.shape).ravel()
-        opening, closed = opening.ravel(), closed.reshape(len(closed), -1)
+        opening, closed = opening.ravel(), closed.reshape(len(closed), -1).copy()
         capped = np.zeros_like(closed)
         shapes = [
             shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
         ]
+        worn_now, fewest, patience = np.zeros_like(opening), closed.size + 1, _PATIENCE
         for _ in range(_LARGEST_SWEEPS):
             parts, touched = [], np.zeros(opening.size, np.bool_)
             places = zip(self.weights, shapes, self.worn, closed, capped, strict=True)
@@ -405,7 +433,9 @@ class Rubbing:
                 free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
                 left = self.load - self.limit * self.area * held.size if held.size else self.load
                 if not free.size or left <= 0.0:
-                    raise ContactError("the contact is at the plastic limit all over")
+                    held, free, left = self._capped(full, shape + worn @ worn_now)
+                    full[:], inside[:] = False, False
+                    full[held], inside[held], inside[free] = True, True, True
                 # Pressure of no load for a unit displacement of each cell, and that of the load.
                 inverse = self._inverse(place, free)
                 uniform = inverse.sum(axis=1)
@@ -440,10 +470,11 @@ class Rubbing:
                 touches = gap < (1.0 - _CLOSED) * approach
                 now_closed[place] = np.where(closed[place], pressure > 0, touches)
                 full, sunk = capped[place], approach - gap
-                now_capped[place] = np.where(full, sunk > 0.0, pressure > self.limit)
+                held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * self.limit
+                now_capped[place] = np.where(full, held, yields)
                 if full.any():
                     sinking = worn[np.flatnonzero(full)].tocoo()
-                    depth = sunk[full][sinking.row]
+                    depth = np.maximum(sunk[full], 0.0)[sinking.row]
                     np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
             if np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped):
                 means = np.sum([weight * (worn.T @ p) for weight, worn, *_, p in parts], axis=0)
@@ -451,5 +482,13 @@ class Rubbing:
                     pressures.reshape(shape_of_cells),
                     *(each.reshape(shape_of_bodies) for each in (means, flow)),
                 )
-            closed, capped = now_closed, now_capped
+            changed = np.flatnonzero((now_closed != closed) | (now_capped != capped))
+            if changed.size < fewest:
+                fewest, patience = changed.size, _PATIENCE
+            elif patience > 0:
+                patience -= 1
+            else:
+                changed = changed[-1:]
+            for sets, now in ((closed, now_closed), (capped, now_capped)):
+                sets.flat[changed] = now.flat[changed]
         raise ContactError("the cells in contact over the stroke do not settle")
