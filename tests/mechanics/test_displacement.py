@@ -1,5 +1,6 @@
 """Displacement, held approach, rig, gross slip, debris: closed forms and an independent table."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -160,6 +161,18 @@ def test_a_stage_foretells_how_slip_follows_the_approach(u, most):
     assert last.state.convolutions <= most * 2 * last.state.step
 
 
+def test_a_peak_that_hardly_wears_does_not_keep_a_new_load_from_its_first_step():
+    """Wear of a cycle as deep as the approach has left all load on a narrow zone of stick."""
+    line = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm"}
+    fast = {"tangential_ratio": 0.9999, "wear_coefficient": "2e-7 / Pa", "cycles": None}
+    blocks = [{"cycles": 1}, {"cycles": 1, "load": "82 N/mm"}]
+    for step in steps(steel(**line, **fast, blocks=blocks, output_cycles=[0])):
+        if step.state.cycle > 1.0:
+            break
+    assert step.measures.normal_force == near(82e3, rel=1e-9)
+    assert step.measures.peak_pressure > 50 * step.measures.normal_force / 0.3e-3
+
+
 def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_does():
     case = case_of(2000, tangential_ratio=0.8, debris_fraction=1.0, output_cycles=[500])
     found = after(case)
@@ -178,6 +191,21 @@ def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_doe
     # The same numbers but for the lengths of the steps.
     assert kept.measures.wear_volume == near(4 * plain.measures.wear_volume, rel=2e-3)
     assert kept.measures.approach == near(plain.measures.approach, rel=1e-5)
+
+
+def test_debris_that_keeps_all_wears_as_one_that_keeps_nearly_all_while_the_stick_zone_grows():
+    """Slip ends within a step where stick begins, and what was worn before remains."""
+    rising = {"cycles": [0, 300], "values": [0.3, 0.9]}
+    given = {"cycles": 300, "displacement_amplitude": "0.9 um", "friction": rising}
+    worn = {}
+    for kept in (1.0 - 1e-7, 1.0):
+        states = [each.state for each in steps(case_of(**given, debris_fraction=kept))]
+        assert states[-1].reduced.stick.sum() > 1.1 * states[0].reduced.stick.sum()
+        for before, after in itertools.pairwise(states):
+            if before.geometry == after.geometry:
+                assert (after.wear >= before.wear).all()
+        worn[kept] = states[-1].geometry.integral(states[-1].wear)
+    assert worn[1.0] == near(worn[1.0 - 1e-7], rel=1e-3)
 
 
 def test_wear_per_energy_is_archards_and_where_it_falls_lies_between_its_limits():

@@ -102,7 +102,9 @@ class Integrator(ABC):
 
     def advance(self, stop: float) -> Any:
         """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate."""
-        wanted, trouble = self.state.next_step, "wear asks for shorter ones"
+        # The first guess of a loading goes by the peak pressure, which may not wear anything.
+        wanted = max(self.state.next_step, _SMALLEST_STEP)
+        trouble = "wear asks for shorter ones"
         while True:
             now, left = self.state.cycle, stop - self.state.cycle
             # Steps of one length up to a stop, rather than a short one at the end.
@@ -376,7 +378,8 @@ class Evolution(Integrator):
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
             worn = layer.displacement(second.pressure, problem.team)
             if kept:
-                worn = base.wear + _all_worn(kept, worn - base.opening, gap, shift, x)
+                opened, after = worn - base.opening, second.reduced.gap
+                worn = base.wear + _all_worn(kept, opened, gap, after, x)
             off = cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
             error = max(error, integral(off))
         error, allowed = error / (OVERESTIMATE * volume), self.tolerance
@@ -486,7 +489,8 @@ class Evolution(Integrator):
                 reduced = replace(base.reduced, gap=model.gap_after(gap_before, worn))
             wear = opening
             if kept:
-                wear = base.wear + _all_worn(kept, worn, gap_before, shift, known + rate * start)
+                exponent = known + rate * start
+                wear = base.wear + _all_worn(kept, worn, gap_before, reduced.gap, exponent)
             stage = Stage(
                 pressure=start,
                 gap=gap,
@@ -534,13 +538,10 @@ class Evolution(Integrator):
         return stage
 
 
-def _all_worn(
-    kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array
-) -> Array:
+def _all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:
     """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
 
-    If all of it is kept the gap does not change, and ∫g* dx = x (g*₀ + ΔG/2).
+    If all of it is kept the contact does not depend on slip, and the reduced gap changes from
+    ``before`` to ``after`` evenly in x: ∫g* dx is x times their mean.
     """
-    if kept < 1.0:
-        return opened / (1.0 - kept)
-    return exponent * (gap if shift is None else gap + 0.5 * shift)
+    return opened / (1.0 - kept) if kept < 1.0 else 0.5 * exponent * (before + after)
