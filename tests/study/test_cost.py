@@ -102,6 +102,19 @@ def test_fields_of_graded_cells_are_written_on_a_grid_for_the_eye(indenter):
     assert fine.grid_spacing == (1e-7, 1e-7)
 
 
+@pytest.mark.parametrize("load", [50.0, 61.0, 73.0])
+def test_a_finer_cell_narrows_rings_alike_in_all_units_and_the_default_not_at_all(load):
+    """As dimensions have it, and not by how many digits a default is printed with."""
+    ratios = []
+    for unit in (1.0, 8.0, 64.0):
+        given = {"radius": 10e-3 * unit, "load": load * unit**2}
+        usual = steel(**given).grid_spacing[0]
+        assert steel(**given, cell=usual).coarseness == 1.0
+        ratios.append(steel(**given, cell=1e-6 * unit).coarseness)
+    assert 0.3 < ratios[0] < 0.9
+    np.testing.assert_allclose(ratios, ratios[0], rtol=1e-12)
+
+
 def test_a_slip_annulus_much_narrower_than_a_written_cell_dissipates_as_mindlin_says():
     case = steel(tangential_ratio=1e-4, cycles=10, cell="4 um", error_estimate=False)
     found = simulate(case, quarter=True)

@@ -27,7 +27,12 @@ from fretwear.study.parameters import (
 )
 from fretwear.study.rules import findings
 from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
-from fretwear.study.spacing import LEAST_COARSENESS, default_spacing
+from fretwear.study.spacing import (
+    LARGEST_ROUNDING,
+    LEAST_COARSENESS,
+    default_spacing,
+    usual_spacing,
+)
 from fretwear.units import QuantityError
 
 # Parameters added later: with their defaults, cases keep their earlier ids.
@@ -143,11 +148,10 @@ class Case(Draft):
         """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
         if self.cell is None or not self.is_graded:
             return 1.0
-        ratio = min(
-            cell / usual for cell, usual in zip(self.cell, default_spacing(self), strict=True)
-        )
-        # Rounded, so that the default means the same if it is written.
-        return min(1.0, max(LEAST_COARSENESS, round(ratio, 9)))
+        usual = usual_spacing(self)
+        ratio = min(cell / wide for cell, wide in zip(self.cell, usual, strict=True))
+        # The default is rounded down, and means the same if it is written.
+        return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 
     @property
     def times_coarser(self) -> float:

@@ -40,6 +40,8 @@ LEAST_COARSENESS = 0.125
 """Width of graded rings and strips relative to the usual one, however fine the written cell."""
 MOST_WRITTEN = 600
 """Cells along an axis of fields that are computed on graded cells and only written on a grid."""
+LARGEST_ROUNDING = 1.1
+"""Over this a length rounded down to two digits is less, at most."""
 # Largest part of the window that is beyond the contact, over the contact.
 _WINDOW = 1.28
 
@@ -54,9 +56,18 @@ _OF_CLOSING = 30.0
 def default_spacing(case: Draft) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
+    It is `usual_spacing` rounded down to two digits, which makes it readable and the same on every
+    machine.
+    """
+    dx, dy = usual_spacing(case)
+    return rounded_down(dx), rounded_down(dy)
+
+
+def usual_spacing(case: Draft) -> Spacing:
+    """Return the spacing (dx, dy), m, that suits a case.
+
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
-    `MOST_CELLS` allow; where it is that of written fields only, as far as `MOST_WRITTEN` allow. It
-    is rounded down to two digits, which makes it readable and the same on every machine.
+    `MOST_CELLS` allow; where it is that of written fields only, as far as `MOST_WRITTEN` allow.
     """
     (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
@@ -69,9 +80,8 @@ def default_spacing(case: Draft) -> Spacing:
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     if case.is_graded:
         least = _WINDOW * greatest_contact_radius(case) / MOST_WRITTEN
-        # A tenth more for the rounding.
-        dx, dy = (each if each >= least else 1.1 * least for each in (dx, dy))
-    return rounded_down(dx), rounded_down(dy)
+        dx, dy = (each if each >= least else LARGEST_ROUNDING * least for each in (dx, dy))
+    return dx, dy
 
 
 def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
