@@ -92,8 +92,9 @@ def test_the_printed_remedy_makes_errors_small(kind):
         for each in (case, better)
     )
     assert after < SMALL_ERROR or "leaves an error of about" in remedy
-    # Edges lie anywhere in a ring or strip.
-    assert after < max(before, 5e-4 * case.is_graded)
+    # The edge of contact lies anywhere in a ring or strip, at least 0.002 of the radius wide; half
+    # of one is 0.002 of the area.
+    assert after < max(before, 2e-3 * better.coarseness * case.is_graded)
 
 
 @pytest.mark.parametrize("given", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
