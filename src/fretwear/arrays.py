@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
+Places = NDArray[np.intp]
+# The type of the elements of a field, which its result shares.
+Element = TypeVar("Element", bound=np.generic)

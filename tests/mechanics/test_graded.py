@@ -283,6 +283,18 @@ def test_fields_on_a_plane_are_those_along_the_radius():
     np.testing.assert_array_equal(found["sticks"], r < edge)
 
 
+def test_no_written_mean_lies_beyond_the_values_around_it():
+    """Where a field rises more and more steeply, such as beside a singular edge."""
+    strips = Strips(tuple(1e-6 * np.arange(9.0)), 6e-3)
+    rising = np.array([0.0, 0.0, 0.01, 1.0, 1.0, 1.01, 3.0, 3.0])[:, None]
+    plane = strips.plane((1e-7, 1e-7))
+    means = strips.written({"pressure": rising}, plane)["pressure"]
+    assert means.min() >= 0.0
+    assert means.max() <= 3.0
+    assert (np.diff(means[:, 0]) >= -1e-12).all()
+    assert means.sum() * 1e-7 == near(rising.sum() * 1e-6)
+
+
 def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
     limit = 1.5 * LINE.peak_pressure
     problem = rubbing(0.8, limit=limit / P0)

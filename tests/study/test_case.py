@@ -1,6 +1,8 @@
 """A case: what it takes, what it refuses and what would do instead, its default grid."""
 
+import inspect
 import math
+import pydoc
 from dataclasses import FrozenInstanceError
 
 import numpy as np
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
+from fretwear.study.parameters import base_names
 from fretwear.study.rules import GREATEST_CONTACT
 from fretwear.units import QuantityError
 
@@ -219,3 +222,21 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
     assert max(dx, dy) <= min(radius / 64, stick / 8, (radius - stick) / 4)
     # The default passes the rules that a given spacing has to pass.
     assert case.replace(cell=(dx, dy)).cell == (dx, dy)
+
+
+def test_a_case_prints_as_a_table_with_units():
+    case = steel(load="50 N", plastic_limit="4500 MPa")
+    first, *rows = str(case).splitlines()
+    assert first == case.case_id
+    assert repr(case) == f"<Case {case.case_id}>"
+    table = {row.split()[0]: row for row in rows}
+    assert table.keys() == case.scalar_coordinates().keys()
+    assert "4500 MPa" in table["plastic_limit"]
+    assert "normal load" in table["load"]
+
+
+def test_help_and_completion_know_every_parameter():
+    keywords = inspect.signature(Case).parameters
+    assert {*base_names(), "output_cycles"} == keywords.keys()
+    assert keywords["load"].annotation == "normal load"
+    assert "load: 'normal load' = None" in pydoc.render_doc(Case, renderer=pydoc.plaintext)

@@ -141,6 +141,15 @@ def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes
     assert width == pytest.approx(expected, rel=0.15)
 
 
+@pytest.mark.parametrize("slope", [0.05, 0.2])
+def test_a_tip_as_far_from_the_next_as_the_contact_is_wide_carries_the_whole_load(slope):
+    case = steel(roughness={"amplitude": 2e-5, "slope_x": slope, "slope_y": slope})
+    radius = 1.0 / (case.rough.tip.curvature_x + 1.0 / case.indenter.curvature_radius)
+    tip = HertzContact(radius, case.hertz.load, case.composite_modulus)
+    width = zones_of_tip(case)["contact of a tip"][0]
+    assert width == pytest.approx((2.0 * tip.contact_radius,) * 2)
+
+
 def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
     cheap, dear = steel(load=10, roughness=GENTLE), steel(load=200, roughness=GENTLE)
     for given, needed in zip(cheap.grid_spacing, needed_spacings(cheap)[1], strict=True):

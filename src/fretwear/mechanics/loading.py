@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from fretwear.parts import Part, Quantity
 from fretwear.theory import HertzContact, LineContact, find_root
@@ -72,7 +72,7 @@ class Normal(Imposed):
     """The normal loading."""
 
     @property
-    def given(self) -> tuple[Any, Any]:
+    def given(self) -> tuple[float | None, float | None]:
         """Load P, N, or approach d, m, whichever is held while the bodies wear, and None."""
         raise NotImplementedError
 
@@ -83,8 +83,7 @@ class Normal(Imposed):
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Unworn smooth contact, from the same under any load."""
-        load, approach = self.given
-        return smooth.with_load(load) if self.holds_load else smooth.with_approach(approach)
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -104,6 +103,10 @@ class NormalLoad(Normal):
         """The load P."""
         return self.load, None
 
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Unworn smooth contact under the load."""
+        return smooth.with_load(self.load)
+
 
 @dataclass(frozen=True)
 class Indentation(Normal):
@@ -121,6 +124,10 @@ class Indentation(Normal):
     def given(self) -> tuple[None, float]:
         """The approach d."""
         return None, self.indentation
+
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Unworn smooth contact at the approach."""
+        return smooth.with_approach(self.indentation)
 
 
 class Loading(Imposed):
@@ -215,7 +222,7 @@ class TangentialLoad(Loading):
         """X = Q/(µP)."""
         return self.tangential_load / (friction * load)
 
-    def amplitude(self, *_: Any) -> float:
+    def amplitude(self, *_: object) -> float:
         """Q, N, as given."""
         return self.tangential_load
 
@@ -244,7 +251,7 @@ class SlidingAmplitude(Loading):
         """X = 1: the contact slides as a whole."""
         return 1.0
 
-    def plain(self, *_: Any) -> Loading:
+    def plain(self, *_: object) -> Loading:
         """The same."""
         return self
 
@@ -320,7 +327,7 @@ class DisplacementAmplitude(Displacement):
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
     letter: ClassVar[str] = "U"
 
-    def displacement(self, *_: Any) -> float:
+    def displacement(self, *_: object) -> float:
         """U, m, as given."""
         return self.displacement_amplitude
 

@@ -100,15 +100,15 @@ class SourceFile(Plain):
             )
         return Source(path.name, checksum, str(path))
 
-    def canonical(self, value: Any) -> str:
+    def canonical(self, value: object) -> str:
         """Return name and checksum in a line, which `read` takes back."""
         return str(value)
 
-    def coordinates(self, name: str, value: Any) -> Any:
+    def coordinates(self, name: str, value: object) -> Any:
         """Yield the same line."""
         yield name, self, str(value)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         """Return the name."""
         return str(value).partition(" sha256:")[0]
 

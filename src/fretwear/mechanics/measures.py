@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import nan
-from typing import Any
 
 import numpy as np
 
@@ -406,7 +405,7 @@ def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> 
     return np.concatenate(loads)[::-1], np.concatenate(curve)[::-1]
 
 
-def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Any, float]:
+def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Array, float]:
     """Height of P^(2/3) above its chord between two loads, and the area between them."""
     ends = np.array([lower, upper])
     heights = ends**_SPHERE

@@ -18,7 +18,7 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -51,9 +51,9 @@ class ReducedContact:
     response: Array | None = None
 
     @property
-    def stick(self) -> Any:
+    def stick(self) -> Mask:
         """Cells of the stick zone."""
-        return self.pressure > 0
+        return np.asarray(self.pressure > 0)
 
 
 class Conditions(Protocol):

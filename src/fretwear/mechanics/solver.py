@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING
 
@@ -296,7 +295,10 @@ def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask
     count = int(np.count_nonzero(free))
     if tangent is None or not count:
         return [(everywhere, np.ones_like(inside), invert())]
-    of_tangent = partial(team.cellwise, dtype=np.float32)
+
+    def of_tangent(function: Callable[[Single], Single], c: Single) -> Single:
+        return team.cellwise(function, c, dtype=np.float32)
+
     mean = kernels.inner(team, tangent, inside) / count
     if mean < _SOFT:
         # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell's own.
@@ -337,10 +339,11 @@ class FreeCells:
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no weight.
-        weigh = partial(self._team.cellwise, np.multiply, dtype=np.float32)
-        self._parts: list[Inverse] = [
-            (cells, weigh(share, self._inside[cells]), invert) for cells, share, invert in parts
-        ]
+        self._parts: list[Inverse] = []
+        for cells, share, invert in parts:
+            inside = self._inside[cells]
+            weights = self._team.cellwise(np.multiply, share, inside, dtype=np.float32)
+            self._parts.append((cells, weights, invert))
         self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
         if under_load:
             self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
-from fretwear.mechanics.geometry import Geometry, HalfSpace, Workspace
+from fretwear.mechanics.geometry import Geometry, HalfSpace, Parts, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import ReducedContact, SlipModel
@@ -62,11 +62,11 @@ class WearProblem(Setup):
         return ContactProblem(half_space, shape, load, self.plastic_limit, layer, approach)
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
-        """P, N, of a contact: that is held, or what it carries."""
-        held = self.normal.holds_load
-        return float(self.normal.given[0] if held else geometry.integral(contact.pressure))
+        """P, N, of a contact: the load that is held, or what it carries."""
+        load, _ = self.normal.given
+        return geometry.integral(contact.pressure) if load is None else float(load)
 
-    def half_space(self, geometry: Geometry, parts: dict[Any, Any] | None = None) -> HalfSpace:
+    def half_space(self, geometry: Geometry, parts: Parts | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
         return geometry.half_space(self.composite_modulus, self.team, parts)
 

@@ -12,10 +12,14 @@ from functools import lru_cache
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fretwear.arrays import Array, Element
+
+Field = NDArray[np.generic]
 
 _COMPILE = "install fretwear again, or compile in a checkout: python setup.py build_ext --inplace"
 try:
@@ -44,13 +48,27 @@ class Team(kernels.Threads):  # type: ignore[misc]
         """Who goes over a field of so many cells: one thread if it is small."""
         return self if count > _SMALL else ALONE
 
+    @overload
+    def cellwise(
+        self, function: Callable[..., object], field: Field, *others: Field | float
+    ) -> Array: ...
+
+    @overload
     def cellwise(
         self,
-        function: Callable[..., Any],
-        field: NDArray[Any],
-        *others: NDArray[Any] | float,
+        function: Callable[..., object],
+        field: Field,
+        *others: Field | float,
+        dtype: type[Element],
+    ) -> NDArray[Element]: ...
+
+    def cellwise(
+        self,
+        function: Callable[..., object],
+        field: Field,
+        *others: Field | float,
         dtype: type[np.generic] = np.float64,
-    ) -> Any:
+    ) -> NDArray[np.generic]:
         """Apply a function cell by cell to fields of one shape and numbers; return the field."""
         if field.size <= _SMALL:
             return np.asarray(function(field, *others), dtype)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import inspect
 import json
 import math
 from collections.abc import Iterable, Iterator
@@ -18,10 +19,12 @@ from fretwear.parts import Parameter, WholeNumber, derived, is_list
 from fretwear.problems import Problem, Problems
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import (
+    base_names,
     by_member,
     html_table,
     make_member,
     missing_parameters,
+    parameter_of,
     read_values,
     replaced_by,
 )
@@ -65,6 +68,18 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
     return tuple(cycles)
 
 
+class _KeysOfBase:
+    """The signature of `Case`: the keys of `base`, those of parts that are defined later too."""
+
+    def __get__(self, _: object, owner: type) -> inspect.Signature:
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        words = {name: parameter_of(name).words for name in base_names()}
+        words["output_cycles"] = "cycles at which fields are kept"
+        return inspect.Signature(
+            [inspect.Parameter(n, keyword, default=None, annotation=w) for n, w in words.items()]
+        )
+
+
 class CaseError(ValueError):
     """Parameters that do not make a valid case; `problems` lists everything that is wrong."""
 
@@ -102,6 +117,8 @@ class Case(Draft):
     148.6
     """
 
+    __signature__ = _KeysOfBase()
+
     def __init__(self, **parameters: Any) -> None:
         given = {name: value for name, value in parameters.items() if value is not None}
         problems = Problems()
@@ -117,10 +134,23 @@ class Case(Draft):
         if broken := findings(self):
             raise CaseError(broken)
 
+    def __repr__(self) -> str:
+        return f"<Case {self.case_id}>"
+
+    def __str__(self) -> str:
+        rows = [
+            (name, about.text(value), about.words) for name, about, value in self._coordinates()
+        ]
+        wide, long = (max(map(len, column)) for column in [*zip(*rows, strict=True)][:2])
+        lines = [f"  {name:<{wide}}  {text:<{long}}  {words}" for name, text, words in rows]
+        return "\n".join((self.case_id, *lines))
+
     def _repr_html_(self) -> str:
         """Return a table of the parameters, for notebooks."""
-        found = self._coordinates()
-        return html_table(self.case_id, ((n, about.words, about.text(v)) for n, about, v in found))
+        rows = (
+            (name, about.words, about.text(value)) for name, about, value in self._coordinates()
+        )
+        return html_table(self.case_id, rows)
 
     def replace(self, **changes: Any) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""

@@ -16,18 +16,17 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
 
-import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask, Single
+from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import HertzContact
 
 if TYPE_CHECKING:
     from fretwear.mechanics.contact import Contact, ContactProblem
-    from fretwear.mechanics.geometry.grid import Grid
+    from fretwear.mechanics.geometry.grid import Grid, GridHalfSpace
     from fretwear.mechanics.roughness import Roughness
     from fretwear.mechanics.state import Stage, WearProblem
     from fretwear.mechanics.surfaces import Indenter
@@ -39,6 +38,8 @@ Index = tuple[slice, slice]
 Way = tuple[slice | int, slice | int]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
+# The elastic bodies on parts of a window, by the shapes of these.
+Parts = dict[tuple[int, int], "GridHalfSpace"]
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -56,8 +57,8 @@ class Zone:
     """
 
     area: float  #: m²
-    inside: NDArray[np.intp]  #: cells of the zone, shape (sides,)
-    outside: NDArray[np.intp]  #: cells beside the zone, shape (sides,)
+    inside: Places  #: cells of the zone, shape (sides,)
+    outside: Places  #: cells beside the zone, shape (sides,)
     deviations: Array  #: of the area by where edges cut these cells, m², shape (sides,)
 
 
@@ -181,22 +182,22 @@ class Geometry(ABC):
 
     @abstractmethod
     def half_space(
-        self, modulus: float, team: Team = ALONE, parts: dict[Any, Any] | None = None
+        self, modulus: float, team: Team = ALONE, parts: Parts | None = None
     ) -> HalfSpace:
         """The elastic bodies of a composite modulus, Pa; ``parts`` are shared between windows."""
 
     # Other cells.
 
     @abstractmethod
-    def where(self, other: Any) -> Index:
+    def where(self, other: Geometry) -> Index:
         """Indices of these cells that another geometry of the same kind has too."""
 
     @abstractmethod
-    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
+    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of these cells on others; zero where there were none."""
 
     @abstractmethod
-    def extended(self, other: Any) -> Self:
+    def extended(self, other: Geometry) -> Self:
         """These cells, extended to the size of others."""
 
     @abstractmethod
@@ -214,7 +215,9 @@ class Geometry(ABC):
         """The grid of a spacing, m, on which fields are written."""
 
     @abstractmethod
-    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:
+    def written(
+        self, fields: dict[str, NDArray[Element]], plane: Grid
+    ) -> dict[str, NDArray[Element]]:
         """Fields as means over the cells of that grid."""
 
 
@@ -253,7 +256,7 @@ class HalfSpace(ABC):
 class UnwornBodies:
     """The unworn bodies of a problem on one geometry, computed when needed."""
 
-    def __init__(self, problem: WearProblem, geometry: Geometry, parts: dict[Any, Any]) -> None:
+    def __init__(self, problem: WearProblem, geometry: Geometry, parts: Parts) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
@@ -274,7 +277,7 @@ class Workspace:
         self.problem = problem
         self._bodies: dict[Geometry, UnwornBodies] = {}
         # Shared by all windows: parts of its own would cost each of them an array or two more.
-        self._parts: dict[Any, Any] = {}
+        self._parts: Parts = {}
 
     def on(self, geometry: Geometry) -> UnwornBodies:
         """The unworn bodies on a geometry."""

@@ -12,12 +12,12 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask, Single
+from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, projected_gradient
 from fretwear.mechanics.geometry import (
     ANYWHERE,
@@ -27,6 +27,7 @@ from fretwear.mechanics.geometry import (
     Geometry,
     HalfSpace,
     Index,
+    Parts,
     Way,
     Workspace,
     Zone,
@@ -47,6 +48,8 @@ _SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
 # Solutions after each of which no fewer cells changed sides than ever, until they do so one by one.
 _PATIENCE = 8
 
+Distance = TypeVar("Distance", float, Array)
+
 
 @dataclass(frozen=True)
 class DenseCells(Geometry):
@@ -59,15 +62,15 @@ class DenseCells(Geometry):
     _whole: ClassVar[float]
 
     @abstractmethod
-    def _measure(self, distance: Any) -> Any:
+    def _measure(self, distance: Distance) -> Distance:
         """A function of the distance from the origin that is proportional to the area within."""
 
     @abstractmethod
-    def _distance(self, x: Array, y: Array) -> Any:
+    def _distance(self, x: Array, y: Array) -> Array:
         """Distance of points from the origin, m."""
 
     @abstractmethod
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
         """Fraction of rectangles between two x and two y, m, within a distance, m."""
 
     @abstractmethod
@@ -108,7 +111,7 @@ class DenseCells(Geometry):
         self,
         modulus: float,
         team: Team = ALONE,  # noqa: ARG002
-        parts: dict[Any, Any] | None = None,  # noqa: ARG002
+        parts: Parts | None = None,  # noqa: ARG002
     ) -> DenseHalfSpace:
         """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, modulus)
@@ -149,7 +152,7 @@ class DenseCells(Geometry):
         parts = {"": inside[:, None]}
         return replace(self, edges=tuple(cut.tolist())).written(parts, plane)[""]
 
-    def _sides(self, cells: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _sides(self, cells: Mask) -> tuple[Places, Places]:
         """Cells inside and outside each edge of a zone, outward; all of one axis."""
         steps = np.flatnonzero(cells[1:] != cells[:-1])
         inner = np.where(cells[steps], steps, steps + 1)
@@ -161,7 +164,7 @@ class DenseCells(Geometry):
         np.subtract.at(counted, self._sides(cells)[0][:-1], OPEN_PER_SIDE)
         return counted
 
-    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
+    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field on other cells: of the same integral, zero beyond the outermost of these.
 
         Cells that both have from the innermost outward keep their values. Between other edges, the
@@ -172,15 +175,16 @@ class DenseCells(Geometry):
             result = np.zeros(other.shape, dtype=field.dtype)
             result[:count] = field[:count]
             return result
-        places, others = (self._measure(np.asarray(each.edges)) for each in (self, other))
-        within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(places))])
-        found = interpolated(places, within, np.minimum(others, places[-1]))
-        return np.asarray((np.diff(found) / np.diff(others))[:, None])
+        places, others = (self._measure(np.asarray(each)) for each in (self.edges, _edges(other)))
+        within = np.concatenate([[0.0], np.cumsum(field[:, 0].astype(float) * np.diff(places))])
+        integrals = interpolated(places, within, np.minimum(others, places[-1]))
+        return (np.diff(integrals) / np.diff(others))[:, None].astype(field.dtype)
 
-    def where(self, smaller: Any) -> Index:
+    def where(self, other: Geometry) -> Index:
         """Indices of the cells shared with another set, if one extends the other."""
-        common = min(len(self.edges), len(smaller.edges))
-        alike = self.edges[:common] == smaller.edges[:common]
+        edges = _edges(other)
+        common = min(len(self.edges), len(edges))
+        alike = self.edges[:common] == edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
 
     def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
@@ -204,7 +208,7 @@ class DenseCells(Geometry):
         waves = problem.wavelengths
         return self.reaching(self._radius(pressure) + (waves[0] if waves else 0.0))
 
-    def _radius(self, field: NDArray[Any]) -> float:
+    def _radius(self, field: Array) -> float:
         """Largest distance from the origin at which a field is not zero, m."""
         return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
 
@@ -212,9 +216,10 @@ class DenseCells(Geometry):
         """These cells, or ones that reach further if a contact of a radius, m, needs them."""
         return self if radius <= _ROOM * self.extent[0] else self._out_to(_GROWTH * self.edges[-1])
 
-    def extended(self, other: Any) -> Self:
+    def extended(self, other: Geometry) -> Self:
         """These cells, extended to the size of others."""
-        return self if other.edges[-1] <= self.edges[-1] else self._out_to(other.edges[-1])
+        outer = _edges(other)[-1]
+        return self if outer <= self.edges[-1] else self._out_to(outer)
 
     def _out_to(self, radius: float) -> Self:
         last, width = self.edges[-1], self.edges[-1] - self.edges[-2]
@@ -229,7 +234,9 @@ class DenseCells(Geometry):
         )
         return Grid((x, y), spacing)
 
-    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:
+    def written(
+        self, fields: dict[str, NDArray[Element]], plane: Grid
+    ) -> dict[str, NDArray[Element]]:
         """Means of fields over the cells of a grid; of states, that of most of a cell.
 
         Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
@@ -265,9 +272,7 @@ class DenseCells(Geometry):
                 found[name][block] = means.reshape(-1, plane.shape[1])
         return found
 
-    def _shares(
-        self, parts: Array, plane: Grid, block: slice
-    ) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+    def _shares(self, parts: Array, plane: Grid, block: slice) -> tuple[Places, Array, Places]:
         """Parts of these cells in each cell of some rows of a grid, their shares, and the first.
 
         ``parts`` are the inner edges of the parts, m.
@@ -287,6 +292,11 @@ class DenseCells(Geometry):
         within[continues] = self._within(sides, parts[at[continues]])
         up_to = np.where(np.append(continues[1:], False), np.append(within[1:], 1.0), 1.0)
         return at, up_to - within, starts
+
+
+def _edges(cells: Geometry) -> tuple[float, ...]:
+    assert isinstance(cells, DenseCells)
+    return cells.edges
 
 
 def interpolated(places: Array, values: Array, others: Array) -> Array:

@@ -12,12 +12,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask, Single
+from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.geometry import (
     ANYWHERE,
@@ -27,6 +27,7 @@ from fretwear.mechanics.geometry import (
     Geometry,
     HalfSpace,
     Index,
+    Parts,
     Way,
     Workspace,
     Zone,
@@ -148,7 +149,7 @@ class Grid(Geometry):
         """Largest value of a field."""
         return float(field.max())
 
-    def _sides(self, cells: Mask) -> tuple[NDArray[np.intp], ...]:
+    def _sides(self, cells: Mask) -> tuple[Places, ...]:
         """Sides at the edge of a zone: cells inside, those outside, and cells at the border.
 
         These are places in the flattened field. Axes in which the zone is even are no edges.
@@ -171,12 +172,12 @@ class Grid(Geometry):
         self,
         modulus: float,
         team: Team = ALONE,
-        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
+        parts: Parts | None = None,
     ) -> GridHalfSpace:
         """The elastic bodies on the cells; ``parts`` are on smaller windows, to be shared."""
         return GridHalfSpace(self, modulus, team, parts)
 
-    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
+    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
 
         Cells that this window lacks get zero; cells that the other lacks are dropped.
@@ -185,11 +186,11 @@ class Grid(Geometry):
         result[other.where(self)] = field[self.where(other)]
         return result
 
-    def where(self, smaller: Any) -> Index:
+    def where(self, other: Geometry) -> Index:
         """Indices of the cells of this window shared with another."""
         slices = []
-        for own, other, is_even in zip(self.shape, smaller.shape, self.even, strict=True):
-            kept = min(own, other)
+        for own, count, is_even in zip(self.shape, other.shape, self.even, strict=True):
+            kept = min(own, count)
             first = 0 if is_even else (own - kept) // 2
             slices.append(slice(first, first + kept))
         return slices[0], slices[1]
@@ -225,7 +226,7 @@ class Grid(Geometry):
         shape = fast_shape(extent, self.spacing, self.even)
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
-    def extended(self, other: Any) -> Grid:
+    def extended(self, other: Geometry) -> Grid:
         """The other window, which is larger and has the same cells."""
         return self.of_shape(other.shape)
 
@@ -233,7 +234,11 @@ class Grid(Geometry):
         """The grid on which fields are written: this one."""
         return self
 
-    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:  # noqa: ARG002
+    def written(
+        self,
+        fields: dict[str, NDArray[Element]],
+        plane: Grid,  # noqa: ARG002 - the same
+    ) -> dict[str, NDArray[Element]]:
         """Fields on the grid on which they are written."""
         return fields
 
@@ -356,7 +361,7 @@ class GridHalfSpace(HalfSpace):
         geometry: Grid,
         composite_modulus: float,
         team: Team = ALONE,
-        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
+        parts: Parts | None = None,
     ) -> None:
         self.geometry: Grid = geometry
         self.team = team

@@ -15,13 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import CellProblem
-from fretwear.mechanics.geometry.dense import DenseCells
+from fretwear.mechanics.geometry.dense import DenseCells, Distance
 from fretwear.theory import LimitingState, share_of_band
 
 if TYPE_CHECKING:
@@ -156,13 +156,13 @@ class Rings(DenseCells):
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
         return rings.reaching(touched)
 
-    def _measure(self, distance: Any) -> Any:
+    def _measure(self, distance: Distance) -> Distance:
         return distance * distance
 
-    def _distance(self, x: Array, y: Array) -> Any:
+    def _distance(self, x: Array, y: Array) -> Array:
         return np.hypot(x, y)
 
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
         left, right, low, high = sides
         area = _corner(right, high, radius) - _corner(left, high, radius)
         area -= _corner(right, low, radius) - _corner(left, low, radius)
@@ -209,8 +209,9 @@ def _corner(x: Array, y: Array, radius: Array) -> Array:
     # Up to here along x the rectangle is lower than the circle.
     start = np.minimum(np.sqrt((radius - y) * (radius + y)), x)
 
-    def under_circle(x: Array) -> Any:
-        return 0.5 * (x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius))
+    def under_circle(x: Array) -> Array:
+        below: Array = x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius)
+        return 0.5 * below
 
     return np.asarray(y * start + under_circle(x) - under_circle(start))
 
@@ -260,7 +261,7 @@ def _mean_under_discs(edges: Array) -> Array:
     beyond = second - apart * (2.0 - apart) * first
     sunk = 4.0 / math.pi * larger * np.where(distance > 0.0, second, beyond)
 
-    def integral(x: Array) -> Any:
+    def integral(x: Array) -> Array:
         return 0.5 * x * x * (np.log(np.maximum(np.abs(x), np.finfo(np.float64).tiny)) - 0.5)
 
     width = np.diff(edges)[:, None]

@@ -12,13 +12,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import CellProblem
-from fretwear.mechanics.geometry.dense import DenseCells
+from fretwear.mechanics.geometry.dense import DenseCells, Distance
 from fretwear.theory import LineContact, share_of_band
 
 # Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
@@ -42,13 +42,13 @@ class Strips(DenseCells):
     plane_strain: ClassVar[bool] = True
     _whole: ClassVar[float] = 2.0
 
-    def _measure(self, distance: Any) -> Any:
+    def _measure(self, distance: Distance) -> Distance:
         return distance
 
-    def _distance(self, x: Array, y: Array) -> Any:
+    def _distance(self, x: Array, y: Array) -> Array:
         return x + 0.0 * y
 
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
         left, right, _, _ = sides
         return (radius - left) / (right - left)
 
