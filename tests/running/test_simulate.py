@@ -328,6 +328,15 @@ def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard
     assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
 
 
+def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
+    energy = [1.0, 0.5, 0.1]
+    falls = estimates([2e-3, 0.05, 0.0], values=energy) / energy
+    assert 0.1 < falls[1] == pytest.approx(falls[2])
+    # What grows, as a volume, may become more accurate.
+    grows = estimates([2e-3, 0.05, 0.0], values=energy[::-1]) / energy[::-1]
+    assert grows[2] < 0.5 * grows[1]
+
+
 def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():
     values = {"stick_area": np.ones(2)}
     for apart, spread in ((0.0, 0.1), (0.3, 0.01)):

@@ -322,6 +322,9 @@ def estimated_errors(
     so that a hard snapshot beside an easy one does not count for both. What is not there in one of
     the two runs, NaN, is zero there; where the run has none, there is no error.
 
+    What falls, as the energy of a contact that wears in, is what is left of more: relative to it,
+    an error is no smaller than before. Two runs that agree again do so where they cross.
+
     Two runs may differ by less than what cells leave open by themselves, above all where nothing
     moves the edges from one snapshot to the next: the standard deviations that edges within cells
     cause, `fretwear.mechanics.measures.scatter`, are a lower bound.
@@ -340,9 +343,13 @@ def estimated_errors(
     usual.update((name, max(usual[name], known)) for name in of_edges)
     part = _DEVIATIONS / math.sqrt(times**2 - 1.0)
     found = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
-    return found | {
-        name: np.maximum(found[name], _DEVIATIONS * each) for name, each in spread.items()
-    }
+    found |= {name: np.maximum(found[name], _DEVIATIONS * each) for name, each in spread.items()}
+    for name, errors in found.items():
+        own = np.abs(scalars[name])
+        for now, falls in enumerate(own[1:] < own[:-1], start=1):
+            if falls:
+                errors[now] = max(errors[now], errors[now - 1] * own[now] / own[now - 1])
+    return found
 
 
 def wear_problem(
