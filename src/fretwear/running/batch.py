@@ -11,9 +11,10 @@ import math
 import shlex
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
+from inspect import isabstract
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast, get_args, get_origin, get_type_hints
 
@@ -207,8 +208,8 @@ def _check(record: RunRecord) -> None:
 def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any:
     """Restore a value of an annotated type from JSON and the arrays beside it.
 
-    Of a union of dataclasses, the one with the packed fields is chosen. Raises a LookupError, a
-    TypeError or a ValueError if something else was packed.
+    Of a union of dataclasses, or of those that make an abstract class, the one with the packed
+    fields is chosen. A LookupError, a TypeError or a ValueError says that something else was packed.
     """
     parts = tuple(part for part in get_args(kind) if part is not ...)
     if isinstance(packed, list):
@@ -224,12 +225,21 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
         return packed
     if packed.keys() == {_ARRAY}:
         return arrays[packed[_ARRAY]]
-    for each in (kind, *parts):
+    for each in (one for stated in (kind, *parts) for one in _concrete(stated)):
         if is_dataclass(each) and {own.name for own in fields(each)} == packed.keys():
             types = get_type_hints(each)
             values = {name: unpack(types[name], packed[name], arrays) for name in packed}
             return cast("type[Any]", each)(**values)
     raise TypeError(f"{kind} has no fields {', '.join(packed)}")
+
+
+def _concrete(kind: Any) -> Iterator[Any]:
+    """Yield a type or, if it is an abstract class, the classes that derive from it and are not."""
+    if not isabstract(kind):
+        yield kind
+    else:
+        for derived in kind.__subclasses__():
+            yield from _concrete(derived)
 
 
 def reason_of(error: Exception) -> tuple[str, bool]:
