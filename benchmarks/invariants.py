@@ -424,10 +424,12 @@ class Laws:
         free = (pressure > 0.0) & (pressure < problem.plastic_limit)
         self.law("g p = 0", state.gap[free], NO_GAP * height)
         force = measures["tangential_force"]
+        shear = problem.shear_traction(pressure, reduced)
+        beyond = np.abs(shear) - friction * pressure
+        self.law("|q| <= mu p", beyond, LOAD * friction * peak)
         if problem.slip_model.follows_shape or problem.loading.stroke:
-            shear = problem.shear_traction(pressure, reduced)
-            beyond = np.abs(shear) - friction * pressure
-            self.law("|q| <= mu p", beyond, LOAD * friction * peak)
+            uncut = friction * (pressure - reduced.pressure)
+            self.law("shear is not cut", np.abs(shear - uncut), LOAD * friction * peak)
             carried = abs(integral(shear) - force)
             self.law("the shear traction carries Q", carried, 10 * LOAD * friction * load)
             self.law("g* >= 0", -reduced.gap.min(), 1e-12 * height)
@@ -494,9 +496,9 @@ class Laws:
         frictions = [self.problem.at(n).friction_law.coefficient for n in dataset.cycle.to_numpy()]
         friction = np.reshape(frictions, (-1,) + (1,) * len(across))
         energy = of["dissipated_energy"]
+        beyond = np.abs(of["shear_traction"]) - friction * pressure
+        self.law("stored |q| <= mu p", beyond, STORED * friction.max() * peak)
         if case.slip_model.follows_shape or case.loading.stroke:
-            beyond = np.abs(of["shear_traction"]) - friction * pressure
-            self.law("stored |q| <= mu p", beyond, STORED * friction.max() * peak)
             forces = abs(total["shear_traction"] - of["tangential_force"])
             self.law(
                 "stored shear sums up to Q", forces, 10 * STORED * (friction[:, 0].T * load).max()

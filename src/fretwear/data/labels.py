@@ -95,6 +95,7 @@ def labelled_case(
     errors: Mapping[str, ArrayLike] | None = None,
     *,
     trouble: str = "",
+    beyond_friction: float = 0.0,
     symmetry: str = "even_xy",
     command: str = "fretwear.simulate",
 ) -> Labelled:
@@ -107,7 +108,8 @@ def labelled_case(
     `FIELDS` and those of `BODY_FIELDS` that are known; `scalars`, of shape (ncycles,), are all of
     `SCALARS`, for the whole contact, and those of `BODY_SCALARS` that are known; all in SI units.
     `errors` are the estimated errors of scalars by their names, or empty; `trouble` says why they
-    are missing although the case asks for them.
+    are missing although the case asks for them, and `beyond_friction` is the share of the stick
+    zone in which shear had to be cut.
 
     It is a ValueError if variables are missing, unknown or of the wrong shape, or have values that
     `Variable.allows` does not.
@@ -145,7 +147,7 @@ def labelled_case(
         "case_id": case.case_id,
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, doubts(case, relative, trouble))),
+        "warnings": "\n".join(map(str, doubts(case, relative, trouble, beyond_friction))),
     }
     return Labelled(variables, coordinates, attributes)
 

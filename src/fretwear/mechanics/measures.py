@@ -166,6 +166,14 @@ def _edge_cell(geometry: Geometry, cells: Mask, axis: int) -> float:
     return float(distance[last + 1] - distance[last]) if 0 <= last < distance.size - 1 else 0.0
 
 
+def share_beyond_friction(state: State) -> float:
+    """Share of the stick zone in which friction cannot bear µ (p − p*) of a slip model: p* > 2p."""
+    stick, integral = state.reduced.pressure, state.geometry.integral
+    whole = integral((stick > 0.0).astype(np.float64))
+    beyond = integral((stick > 2.0 * state.pressure).astype(np.float64))
+    return beyond / whole if whole > 0.0 else 0.0
+
+
 def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     """How much larger than a peak pressure, Pa, the true one may be because cells do not show it.
 

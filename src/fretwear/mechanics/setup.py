@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Self
 
+import numpy as np
+
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import SMALL_STROKE, Loading, Normal, Sliding
@@ -151,8 +153,14 @@ class Setup:
         return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
 
     def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
-        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone."""
-        return self.friction_law.coefficient * (pressure - reduced.pressure)
+        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone.
+
+        It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
+        the p* of a slip model that knows another surface may be more than twice p.
+        """
+        friction = self.friction_law.coefficient
+        most = friction * pressure
+        return np.clip(friction * (pressure - reduced.pressure), -most, most)
 
     def slip(self, reduced: ReducedContact) -> Array:
         """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""

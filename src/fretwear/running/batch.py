@@ -209,7 +209,7 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
     """Restore a value of an annotated type from JSON and the arrays beside it.
 
     Of a union of dataclasses, or of those that make an abstract class, the one with the packed
-    fields is chosen. A LookupError, a TypeError or a ValueError says that something else was packed.
+    fields is chosen. A LookupError, TypeError or ValueError says that something else was packed.
     """
     parts = tuple(part for part in get_args(kind) if part is not ...)
     if isinstance(packed, list):

@@ -28,6 +28,7 @@ from fretwear.mechanics.measures import (
     loop,
     measure,
     scatter,
+    share_beyond_friction,
     unresolved_peak,
 )
 from fretwear.mechanics.setup import Setup
@@ -253,6 +254,7 @@ def run(
         scalars,
         errors,
         trouble=trouble,
+        beyond_friction=max(map(share_beyond_friction, snapshots)),
         symmetry=symmetry,
         command=command,
     )

@@ -549,13 +549,12 @@ def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
 
 
 def excess_shear(case: StudyCase, cycle: int) -> float:
-    """Share of the tangential load that a case carries against Coulomb's law.
+    """Share of the tangential load that a case would carry against Coulomb's law.
 
-    Where the shear traction exceeds µp, valleys without pressure included, friction cannot
-    carry it: the integral of that excess, as a share of Q. The slip of the worn shape has none.
+    Shear beyond −µp, in valleys without pressure too, is cut to that, and the rest adds up to more
+    than Q: by this share of it. The slip of the worn shape has none.
     """
-    shear = np.abs(case.field("shear_traction", cycle))
-    excess = np.maximum(shear - case.parameter("friction") * case.field("pressure", cycle), 0.0)
+    shear = case.field("shear_traction", cycle)
     copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])
-    force = copies * math.prod(case.sides) * float(excess.sum())
-    return force / case.parameter("tangential_load")
+    force = copies * math.prod(case.sides) * float(shear.sum(dtype=np.float64))
+    return force / case.parameter("tangential_load") - 1.0

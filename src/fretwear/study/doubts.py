@@ -235,12 +235,16 @@ def _of_materials(case: Case) -> Iterator[Doubt]:
 
 
 def doubts(
-    case: Case, errors: Mapping[str, float] | None = None, trouble: str = ""
+    case: Case,
+    errors: Mapping[str, float] | None = None,
+    trouble: str = "",
+    beyond_friction: float = 0.0,
 ) -> tuple[Doubt, ...]:
     """Return the reasons to doubt the results of a valid case; usually there are none.
 
     Findings of a run are included: the largest estimated relative error of each result, by its
-    words, or why errors could not be estimated.
+    words, or why errors could not be estimated, and the share of the stick zone in which friction
+    cannot bear the shear of the slip model.
     """
     checks = (_of_cells, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
     found = [doubt for check in checks for doubt in check(case)]
@@ -248,6 +252,13 @@ def doubts(
         what = "is computed without estimates of errors, since a run on wider cells failed"
         remedy = "write a finer cell, or error_estimate: false to do without"
         found.append(Doubt(what, trouble, remedy))
+    if beyond_friction > SMALL_ERROR:
+        what = (
+            "has the shear of the smooth unworn contact, which exceeds what friction bears on the "
+            "pressure of this one, and is cut to that"
+        )
+        detail = f"in {100.0 * beyond_friction:.2g} % of the stick zone"
+        found.append(Doubt(what, detail, "write slip_model: jaeger for the shear of this surface"))
     words, error = max((errors or {}).items(), key=lambda each: each[1], default=("", 0.0))
     if error > LARGE_ERROR:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
