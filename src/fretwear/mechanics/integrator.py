@@ -368,7 +368,9 @@ class Evolution(Integrator):
             )
 
         def lost(gap: Array, difference: Array) -> Any:
-            return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
+            # A step far too long overflows; its error is then not finite, which rejects it.
+            with np.errstate(over="ignore", invalid="ignore"):
+                return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
         error = integral(cellwise(lost, second.reduced.gap, exponent(DIFFERENCE)))
         model = problem.slip_model
