@@ -1,0 +1,326 @@
+"""Stresses of an elastic half-space under pressure and shear traction on equal cells.
+
+The stress of a cell is even or odd along x and along y, and so are parts of the tractions: a layer
+of stresses is a convolution by cosine and sine transforms of one quarter, padded with zeros so that
+it has no periodic images.
+
+Waves of the tractions decay with depth like exp(−kz). In layers deeper than a few cells only the
+long ones are left: the stress of a point load, taken at every second, fourth … cell and averaged
+over a cell by the factor sin(kh/2)/(kh/2), has the same spectrum there as that of the cell, and few
+frequencies are transformed back.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even
+from fretwear.subsurface.influence import ODD, of_points, of_rectangles, of_strips
+
+# Windows are padded to a multiple of this, the longest stride of a deep layer.
+_LONGEST_STRIDE = 8
+# Strides over depth: of waves two strides long exp(−3π) = 8e-5 is left there.
+_STRIDE_OF_DEPTH = 1.0 / 3.0
+# Corners of cells, seen from points, of which functions are computed at a time.
+_AT_A_TIME = 2**16
+
+# Parts of fields along x and y, odd (1) or even (0), on the cells of the positive sides.
+_Parts = dict[tuple[int, int], Array]
+
+
+@dataclass(frozen=True)
+class Tractions:
+    """Fields of pressure and of shear traction along x, whose stresses may be superposed.
+
+    They act on equal cells around the origin, or on those of the positive side along axes along
+    which all fields are even. In a line contact the cells are strips, and ny is 1.
+    """
+
+    pressure: Array  #: Pa, shape (m, nx, ny)
+    shear: Array  #: along x, Pa, shape (k, nx, ny)
+    spacing: tuple[float, float]  #: cell size along x and y, m
+    even: Even  #: whether fields are even along x and along y
+    poisson_ratio: float  #: of the half-space
+    plane_strain: bool = False  #: whether cells are strips along y
+
+    @cached_property
+    def x(self) -> Array:
+        """Centres of the cells along x, m, on both sides."""
+        return self._centres(0, both=True)
+
+    @cached_property
+    def y(self) -> Array:
+        """Centres of the cells along y, m, of a layer: y > 0 of an even one, 0 of strips."""
+        return np.zeros(1) if self.plane_strain else self._centres(1, both=not self.even[1])
+
+    def _centres(self, axis: int, *, both: bool) -> Array:
+        half = self._half[axis]
+        cells = np.arange(-half if both else 0, half, dtype=np.float64)
+        return (cells + 0.5) * self.spacing[axis]
+
+    @cached_property
+    def _half(self) -> tuple[int, int]:
+        """Number of cells along x and y on the positive side."""
+        nx, ny = self.pressure.shape[1:]
+        return nx if self.even[0] else nx // 2, ny if self.even[1] or self.plane_strain else ny // 2
+
+    @cached_property
+    def _padded(self) -> tuple[int, int]:
+        """Number of cells along x and y of the padded quarter."""
+        nx, ny = (-(-2 * n // _LONGEST_STRIDE) * _LONGEST_STRIDE for n in self._half)
+        return nx, ny
+
+    def layer(self, depth: float) -> tuple[Array, Array]:
+        """Stresses at the cells at one depth, m, at the positions `x` and `y`.
+
+        Those of each pressure, Pa, shape (m, 6, nx, ny), and of each shear traction, shape
+        (k, 6, nx, ny), in the order of `COMPONENTS`. σ_xy and σ_yz are odd along y if the fields
+        are even, the other components even.
+        """
+        if self.plane_strain:
+            of_pressure, of_shear = self.section(depth)
+            return of_pressure[..., None], of_shear[..., None]
+        strides = self._strides(depth)
+        if min(strides) == 1:
+            nx, ny = self._padded
+            x = (np.arange(nx + 2.0) - 0.5) * self.spacing[0]
+            y = (np.arange(ny + 2.0) - 0.5) * self.spacing[1]
+            kernels = of_rectangles(x[:, None], y, depth, self.poisson_ratio)
+            return self._convolved(kernels, (0, 1), self._padded)
+        return self._convolved(self._of_long_waves(depth, strides), (0, 1), self._counts(strides))
+
+    def section(self, depth: float) -> tuple[Array, Array]:
+        """Stresses as of `layer`, but on the plane y = 0: without the axis of y."""
+        strides = self._strides(depth)
+        if not self.plane_strain and min(strides) > 1:
+            kernels, counts = self._of_long_waves(depth, strides), self._counts(strides)
+            return self._convolved(kernels, (0, 1), counts, in_section=True)
+        x = (np.arange(self._padded[0] + 2.0) - 0.5)[:, None] * self.spacing[0]
+        if self.plane_strain:
+            kernels = of_strips(x, depth, self.poisson_ratio)
+        else:
+            y = np.arange(self._half[1] + 1.0) * self.spacing[1]
+            kernels = 2.0 * of_rectangles(x, y, depth, self.poisson_ratio)
+        return self._convolved(kernels, (0,), self._padded, in_section=True)
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Stresses at points (x, y, z), m, shape (n, 3), by the sum over all loaded cells.
+
+        Those of each pressure, Pa, shape (m, 6, n), and of each shear traction, shape (k, 6, n).
+        """
+        kinds = [self._both_sides(fields) for fields in (self.pressure, self.shear)]
+        found = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
+        loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
+        if not loaded.any():
+            return found[0], found[1]
+        box: Any = tuple(slice(each.min(), each.max() + 1) for each in np.nonzero(loaded))
+        columns = [fields[:, *box].reshape(len(fields), -1).T for fields in kinds]
+        x, y = (
+            (np.arange(part.start, part.stop + 1.0) - half) * step
+            for part, half, step in zip(box, self._half, self.spacing, strict=True)
+        )
+        at_once = max(1, _AT_A_TIME // (x.size * y.size))
+        for first in range(0, len(points), at_once):
+            some = slice(first, first + at_once)
+            px, py, pz = (each[:, None, None] for each in points[some].T)
+            # Seen from a point, corners lie in the opposite order.
+            if self.plane_strain:
+                kernels = -of_strips(px - x[:, None], pz, self.poisson_ratio)
+            else:
+                kernels = of_rectangles(px - x[:, None], py - y, pz, self.poisson_ratio)
+            for stress, column, kernel in zip(found, columns, kernels, strict=True):
+                summed = kernel.reshape(6, px.size, -1) @ column
+                stress[..., some] = np.moveaxis(summed, -1, 0)
+        return found[0], found[1]
+
+    def _both_sides(self, fields: Array) -> Array:
+        """Fields on all cells."""
+        for axis in (0, 1):
+            if self.even[axis] and not (axis == 1 and self.plane_strain):
+                fields = np.concatenate([np.flip(fields, axis + 1), fields], axis + 1)
+        return fields
+
+    # The convolution.
+
+    def _strides(self, depth: float) -> tuple[int, int]:
+        """Strides along x and y at which the long waves that reach a depth, m, are sampled."""
+        of_depth = [max(1.0, _STRIDE_OF_DEPTH * depth / step) for step in self.spacing]
+        x, y = (min(_LONGEST_STRIDE, 1 << int(math.log2(each))) for each in of_depth)
+        return x, y
+
+    def _counts(self, strides: tuple[int, int]) -> tuple[int, int]:
+        """Number of frequencies along x and y that a sampling with strides has."""
+        x, y = (n // stride for n, stride in zip(self._padded, strides, strict=True))
+        return x, y
+
+    def _of_long_waves(self, depth: float, strides: tuple[int, int]) -> Array:
+        """Stresses of a cell at every second, fourth … cell, as of that many cells."""
+        offsets, factors = [], []
+        for n, stride, step in zip(self._padded, strides, self.spacing, strict=True):
+            offsets.append(np.arange(0.0, n + 1, stride) * step)
+            factors.append(stride * step)
+        x, y = offsets
+        kernels = of_points(x[:, None], y, depth, self.poisson_ratio)
+        kernels *= math.prod(factors)
+        return kernels
+
+    @cached_property
+    def _parts(self) -> tuple[_Parts, _Parts]:
+        """Even and odd parts of both kinds of fields."""
+        of_kinds = []
+        for fields in (self.pressure, self.shear):
+            parts: _Parts = {(0, 0): fields}
+            for axis in (0, 1):
+                if self.even[axis] or (axis == 1 and self.plane_strain):
+                    continue
+                split: _Parts = {}
+                for (x, y), values in parts.items():
+                    negative, positive = np.split(values, 2, axis + 1)
+                    for odd, sign in ((0, 0.5), (1, -0.5)):
+                        part = 0.5 * positive + sign * np.flip(negative, axis + 1)
+                        split[(odd, y) if axis == 0 else (x, odd)] = part
+                parts = split
+            of_kinds.append(parts)
+        return of_kinds[0], of_kinds[1]
+
+    @cached_property
+    def _spectra(self) -> dict[tuple[int, ...], list[_Parts]]:
+        return {}
+
+    def _sources(self, axes: tuple[int, ...]) -> list[_Parts]:
+        """Frequencies of the parts along some axes."""
+        if axes not in self._spectra:
+            self._spectra[axes] = [
+                {odd: _of_fields(part, odd, axes, self._padded) for odd, part in parts.items()}
+                for parts in self._parts
+            ]
+        return self._spectra[axes]
+
+    def _convolved(
+        self,
+        kernels: Array,
+        axes: tuple[int, ...],
+        counts: tuple[int, int],
+        *,
+        in_section: bool = False,
+    ) -> tuple[Array, Array]:
+        """Convolve both kinds of fields with kernels of shape (2, 6, offsets, offsets or rows).
+
+        That many frequencies are used along x and y, in a section with the results at y = 0 only.
+        """
+        nx, ny = self._half
+        shape = (2 * nx,) if in_section else (2 * nx, ny if self.even[1] else 2 * ny)
+        by_offsets = len(axes) == 2
+        smooth = by_offsets and counts != self._padded
+        stresses = []
+        for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=True):
+            stress = np.zeros((len(next(iter(sources.values()))), 6, *shape))
+            for component, of_cell in enumerate(parity):
+                if self.plane_strain and of_cell[1]:
+                    continue
+                spectrum = _of_kernel(kernel[component], of_cell, axes)
+                if smooth:
+                    spectrum *= self._averages(counts)
+                for of_part, source in sources.items():
+                    odd = (of_part[0] ^ of_cell[0], of_part[1] ^ of_cell[1])
+                    if in_section and odd[1]:
+                        continue  # zero at y = 0
+                    if by_offsets:
+                        found = source[:, : counts[0] + 1, : counts[1] + 1] * spectrum
+                        signs = [of_part[axis] & of_cell[axis] for axis in axes]
+                        if in_section:
+                            found = found.sum(axis=-1) - 0.5 * found[..., 0]
+                            found /= self._padded[1]
+                        else:
+                            found = self._back(found, 1, odd[1], counts)
+                    else:
+                        # Rows at y > 0 lie at negative offsets seen from y = 0.
+                        found = np.einsum("kxr,xr->kx", source, spectrum)
+                        signs = [of_part[0] & of_cell[0], of_cell[1]]
+                    found = self._back(found, 0, odd[0], counts)
+                    if sum(signs) % 2:
+                        found = -found
+                    if not (in_section or self.even[1]):
+                        found = _on_both_sides(found, 2, odd[1])
+                    stress[:, component, nx:] += found
+                    flipped = found[:, ::-1]
+                    stress[:, component, :nx] += -flipped if odd[0] else flipped
+            stresses.append(stress)
+        return stresses[0], stresses[1]
+
+    def _averages(self, counts: tuple[int, int]) -> Array:
+        """Factors by which a mean over a cell changes each frequency."""
+        x, y = (
+            np.sinc(np.arange(count + 1) / (2.0 * n))
+            for count, n in zip(counts, self._padded, strict=True)
+        )
+        return x[:, None] * y
+
+    def _back(self, spectrum: Array, axis: int, odd: int, counts: tuple[int, int]) -> Array:
+        """Fields of a spectrum on the cells of the positive side along an axis."""
+        import scipy.fft
+
+        if counts[axis] < self._padded[axis]:
+            matrix = self._to_cells[axis][odd][:, : counts[axis] + 1]
+            is_last = axis + 2 == spectrum.ndim
+            return spectrum @ matrix.T if is_last else matrix @ spectrum
+        along = np.moveaxis(spectrum, axis + 1, -1)
+        transform, part = (scipy.fft.dst, slice(1, None)) if odd else (scipy.fft.dct, slice(-1))
+        found = transform(along[..., part], type=3)[..., : self._half[axis]]
+        return np.moveaxis(found / (2.0 * self._padded[axis]), -1, axis + 1)
+
+    @cached_property
+    def _to_cells(self) -> list[list[Array]]:
+        """Matrices from frequencies to cells along x and y, of even and of odd fields.
+
+        The first half of the frequencies are all that are left of a layer that has a stride.
+        """
+        matrices = []
+        for n, half in zip(self._padded, self._half, strict=True):
+            angles = np.pi / n * (np.arange(half) + 0.5)[:, None] * np.arange(n // 2 + 1)
+            weights = np.where(np.arange(n // 2 + 1) > 0, 1.0, 0.5) / n
+            matrices.append([np.cos(angles) * weights, np.sin(angles) * weights])
+        return matrices
+
+
+def _of_fields(
+    fields: Array, odd: tuple[int, int], axes: tuple[int, ...], padded: tuple[int, int]
+) -> Array:
+    """Frequencies 0 to n of fields that are padded by zeros to n cells on the positive side."""
+    import scipy.fft
+
+    for axis in axes:
+        transform = scipy.fft.dst if odd[axis] else scipy.fft.dct
+        found = transform(fields, type=2, n=padded[axis], axis=axis + 1)
+        # A sine transform lacks the first frequency, a cosine transform the last: both are zero.
+        ends = [(0, 0)] * fields.ndim
+        ends[axis + 1] = (1, 0) if odd[axis] else (0, 1)
+        fields = np.pad(found, ends)
+    return fields
+
+
+def _of_kernel(kernel: Array, odd: tuple[int, int], axes: tuple[int, ...]) -> Array:
+    """Frequencies of a kernel that is given at offsets from zero to the length of the window."""
+    import scipy.fft
+
+    for axis in axes:
+        along = np.moveaxis(kernel, axis, -1)
+        if odd[axis]:
+            found = np.zeros_like(along)
+            found[..., 1:-1] = scipy.fft.dst(along[..., 1:-1], type=1)
+        else:
+            found = scipy.fft.dct(along, type=1)
+        kernel = np.moveaxis(found, -1, axis)
+    return kernel
+
+
+def _on_both_sides(fields: Array, axis: int, odd: int) -> Array:
+    """Fields that are odd or even along an axis, from those on the positive side."""
+    flipped = np.flip(fields, axis)
+    return np.concatenate([-flipped if odd else flipped, fields], axis)
