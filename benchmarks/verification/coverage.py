@@ -278,11 +278,11 @@ def text(data: Data) -> str:
 {len(everything)} of {sum(FAMILIES.values())} cases of {BASE["cycles"]} cycles, drawn at random:
 X = {_range(RATIOS)}, radii of {_range(RADII)} mm, {_range(LOADS)} N or {_range(LOADS_OF_LINE)}
 N/mm (rough: {_range(LOADS_OF_RIDGES)}), friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm and
-up to {SLOPES[1]:g}° (over a stroke {SLOPES_OF_STROKE[1]:g}°), plastic limits of {_range(LIMITS)} p0,
-which every other case has where the name does not say. Half of the elliptical contacts are round,
-punches have flats of {_range(FLATS)} µm and rounded edges, strokes are of {_range(STROKES)} µm on
-cylinders, a punch and a sphere, displacements up to {MOST_OF_TRANSITION:g} U_t are imposed on each
-kind of contact, and {_range(DEBRIS)} of what is worn stays as debris.
+up to {SLOPES[1]:g}° (over a stroke {SLOPES_OF_STROKE[1]:g}°), plastic limits of {_range(LIMITS)}
+p0, which every other case has where the name does not say. Half of the elliptical contacts are
+round, punches have flats of {_range(FLATS)} µm and rounded edges, strokes are of {_range(STROKES)}
+µm on cylinders, a punch and a sphere, displacements up to {MOST_OF_TRANSITION:g} U_t are imposed on
+each kind of contact, and {_range(DEBRIS)} of what is worn stays as debris.
 Each is run as a user gets it, and beside it its twin, by which errors are estimated. The truth has
 cells, rings or strips {REFERENCE:g} times narrower, half as much where that would take more than
 {LONGEST:g} s, and on rings and strips 1/{FINER:g} of the tolerance; the truth of ellipsoids that
