@@ -92,8 +92,8 @@ def test_fields_of_graded_cells_are_written_on_a_grid_for_the_eye(indenter):
         for limit in (math.inf, 4.5e9):
             case = steel(**given, tangential_ratio=ratio, plastic_limit=limit)
             expected = estimate(case)
-            assert expected.cells_x <= 600
-            assert expected.memory_bytes < 5e8
+            assert 2 * expected.cells_x <= 600
+            assert expected.memory_bytes < 3e8
             again = Case(**case.canonical_parameters())
             assert (
                 again.case_id == steel(**given, tangential_ratio=ratio, plastic_limit=limit).case_id

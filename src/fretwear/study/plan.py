@@ -54,7 +54,7 @@ SECONDS_PER_SOLUTION = 2.5e-4
 DENSE_COARSER = 0.35
 
 WINDOW_MARGIN = 1.15
-MEMORY_TO_START = 165_000_000
+MEMORY_TO_START = 110_000_000
 ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
 # Contact and stick fractions, zero or one in most cells, compress to nearly nothing.

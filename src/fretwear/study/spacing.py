@@ -39,7 +39,7 @@ MOST_CELLS, MOST_STRIPS = 30_000, 1_000
 LEAST_COARSENESS = 0.125
 """Width of graded rings and strips relative to the usual one, however fine the written cell."""
 MOST_WRITTEN = 600
-"""Cells along an axis of fields that are computed on graded cells and only written on a grid."""
+"""Cells along an axis of the whole contact on which fields of graded cells are only written."""
 LARGEST_ROUNDING = 1.1
 """Over this a length rounded down to two digits is less, at most."""
 # Largest part of the window that is beyond the contact, over the contact.
@@ -79,7 +79,7 @@ def usual_spacing(case: Draft) -> Spacing:
         wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     if case.is_graded:
-        least = _WINDOW * greatest_contact_radius(case) / MOST_WRITTEN
+        least = 2.0 * _WINDOW * greatest_contact_radius(case) / MOST_WRITTEN
         dx, dy = (each if each >= least else LARGEST_ROUNDING * least for each in (dx, dy))
     return dx, dy
 
