@@ -313,6 +313,11 @@ def exact_text(value: float, dimension: Dimension) -> str:
     return repr(value) if dimension.is_plain_number else f"{value!r} {dimension.typed}"
 
 
+def is_readable(si_unit: str) -> bool:
+    """Return whether there are units for people that an SI unit stands for."""
+    return si_unit in _READABLE
+
+
 def readable_unit(values: Any, si_unit: str) -> Unit:
     """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 

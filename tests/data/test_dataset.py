@@ -165,3 +165,35 @@ def test_parameters_differ_beyond_rounding_and_results_have_their_ratio_if_there
     results = {result.variable.name: result for result in compared_results(first, second)}
     assert results["wear_volume"].ratio == pytest.approx(1.5)
     assert math.isnan(results["plastic_volume"].ratio)
+
+
+def test_the_accessor_gives_the_case_a_line_and_values_in_units_for_people(results, case):
+    quarter = results.dataset
+    assert quarter.fretwear.case.case_id == case.case_id
+    with pytest.raises(ValueError, match="no attribute 'parameters'"):
+        quarter.drop_attrs().fretwear.case.case_id  # noqa: B018
+    line = quarter.fretwear.line()
+    assert line.pressure.dims == ("cycle", "x")
+    whole = quarter.fretwear.full()
+    np.testing.assert_array_equal(line.pressure, whole.pressure.sel(y=0, method="nearest"))
+    read = quarter.fretwear.in_units()
+    assert {read[name].attrs["units"] for name in ("x", "y")} == {"µm"}
+    np.testing.assert_allclose(read.x, 1e6 * quarter.x)
+    assert 1.0 <= read.wear_volume.max() < 1000.0
+    assert read.wear_volume.attrs["units"].endswith("µm³")
+    assert read.pressure.attrs["units"] == "MPa"
+    np.testing.assert_allclose(read.pressure, 1e-6 * quarter.pressure, rtol=1e-6)
+    assert read.friction == quarter.friction
+    assert quarter.x.attrs["units"] == "m"
+
+
+def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(results):
+    quarter = results.dataset
+    wear = quarter.fretwear.map("wear_depth")
+    assert wear.dims == ("y", "x")
+    assert wear.attrs["units"] == "nm"
+    assert {*wear.coords} == {"x", "y", "cycle"}
+    np.testing.assert_allclose(wear.values.max(), 1e9 * quarter.wear_depth[-1].max())
+    assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
+    with pytest.raises(KeyError, match="not a field over x and y"):
+        quarter.fretwear.map("wear_volume")

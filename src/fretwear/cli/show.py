@@ -226,11 +226,11 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     """Return the closed forms for the smooth elastic contact with these parameters."""
-    from fretwear.study.case import Case
+    from fretwear.data.dataset import case_of
     from fretwear.theory import HertzContact, LineContact, gross_slip_energy
 
     try:
-        case = Case(**json.loads(dataset.attrs["parameters"]))
+        case = case_of(dataset)
     except (TypeError, ValueError):  # of another version of the program
         return {}
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling

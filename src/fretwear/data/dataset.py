@@ -1,13 +1,17 @@
-"""The dataset of one case: mirroring, and comparison with another."""
+"""The dataset of one case: its parts and views, and comparison with another."""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
+from fretwear.study.case import Case
+from fretwear.units import Unit, is_readable, readable_unit
 from fretwear.vocabulary import CYCLE, FORCES, HEADLINES, RESULTS, SYMMETRIES, Variable, X, Y
 
 KEY_RESULTS: tuple[Variable, ...] = tuple(
@@ -38,6 +42,16 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     return whole
 
 
+def case_of(dataset: xr.Dataset) -> Case:
+    """Return the case that a dataset belongs to.
+
+    It is a ValueError if this is not the dataset of one case, or one of another version.
+    """
+    if "parameters" not in dataset.attrs:
+        raise ValueError("the dataset has no attribute 'parameters', which that of a case has")
+    return Case(**json.loads(dataset.attrs["parameters"]))
+
+
 @xr.register_dataset_accessor("fretwear")  # type: ignore[no-untyped-call]
 class Accessor:
     """Methods for datasets of fretwear, as ``dataset.fretwear``."""
@@ -45,9 +59,58 @@ class Accessor:
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
 
+    @property
+    def case(self) -> Case:
+        """The case that the dataset belongs to; see `case_of`."""
+        return case_of(self._dataset)
+
     def full(self) -> xr.Dataset:
         """Return the whole contact, see `mirrored`."""
         return mirrored(self._dataset)
+
+    def line(self) -> xr.Dataset:
+        """Return the fields of the whole contact along x, on the cells nearest to y = 0."""
+        whole = self.full()
+        if Y.name not in whole.dims:
+            return whole
+        return whole.isel({Y.name: int(np.abs(whole[Y.name].values).argmin())})
+
+    def in_units(self) -> xr.Dataset:
+        """Return the dataset in units for people, such as µm and MPa, named by ``units``.
+
+        Numbers without a unit stay as they are. Each variable has the unit in which its largest
+        value is from 1 to 1000; x and y share one, and so do a scalar and its estimated error.
+        """
+        dataset, units = self._dataset, dict[Hashable, Unit]()
+        for name, variable in dataset.variables.items():
+            of = str(name).removesuffix("_error")
+            like = [each for each in (X.name, Y.name) if each in dataset] if of in "xy" else [of]
+            si_unit = variable.attrs.get("units", "")
+            if si_unit != "1" and is_readable(si_unit) and variable.dtype.kind == "f":
+                values = [dataset[each].values.ravel() for each in like if each in dataset]
+                units[name] = readable_unit(np.concatenate(values or [variable.values]), si_unit)
+
+        def told(name: Hashable) -> xr.Variable:
+            variable = dataset.variables[name]
+            attributes = {**variable.attrs, "units": units[name].name}
+            return xr.Variable(variable.dims, variable.data / units[name].size, attributes)
+
+        return dataset.assign({n: told(n) for n in units if n in dataset.data_vars}).assign_coords(
+            {n: told(n) for n in units if n in dataset.coords}
+        )
+
+    def map(self, name: str, cycle: float | None = None) -> xr.DataArray:
+        """Return a field of the whole contact over y and x, in units for people.
+
+        Its ``plot()`` has the slip direction to the right. ``cycle`` selects the nearest snapshot,
+        the last one by default; a KeyError says that there is no such field.
+        """
+        kept = {X.name, Y.name, CYCLE.name}
+        field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
+        if {X.name, Y.name} - {*field[name].dims}:
+            raise KeyError(f"{name!r} is not a field over x and y")
+        field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
+        return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)
 
 
 @dataclass(frozen=True)

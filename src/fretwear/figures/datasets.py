@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,6 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
 from fretwear.data.merge import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
-from fretwear.study.case import Case
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
@@ -121,7 +119,7 @@ def _with_gap_outside(
     more = np.arange(x[-1] + step, reach, step)
     if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
         return x, gaps
-    case = Case(**json.loads(dataset.attrs["parameters"]))
+    case = dataset.fretwear.case
     if not all(part.is_known for part in case.surfaces.values()):
         return x, gaps
     is_line = case.indenter.is_line

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -376,7 +375,7 @@ def bearing_heights(
     states = snapshots(
         dataset, cycles, "wear_depth", "plastic_depth", default=lambda n: sorted({n[0], n[-1]})
     )
-    case = case or Case(**json.loads(dataset.attrs["parameters"]))
+    case = case or dataset.fretwear.case
     if case.rough is None:
         raise ValueError("A bearing-area curve describes roughness, and this case is smooth.")
     if not case.rough.is_known:

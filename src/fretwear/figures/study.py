@@ -98,7 +98,7 @@ def study_figures(
             caption = _profile_caption(field_of(quantity), where, opened) + chosen.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        waves = any(Case(**json.loads(each.attrs["parameters"])).rough for each in opened.values())
+        waves = any(each.fretwear.case.rough for each in opened.values())
         # Making all cases of a study takes a while; they know where the files of surfaces are.
         surfaces = known() if waves else {}
         rough = {
