@@ -1,0 +1,140 @@
+"""Tractions over a cycle, by superposition, and the stress tensors of its phases.
+
+From +Q to −Q a contact in partial slip reverses as it was loaded, at twice the size: where the
+tangential force has fallen by 2µ(P − P̂), the shear traction has by 2µ(p − p̂), p̂ being the normal
+pressure of the same shape under the load P̂ (Ciavarella 1998, Jäger 1998). The way back has the
+opposite signs. The shape is not stored: h = g + δ − w follows from gap and pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even, HalfSpace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.strips import Strips
+from fretwear.mechanics.slip import contact_under
+from fretwear.subsurface.tractions import Tractions
+from fretwear.theory import HertzContact
+
+# Tolerance of the contacts between the ends of the loop, which differ by much more.
+_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True)
+class LoadedSurface:
+    """The surface of a contact at +Q, on the cells of the positive sides where it is even."""
+
+    pressure: Array  #: Pa, shape (nx, ny); in a line contact ny is 1
+    shear: Array  #: along x at +Q, Pa
+    gap: Array  #: m
+    spacing: tuple[float, float]  #: cell size along x and y, m
+    even: Even  #: whether it is even along x and along y
+    friction: float  #: coefficient µ
+    composite_modulus: float  #: E*, Pa
+    poisson_ratio: float  #: of the flat
+    #: Distance at which displacements of a line contact are zero, m; None of a point contact.
+    reference: float | None = None
+    #: The unworn contact, where slip is that of it whatever the shape.
+    unworn: HertzContact | None = None
+
+    @cached_property
+    def half_space(self) -> HalfSpace:
+        """The elastic bodies."""
+        shape, spacing = (self.pressure.shape[0], self.pressure.shape[1]), self.spacing
+        if self.reference is not None:
+            edges = np.arange(shape[0] + 1.0) * spacing[0]
+            return Strips(tuple(edges.tolist()), self.reference).half_space(self.composite_modulus)
+        return Grid(shape, spacing, self.even).half_space(self.composite_modulus)
+
+    def over_half_a_loop(self, count: int) -> Array:
+        """Shear tractions at that many equal steps of the force from +Q to −Q, Pa.
+
+        The shape is (count, nx, ny); the end at −Q, where all have the opposite sign, is left out.
+        """
+        shears = np.empty((count, *self.pressure.shape))
+        shears[0] = self.shear
+        integral = self.half_space.geometry.integral
+        load, force = integral(self.pressure), integral(self.shear)
+        shape = self.gap - self.half_space.displacement(self.pressure)
+        limit = self.friction * self.pressure
+        below = self.pressure
+        for step in range(1, count):
+            reduced = load - force / self.friction * step / count
+            if self.unworn is not None:
+                x, y = self.half_space.geometry.x[:, None], self.half_space.geometry.y
+                share = self.unworn.load * reduced / load
+                below = self.unworn.with_load(share).pressure(np.hypot(x, y))
+            else:
+                start = below * (reduced / integral(below))
+                found = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
+                below = found.pressure
+            fallen = 2.0 * self.friction * (self.pressure - below)
+            shears[step] = np.clip(self.shear - fallen, -limit, limit)
+        return shears
+
+
+@dataclass(frozen=True)
+class StressHistory:
+    """Stresses below a surface at the phases of a loop, by equal steps of the tangential force.
+
+    The first phase is +Q, the middle one −Q, and the last one step before +Q again.
+    """
+
+    surface: LoadedSurface
+    phases: int  #: how many; even
+    bulk_stress: float = 0.0  #: amplitude along x in the flat, Pa, in phase with the force
+
+    @cached_property
+    def tractions(self) -> Tractions:
+        """The pressure, and the shear tractions of the first half of the loop."""
+        surface = self.surface
+        return Tractions(
+            surface.pressure[None],
+            surface.over_half_a_loop(self.phases // 2),
+            surface.spacing,
+            surface.even,
+            surface.poisson_ratio,
+            surface.reference is not None,
+        )
+
+    @property
+    def force_ratio(self) -> Array:
+        """Tangential force at each phase over its amplitude, shape (phases,)."""
+        falling = 1.0 - 4.0 * np.arange(self.phases // 2) / self.phases
+        return np.concatenate([falling, -falling])
+
+    def layer(self, depth: float) -> tuple[Array, Array]:
+        """Stresses at one depth, m: steady part (6, nx, ny), alternating (h, 6, nx, ny), Pa.
+
+        At the phases of the first half of the loop it is added, at those of the second half, in
+        the same order, subtracted; see `Tractions.layer`.
+        """
+        return self._with_bulk(self.tractions.layer(depth))
+
+    def section(self, depth: float) -> tuple[Array, Array]:
+        """Stresses as of `layer`, but on the plane y = 0, shapes (6, nx) and (h, 6, nx)."""
+        return self._with_bulk(self.tractions.section(depth))
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Stresses as of `layer` at points (x, y, z), m, shapes (6, n) and (h, 6, n)."""
+        return self._with_bulk(self.tractions.at(points))
+
+    def _with_bulk(self, parts: tuple[Array, Array]) -> tuple[Array, Array]:
+        steady, alternating = parts[0][0], parts[1]
+        if self.bulk_stress:
+            ratio = self.force_ratio[: len(alternating)]
+            bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
+            alternating[:, 0] += bulk
+            if self.surface.reference is not None:
+                alternating[:, 1] += self.surface.poisson_ratio * bulk
+        return steady, alternating
+
+
+def over_the_loop(steady: Array, alternating: Array) -> Array:
+    """Stresses at all phases, from both parts, along a first axis."""
+    return np.concatenate([steady + alternating, steady - alternating])
