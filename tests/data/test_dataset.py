@@ -181,8 +181,8 @@ def test_the_accessor_gives_the_case_a_line_and_values_in_units_for_people(resul
     np.testing.assert_allclose(read.x, 1e6 * quarter.x)
     assert 1.0 <= read.wear_volume.max() < 1000.0
     assert read.wear_volume.attrs["units"].endswith("µm³")
-    assert read.pressure.attrs["units"] == "MPa"
-    np.testing.assert_allclose(read.pressure, 1e-6 * quarter.pressure, rtol=1e-6)
+    assert read.pressure.attrs["units"] == "GPa"
+    np.testing.assert_allclose(read.pressure, 1e-9 * quarter.pressure, rtol=1e-6)
     assert read.friction == quarter.friction
     assert quarter.x.attrs["units"] == "m"
 
