@@ -233,6 +233,20 @@ def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     assert not (tmp_path / "other.nc").exists()
 
 
+def test_a_study_that_asks_for_fewer_snapshots_merges_those(make_study, merged, tmp_path):
+    load = {"load": ["50 N"]}
+    cases = merged(make_study(load)) / "cases"
+    fewer = make_study(load, output={"cycles": [0, 1000]})
+    merge_study(fewer, cases, tmp_path / "summary.nc")
+    (path,) = cases.glob("*.nc")
+    with open_case(path) as case, open_summary(tmp_path / "summary.nc") as summary:
+        assert case.cycle.values.tolist() == [0.0, 100.0, 1000.0]
+        assert summary.cycle.values.tolist() == [0.0, 1000.0]
+        np.testing.assert_array_equal(summary.wear_volume[0], case.wear_volume[[0, 2]])
+        middle = case.wear_depth.isel(y=0)
+        assert summary.wear_profile.max() == middle.isel(cycle=2).max()
+
+
 def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     summary = summary_of(make_study({"cycles": [500, 1000]}, output={"cycles": [0, 100]}))
     assert summary.wear_volume.dims == ("cycles", "cycle")
