@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,25 @@ NAMES = [
     *(f"{field}_profiles{BY}" for field in ("pressure", "shear", "gap", "wear_rate", "wear")),
     f"wear_map{BY}",
 ]
+
+
+def test_a_limit_that_is_none_stands_apart_and_no_line_rises_to_it(small_study):
+    points = Points.of(small_study.summary)
+    assert points.levels["plastic_limit"][-1] == np.inf
+    drawn = effects(points, ["wear_volume"])
+    (axes,) = (each for each in drawn.axes if each.get_xlabel() == "plastic limit")
+    count = len(points.levels["plastic_limit"])
+    places = [*range(count - 1), count - 0.5]
+    assert axes.get_xticks().tolist() == places
+    paths = [line.get_xdata() for line in axes.lines if line.get_label() == "_lines"]
+    ends = [pair for x in paths for pair in pairwise(x)]
+    assert axes.get_xlim()[1] > places[-1]
+    marked = [line.get_xdata() for line in axes.lines if line.get_label() == "_points"]
+    assert places[-1] in np.concatenate(marked)
+    entry = next(study_figures(small_study.summary, small_study.cases))
+    assert entry.name == "effects"
+    assert "none stands apart" in entry.caption
+    assert not any(places[-1] in pair and np.isfinite(pair).all() for pair in ends)
 
 
 def test_a_study_has_named_and_explained_figures_that_can_be_read(small_study, check_texts):
@@ -250,7 +270,9 @@ def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(small_study, 
     for axes, dim in zip(figure.axes, final.dims, strict=True):
         found = [each.get_ydata() for each in axes.get_lines() if each.get_label() == "_lines"]
         values = np.concatenate(found)
-        assert np.isnan(values).sum() == final.size // final.sizes[dim]
+        # A limit that is none is a part of its own.
+        parts = 2 if dim == "plastic_limit" else 1
+        assert np.isnan(values).sum() == parts * final.size // final.sizes[dim]
         paths, expected = np.sort(values[np.isfinite(values)]), np.sort(final.values, axis=None)
         np.testing.assert_allclose(paths / paths.max(), expected / expected.max())
 

@@ -58,6 +58,8 @@ _MOST_WRITTEN = 72
 _MOST_MAPS = 6
 _DENSE = 150
 _FEWEST = 16
+# Distance of a level that is none from the last number, beyond that of neighbours.
+_TO_NONE = 0.5
 _LOGARITHMIC_FROM = 8.0
 
 # Varied parameters that a fretting map may have beside the load.
@@ -114,10 +116,16 @@ def effects(points: Points, quantities: Sequence[str] = HEADLINES) -> Figure:
             _scale(axes.xaxis, points.parameters[varied])
             continue
         axes.set_xlabel(parameter(varied).words)
-        axes.set_xlim(-0.25, len(levels) - 0.75)
+        at = _level_places(points, varied)
+        axes.set_xlim(-0.25, at[-1] + 0.25)
         ticks = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
         texts = [value_text(varied, levels[int(place)]) for place in ticks]
-        axes.set_xticks(ticks, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
+        axes.set_xticks(
+            at[ticks.astype(int)],
+            texts,
+            fontsize=5.5,
+            rotation=30 if sum(map(len, texts)) > 26 else 0,
+        )
     keyed = {symbol_text(n, points.levels[n][i]): pair for (n, i), pair in looks.items() if pair[1]}
     if keyed:
         handles = [Line2D([], [], color=color, marker=mark) for color, mark in keyed.values()]
@@ -139,12 +147,15 @@ def _draw_effect(
         axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
         axes.margins(x=0.06)
         return
+    # A limit that is none is no number, to which a line could rise from the largest.
+    is_none = np.isinf(_numbers(points, varied))[points.place(varied)]
+    parts = [[row for row in line if is_none[row] == none] for line in lines for none in (0, 1)]
     place = points.place(divider).tolist() if divider else [0] * len(x)
     look_of = [looks.get((divider, each), (MUTED, ".")) for each in place]
     for color, mark in dict.fromkeys(look_of):
         of = np.array([each == (color, mark) for each in look_of])
         # One path with gaps: thousands of lines are drawn in the time of a few.
-        rows = [row for line in lines if of[line[0]] for row in (*line, -1)]
+        rows = [row for part in parts if part and of[part[0]] for row in (*part, -1)]
         path_x, path_y = (np.append(each, np.nan)[rows] for each in (x, values))
         axes.plot(path_x, path_y, color=color, lw=0.7, alpha=0.8, label="_lines")
         if len(x) <= _DENSE:
@@ -158,8 +169,19 @@ def _draw_effect(
 def _places(points: Points, varied: str) -> Array:
     """Return where the points stand on the axis of a parameter: its value, or its place."""
     if points.lines[varied] or varied not in points.parameters:
-        return points.place(varied).astype(np.float64)
+        return _level_places(points, varied)[points.place(varied)]
     return np.asarray(parameter(varied).unit.of(points.parameters[varied]))
+
+
+def _level_places(points: Points, varied: str) -> Array:
+    """Return where the levels of a parameter stand, evenly; that of none is farther off."""
+    return np.arange(len(points.levels[varied])) + _TO_NONE * np.isinf(_numbers(points, varied))
+
+
+def _numbers(points: Points, varied: str) -> Array:
+    """Return the levels of a parameter, zero where they are no numbers."""
+    levels = points.levels[varied]
+    return np.array([0.0 if isinstance(each, str) else float(each) for each in levels])
 
 
 def _scale(axis: Axis, values: Array) -> None:

@@ -156,6 +156,8 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         "Final results against each parameter. A line joins cases that differ in this parameter "
         f"alone{depends if len(points.levels) > 1 else ''}."
     )
+    if any(isinstance(v[-1], float) and math.isinf(v[-1]) for v in points.levels.values()):
+        paired += " A limit that is none stands apart."
     scattered = "Final results of all points against each parameter: scatter plots."
     caption = paired if any(points.lines.values()) else scattered
     if set(points.levels) == {SEED}:
