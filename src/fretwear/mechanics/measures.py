@@ -85,8 +85,9 @@ def measure(problem: WearProblem, state: State) -> Measures:
     stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
     peak, carried = float(pressure.max()), integral(pressure)
     follows = problem.slip_model.follows_shape
-    if np.isinf(problem.plastic_limit) and follows:
-        # At the stick edge it grows as rings get narrower: take an annulus as wide as a cell.
+    if follows and not state.plastic.any():
+        # At the stick edge it grows as rings get narrower, up to the plastic limit where they are
+        # narrow enough to yield: take an annulus as wide as a cell.
         peak = geometry.largest_mean(pressure, min(problem.spacing))
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)

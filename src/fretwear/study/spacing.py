@@ -99,7 +99,8 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     if in_a_ring:
         finer = CELLS_PER_YIELDING_CONTACT_RADIUS
         band = yielding_ring_width(case)
-        share = 1.0 if case.is_graded else share_of_band(band, radius / finer)
+        cell = narrowest_graded(case) if case.is_graded else radius / finer
+        share = share_of_band(band, cell)
         cells *= (finer / cells) ** share
     contact = min(
         radius / cells,

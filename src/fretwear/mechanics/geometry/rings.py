@@ -44,6 +44,8 @@ _ACROSS_BAND = 9.0
 _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
 _MOST_BANDED = 75.0
 _LEAST_ANNULUS = 1e-3
+# Part of the plastic limit from which on rings are those of bodies that yield.
+_NEARLY = 0.9
 # Rings are replaced when they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
@@ -70,8 +72,9 @@ class Grading:
     coarseness: float = 1.0  # factor on all widths
 
     @classmethod
-    def of(cls, problem: CellProblem, stick: float, contact: float) -> Grading:
-        """The grading for given radii of stick zone and contact, m."""
+    def of(cls, problem: CellProblem, stick: float, contact: float, *, yields: bool) -> Grading:
+        """The grading for given radii of stick zone and contact, m, of bodies that yield or not."""
+        yields = yields and not math.isinf(problem.plastic_limit)
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
         stick = stick if stick > _LEAST_STICK * contact else 0.0
@@ -82,7 +85,7 @@ class Grading:
         # Where all rings stick the annulus is narrower than one of them.
         contact = max(contact, (1.0 + _LEAST_ANNULUS) * stick) if stick >= contact else contact
         narrowest = NARROWEST_RING * min(contact - stick, stick or contact)
-        if math.isinf(problem.plastic_limit) or stick == 0.0:
+        if not yields or stick == 0.0:
             return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
             band = limiting.width_above(problem.plastic_limit)
@@ -135,7 +138,8 @@ class Rings(DenseCells):
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         hertz, load = problem.hertz, problem.stick_load
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        grading = Grading.of(problem, stick, hertz.contact_radius)
+        yields = hertz.peak_pressure > problem.plastic_limit
+        grading = Grading.of(problem, stick, hertz.contact_radius, yields=yields)
         return cls.graded(grading, math.sqrt(2.0) * max(problem.extent))
 
     @classmethod
@@ -152,7 +156,14 @@ class Rings(DenseCells):
         """Rings for the next step, which follow the stick edge and reach far enough."""
         stick = self._radius(stage.reduced.pressure)
         touched = self._radius(stage.wear + stage.pressure)
-        grading = Grading.of(problem, stick, touched)
+        radii = stick, touched
+        grading, banded = (Grading.of(problem, *radii, yields=each) for each in (False, True))
+        # Until it nearly yields a contact with a limit is one without. A peak that becomes singular
+        # is higher on narrower rings.
+        finer = max(1.0, grading.narrowest / banded.narrowest)
+        peak = float(stage.pressure.max()) * math.sqrt(finer)
+        if peak > _NEARLY * problem.plastic_limit or stage.plastic.any():
+            grading = banded
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
         return rings.reaching(touched)
 
