@@ -17,6 +17,8 @@ from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry.strips import Strips
+from fretwear.mechanics.integrator import first_loading
+from fretwear.mechanics.measures import measure, scatter
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
 from fretwear.running.simulate import (
@@ -352,6 +354,24 @@ def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
     # What grows, as a volume, may become more accurate.
     grows = estimates([2e-3, 0.05, 0.0], values=energy[::-1]) / energy[::-1]
     assert grows[2] < 0.5 * grows[1]
+
+
+def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches():
+    """At 16 N a tip does on cells half as wide; at 10 % less none does on either."""
+
+    def stuck(load, narrower=1):
+        waves = {"amplitude": "0.18 um", "slope_x": "3.4 deg", "slope_y": "1.5 deg"}
+        given = {"radius": "11 mm", "load": load, "tangential_ratio": 0.631, "friction": 0.31}
+        given |= {"plastic_limit": "2984 MPa", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3}
+        cell = [0.35e-6 / narrower, 1e-6 / narrower]
+        problem = wear_problem(make_case(**given, roughness=waves, cell=cell))
+        state = first_loading(problem)
+        width = measure(problem, state).stick_half_width_x
+        return width, 2.0 * scatter(state)["stick_half_width_x"]
+
+    (width, error), (finer, _) = stuck("16 N"), stuck("16 N", 2)
+    assert 10e-6 < finer - width < error < 12e-6
+    assert stuck("14.4 N")[1] < 0.1e-6
 
 
 def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():

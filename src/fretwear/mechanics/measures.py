@@ -139,15 +139,22 @@ def scatter(state: State) -> dict[str, float]:
 
     The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
     The load in a stick zone changes by the pressure at its edge, and its mean pressure by what this
-    differs from the mean.
+    differs from the mean. The outermost edge of a half-width jumps to another tip if the outermost
+    one that touches hardly does, or the next one nearly.
     """
     geometry, pressure, found = state.geometry, state.pressure, {}
-    for zone_name, cells in (("contact", in_contact(state)), ("stick", state.reduced.stick)):
+    zones = {
+        "contact": (in_contact(state), state.gap),
+        "stick": (state.reduced.stick, state.reduced.gap),
+    }
+    for zone_name, (cells, gap) in zones.items():
         zone = geometry.zone(cells, geometry.extent[0])
+        bend = _bend(gap)
         found[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis_name, axis in (("x", 0), ("y", 1)):
-            width = _edge_cell(geometry, cells, axis)
-            found[f"{zone_name}_half_width_{axis_name}"] = WITHIN_A_CELL * width
+            ways = geometry.along(axis)
+            of_edges = [_of_edge(at, cells[along], gap[along], bend[along]) for along, at in ways]
+            found[f"{zone_name}_half_width_{axis_name}"] = sum(of_edges) / len(of_edges)
     inside, outside = (pressure.ravel()[each] for each in (zone.inside, zone.outside))
     at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
@@ -160,11 +167,30 @@ def scatter(state: State) -> dict[str, float]:
     return found
 
 
-def _edge_cell(geometry: Geometry, cells: Mask, axis: int) -> float:
-    """Distance, m, from the outermost cell of a zone on an axis to the next; 0 without a zone."""
-    along, distance = geometry.along(axis)[0]
-    last = int(np.flatnonzero(cells[along]).max(initial=-1))
-    return float(distance[last + 1] - distance[last]) if 0 <= last < distance.size - 1 else 0.0
+def _bend(gap: Array) -> Array:
+    """How far a surface bends down within cells, m: an eighth of both second differences."""
+    wide = np.pad(gap, 1, mode="edge")
+    around = wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]
+    return np.asarray(0.125 * (around - 4.0 * gap))
+
+
+def _of_edge(distance: Array, inside: Mask, gap: Array, bend: Array) -> float:
+    """Standard deviation of the distance of the outermost edge of a zone on an axis, m.
+
+    A tip may touch within a cell whose mean gap is less than the surface bends there, and may not
+    where it touches in one cell only: as likely as not, a standard deviation of half the jump.
+    """
+    zone = np.flatnonzero(inside)
+    if zone.size == 0 or zone[-1] == distance.size - 1:
+        return 0.0
+    last = int(zone[-1])
+    near, middle, far = gap[last:-2], gap[last + 1 : -1], gap[last + 2 :]
+    may_touch = (middle < near) & (middle < far) & (middle < bend[last + 1 : -1])
+    next_one = last + 1 + int(np.flatnonzero(may_touch).max(initial=-1))
+    jump = distance[max(next_one, last)] - distance[last]
+    if zone.size > 1 and zone[-2] < last - 1:
+        jump = max(jump, distance[last] - distance[zone[-2]])
+    return float(max(0.5 * jump, WITHIN_A_CELL * (distance[last + 1] - distance[last])))
 
 
 def share_beyond_friction(state: State) -> float:
