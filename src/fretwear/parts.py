@@ -5,10 +5,10 @@ each of its fields, and is the only place that names it::
 
     radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", above=0.0), "Its radius."]
 
-A `Quantity` is one number.  Other forms of a value are made of it: ``PerBody(Quantity(...))``,
-``Either(Quantity(...), (Mapped(Law),))``.  Each says what it takes, and how it is read and stored.
-Study files, ``--set``, the JSON Schema, messages, the case id, dataset coordinates and labels
-follow by walking the fields.
+A `Quantity` is one number.  Other forms of a value are built on it: ``PerBody(Quantity(...))``,
+``Either(Quantity(...), (Mapped(Law),))``.  Each form says which values it takes, and how they are
+read and stored.  Study files, ``--set``, the JSON Schema, messages, the case id, dataset
+coordinates and labels follow by walking the fields.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from fretwear.units import (
 from fretwear.units import QuantityError as QuantityError
 
 Schema = dict[str, object]  # a JSON Schema
-Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, what it is, SI value
+Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, parameter, SI value
 
-# No physical value lies beyond; powers and quotients of such numbers stay finite.
+# No physical value lies beyond these; powers and quotients of values within them stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
@@ -60,28 +60,28 @@ _BOUNDS = {
 
 
 class Parameter(ABC):
-    """What a field of a part is."""
+    """The declaration of a field of a part."""
 
     si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
     symbol: str  # in mathtext
-    words: str  # what it is called in messages, tables and long names
+    words: str  # its name in messages, tables and long names
     unit: Unit = NO_UNIT  # unit for people
     example: str = ""  # a value, as in a study file
     description: str = ""  # a sentence for the JSON Schema and the documentation
     may_be_drawn: bool = False  # whether values may be drawn from a range
     must_be_written: bool = False  # whether a file has to give it although it has a default
-    in_line: bool = False
-    # The coordinate of a case without this part; None: it has no such coordinate.
+    in_line: bool = False  # whether a line contact has it per length
+    # The coordinate of a case without this part; None: the case has no such coordinate.
     absent: float | None = None
-    unsaid: float | None = None  # the value that neither ids nor coordinates mention
+    unsaid: float | None = None  # the value that ids and coordinates leave out
 
     @property
     def keys(self) -> Mapping[str, Parameter]:
-        """The keys of a case that may be given in its place."""
+        """The keys of a case that may replace this parameter."""
         return {}
 
     def takes(self, value: object) -> bool:  # noqa: ARG002 - whatever the value
-        """Whether a value, as written or as read, has the form of those of this parameter."""
+        """Whether a value, as written or as read, has the form that this parameter takes."""
         return True
 
     @abstractmethod
@@ -89,7 +89,7 @@ class Parameter(ABC):
         """Return the value in SI units; raise `QuantityError` if it is invalid or out of range."""
 
     def read_given(self, name: str, value: object, units_required: bool) -> Any:
-        """Return the value of a key, as `read` does; a study file must give one."""
+        """Return the value of a key, as `read` does; a key of a study file must have one."""
         if value is None and units_required:
             remedy = self.such_as(name)
             with suppress(QuantityError):
@@ -107,11 +107,11 @@ class Parameter(ABC):
         return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
 
     def such_as(self, name: str) -> str:
-        """An example for a name, "such as load: 50 N", or nothing."""
+        """An example for a name, "such as load: 50 N"; empty without one."""
         return f"such as {name.rpartition('.')[2]}: {self.example}" if self.example else ""
 
     def called(self, words: str, symbol: str = "") -> Parameter:
-        """Return it with other words, and another symbol if one is given."""
+        """Return the parameter with other words, and another symbol if one is given."""
         changes = {"words": words, "symbol": symbol or self.symbol}
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
@@ -120,7 +120,7 @@ class Parameter(ABC):
         return self
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
-        """Yield the scalar coordinates of a value: name, what it is, SI value."""
+        """Yield the scalar coordinates of a value: name, parameter, SI value."""
         if value is None or value != self.unsaid:
             yield name, self.suiting(value), value
 
@@ -166,7 +166,7 @@ class Quantity(Parameter):
     symbol: str
     words: str
     shown_in: str = ""  # unit for people, as typed in study files (``um``); empty for plain numbers
-    like: str = ""  # a sensible value; that of the kind of quantity where it is empty
+    like: str = ""  # a sensible value; empty: the example of its dimension
     # Bounds in SI units.
     above: float | None = None
     at_least: float | None = None
@@ -177,7 +177,7 @@ class Quantity(Parameter):
     zero: str = ""
     absent: float | None = None
     unsaid: float | None = None
-    in_line: bool = False  # whether this is a force that is one per length in a line contact
+    in_line: bool = False  # whether this is a force, given per length in a line contact
     description: str = field(default="", kw_only=True)
     must_be_written: bool = field(default=False, kw_only=True)
 
@@ -223,7 +223,7 @@ class Quantity(Parameter):
         return Force(number) if self.in_line and isinstance(value, str) else number
 
     def suiting(self, value: object) -> Quantity:
-        """Return what it is in a line contact for a force per length."""
+        """Return the parameter, per length if the value is a force per length."""
         if not (self.in_line and isinstance(value, PerLength)):
             return self
         words = f"{self.words} per length"
@@ -293,7 +293,7 @@ class WholeNumber(Plain):
 class Flag(Plain):
     """Yes or no: ``true`` or ``false``."""
 
-    example = "false"  # what turns off what is on as a rule
+    example = "false"  # flags are true by default
 
     def read(self, value: object, units_required: bool) -> bool:
         """Return a bool; the number stored as a coordinate is accepted as well."""
@@ -329,15 +329,15 @@ class Choice(Plain):
 
 @dataclass(frozen=True)
 class Several(Parameter):
-    """A list of a value for each place, told by an ending of names and one of words.
+    """A list with one value for each place, or of any length if no places are given.
 
-    Without places it is a list of any number of values.
+    A place has two endings: one for the names of coordinates, one for their words.
     """
 
     item: Parameter
     places: tuple[tuple[str, str], ...] = ()  # such as ("x", "along x")
     expected: str = "a list of values"
-    record: type[tuple[Any, ...]] = tuple  # what it is when read
+    record: type[tuple[Any, ...]] = tuple  # the type of the list when read
 
     def takes(self, value: object) -> bool:
         return is_list(value)
@@ -363,7 +363,7 @@ class Several(Parameter):
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
         for (end, words), item in zip(self.places, value or [None] * len(self.places), strict=True):
-            # A longer ending is none for a symbol, which may have an index of its own.
+            # Longer endings do not fit a symbol, which may have an index already.
             symbol = f"${self.item.symbol.strip('$')}_{end}$" if len(end) == 1 else ""
             about = self.item.called(f"{self.item.words} {words}", symbol)
             yield from about.coordinates(f"{name}_{end}", item)
@@ -371,13 +371,13 @@ class Several(Parameter):
 
 @dataclass(frozen=True)
 class Mapped(Parameter):
-    """A mapping of the declared fields of a part without kinds, or of another dataclass."""
+    """A mapping with the declared fields of a dataclass, such as a part without kinds."""
 
     record: type[Any]
 
     @property
     def fields(self) -> Mapping[str, Parameter]:
-        """The values by key."""
+        """The parameters by key."""
         return declared(self.record)
 
     def takes(self, value: object) -> bool:
@@ -403,21 +403,21 @@ class Mapped(Parameter):
 
 @dataclass(frozen=True)
 class Either(Parameter):
-    """A single value, which names the parameter, or another form, told by how it is written.
+    """A single value, which names the parameter, or another form, recognised by how it is written.
 
-    A value of another form whose ``float`` stands for it has that as a coordinate too.
+    A value of another form that converts to a float has that float as a coordinate too.
     """
 
     single: Parameter
     others: tuple[Parameter, ...] = ()
     description: str = field(default="", kw_only=True)
     may_be_drawn = True
-    # Of a kind whose values may be a list: its places, and what is expected.
+    # For a class whose values may be a list: its places, and the expectation in messages.
     places: ClassVar[tuple[tuple[str, str], ...]] = ()
     expected: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        """Take over what names the single value."""
+        """Take over the names and units of the single value."""
         names = "si_unit", "symbol", "words", "unit", "example", "in_line"
         vars(self).update({name: getattr(self.single, name) for name in names})
 
@@ -441,7 +441,7 @@ class Either(Parameter):
         return dataclasses.replace(self, single=self.single.called(words, symbol))
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
-        """Yield the coordinates of a value; without one, all that there may be."""
+        """Yield the coordinates of a value; for None, every coordinate that a value may have."""
         if value is None:
             for form in self.forms:
                 yield from form.coordinates(name, None)
@@ -471,7 +471,7 @@ class PerBody(Either):
     expected = "one value, or two for two bodies"
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
-        """Yield one coordinate where both bodies are alike, else two."""
+        """Yield one coordinate if both bodies are alike, else two."""
         first, second = pair(value)
         yield from super().coordinates(name, first if first == second else (first, second))
 
@@ -515,7 +515,7 @@ class Patch(Plain):
         return "none" if value is None else [*value]
 
     def coordinates(self, name: str, value: Sequence[float] | None) -> Coordinates:
-        """Yield one text, in m."""
+        """Yield the rectangle as one text, in m."""
         yield name, self, str(self.canonical(value))
 
     def schema(self) -> Schema:
@@ -575,7 +575,7 @@ class Part:
     """
 
     kind: str = ""  # name in study files: ``{kind: wavy, ...}``
-    # What a caption calls the kind where the name alone is unclear; empty: the name.
+    # The name of the kind in a caption, where `kind` alone is unclear; empty: `kind`.
     caption: ClassVar[str] = ""
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -583,7 +583,7 @@ class Part:
         Part.kinds.cache_clear()
 
     def __post_init__(self) -> None:
-        """Read every field as its `Parameter` says, including text with units; check rules."""
+        """Read every field by its `Parameter`, text with units included, and check the rules."""
         problems, fields = Problems(), vars(self)
         for name, parameter in self.parameters().items():
             with problems.at(name, fields[name]):
@@ -595,9 +595,10 @@ class Part:
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:
-        """Make a part from values that have been read; broken rules show in `problem`."""
+        """Make a part of values already read; a broken rule shows in `problem`."""
         part = object.__new__(cls)
-        defaults = {each.name: each.default for each in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+        defaults = {declared_field.name: declared_field.default for declared_field in fields}
         part.__dict__.update(defaults | values)
         return part
 
@@ -607,7 +608,7 @@ class Part:
         """The kinds of a family by name, in the order in which they were defined."""
         kinds: dict[str, type[Self]] = {}
         for heir in cls.__subclasses__():
-            # A class derived from a kind is the same kind unless it has its own name.
+            # A class derived from a kind is the same kind unless it names its own.
             kinds |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
             kinds |= heir.kinds()
         return kinds
@@ -619,11 +620,11 @@ class Part:
 
     @property
     def problem(self) -> tuple[str, str] | None:
-        """The rule between the part's own parameters that is broken, and a remedy."""
+        """The broken rule between the part's parameters, with a remedy; None if all hold."""
         return None
 
     def at(self, cycle: float) -> Self:  # noqa: ARG002 - constant unless a kind says otherwise
-        """The part at a cycle; itself if nothing about it changes."""
+        """The part at a cycle; the same object if nothing about it changes."""
         return self
 
     @property
@@ -638,7 +639,7 @@ class Part:
 
     @property
     def slug(self) -> str:
-        """What stands for the part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
+        """The part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
         return self.kind
 
     def canonical(self) -> dict[str, object]:
@@ -675,7 +676,7 @@ def derived(cls: type) -> Mapping[str, Parameter]:
 
 
 def _annotations(hint: object) -> Iterator[Parameter]:
-    """Yield what annotates a type, described by the text beside it if there is one."""
+    """Yield the parameters that annotate a type, described by the text beside them if any."""
     metadata = getattr(hint, "__metadata__", ())
     description = "".join(note for note in metadata if isinstance(note, str))
     changes = {"description": description} if description else {}

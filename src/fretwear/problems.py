@@ -22,7 +22,7 @@ class Problem:
     rule: str  # what is wrong or required, as a sentence without its subject
     remedy: str = ""  # what to do
     line: int | None = None  # of the file, counted from 1
-    known: Sequence[str] = ()  # the valid words, where one may be misspelt
+    valid_words: Sequence[str] = ()  # where one may be misspelt
     written: str = ""  # the word that may be misspelt, if it is not the value
 
     @property
@@ -34,7 +34,7 @@ class Problem:
     @property
     def hint(self) -> str:
         """The likely correction or remedy; may be empty."""
-        return did_you_mean(self.written or self.given, self.known) or self.remedy
+        return did_you_mean(self.written or self.given, self.valid_words) or self.remedy
 
     @property
     def _place(self) -> str:
@@ -60,30 +60,30 @@ class Problems(list[Problem]):
         try:
             yield
         except QuantityError as wrong:
-            self.extend(replace(each, key=f"{key}{each.key}") for each in wrong.inside)
+            self.extend(replace(problem, key=f"{key}{problem.key}") for problem in wrong.inside)
             if not wrong.inside:
-                self.add(key, given, wrong.rule, wrong.hint, known=wrong.known)
+                self.add(key, given, wrong.rule, wrong.hint, valid_words=wrong.valid_words)
 
     def raise_any(self) -> None:
-        """Raise all of them as one error, if there are any."""
+        """Raise the problems as one error, if there are any."""
         if self:
             raise QuantityError("has problems", inside=self)
 
     def add(self, key: str, given: object, rule: str, remedy: str = "", **words: Any) -> None:
-        """Add a problem; `known` lists the valid words, of which one may have been `written`."""
+        """Add a problem; `words` are its `valid_words` and the misspelt one that was `written`."""
         self.append(Problem(key, given, rule, remedy, **words))
 
     def unknown(
-        self, place: str, keys: Mapping[str, object], known: Sequence[str], rule: str = _NOT_KNOWN
+        self, place: str, keys: Mapping[str, object], valid: Sequence[str], rule: str = _NOT_KNOWN
     ) -> None:
-        """Add the unknown keys at a place."""
-        remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
-        for name in (name for name in keys if name not in known):
-            self.add(f"{place}.{name}", keys[name], rule, remedy, known=known, written=name)
+        """Add the unknown keys at a place as problems."""
+        remedy = f"known {'are' if len(valid) > 1 else 'is'} {', '.join(valid)}"
+        for name in (name for name in keys if name not in valid):
+            self.add(f"{place}.{name}", keys[name], rule, remedy, valid_words=valid, written=name)
 
 
 def in_words(value: object) -> str:
-    """Return a value as written in the file, printable; different values give different texts."""
+    """Return a value as written in the file, printable; unequal values give unequal texts."""
     if value is None:
         return ""
     if isinstance(value, bool):

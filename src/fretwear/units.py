@@ -2,9 +2,9 @@
 
 Text becomes a number in decimal arithmetic and is rounded to a float once, so that the same value
 in two spellings (``50 N``, ``0.05 kN``) gives the same float.  Units beyond the usual ones are read
-by pint, with a small registry of our own: it starts in a few milliseconds, where pint's full one
-takes half a second, and it knows angles as a dimension, so that a bare number is never taken for
-an angle.
+by pint with a small registry of our own: it loads in a few milliseconds, where pint's full one
+takes half a second, and it treats the angle as a dimension, so that a bare number is never taken
+for an angle.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 class QuantityError(ValueError):
     """A value that breaks a rule: the rule, as a sentence without its subject, and a hint.
 
-    `known` lists the valid words where one may be misspelt; `inside` are the problems of a value
-    that holds others, with keys relative to it, instead of a rule.
+    `valid_words` serve to correct a misspelt one.  A value that holds others has no rule but the
+    problems `inside` it, with keys relative to it.
     """
 
     def __init__(
-        self, rule: str, hint: str = "", known: Sequence[str] = (), inside: Sequence[Any] = ()
+        self, rule: str, hint: str = "", valid_words: Sequence[str] = (), inside: Sequence[Any] = ()
     ) -> None:
-        self.rule, self.hint, self.known, self.inside = rule, hint, known, tuple(inside)
+        self.rule, self.hint, self.valid_words, self.inside = rule, hint, valid_words, tuple(inside)
         super().__init__(rule, hint)
 
     def __str__(self) -> str:
@@ -111,7 +111,7 @@ class Dimension:
 
     @property
     def expectation(self) -> str:
-        """The rule that it is one: "must be a force such as 50 N"."""
+        """The rule for values of this kind: "must be a force such as 50 N"."""
         return f"must be {self.name} such as {self.example}"
 
     @property
@@ -138,19 +138,19 @@ COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", _WEA
 FORCE_PER_LENGTH = Dimension("a force per length", "N m-1", "N/m", "18.5 N/mm", _LINE)
 ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (Unit("°", float(_DEGREE), "deg"),))
 NUMBER = Dimension("a plain number", "1", "", "0.3")
-_ANOTHER = Dimension("another quantity", "", "", "")  # which no parameter is
+_ANOTHER = Dimension("another quantity", "", "", "")  # no parameter is one
 
 DIMENSIONS = (
     *(LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE),
     Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS),
     Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),)),
 )
-"""Every kind of quantity that a parameter may be, plain numbers aside."""
+"""Every kind of quantity that a parameter may be, except plain numbers."""
 
 BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
 
 PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
-"""SI units of a line contact in the place of those of a whole contact."""
+"""SI units of a point contact, and their counterparts per length in a line contact."""
 
 _PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
 _READABLE = {
@@ -168,13 +168,13 @@ _READABLE = {
 
 @cache
 def _registry() -> tuple[pint.UnitRegistry[Any], dict[Any, Dimension]]:
-    """Return what reads units, and the kinds of quantity by dimensionality."""
-    import pint  # takes a fifth of a second: only those who give unusual units pay for it
+    """Return pint's reader of units, and the kinds of quantity by dimensionality."""
+    import pint  # takes a fifth of a second, which only unusual units are worth
 
     registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
     registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
-    parsed = ((registry.parse_units(_expression(each.typed)), each) for each in DIMENSIONS)
-    return registry, {units.dimensionality: dimension for units, dimension in parsed}
+    units = {kind: registry.parse_units(_expression(kind.typed)) for kind in DIMENSIONS}
+    return registry, {unit.dimensionality: kind for kind, unit in units.items()}
 
 
 def _expression(unit: str) -> str:
@@ -208,29 +208,29 @@ def _unit(text: str) -> tuple[Decimal, Dimension]:
     return Decimal(in_si.magnitude), dimensions.get(units.dimensionality, _ANOTHER)
 
 
-def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return the known name nearest to a misspelt one, or an empty text."""
-    by_fold = {each.casefold(): each for each in known}
+def nearest(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return the valid word nearest to a misspelt one, or an empty text."""
+    by_fold = {word.casefold(): word for word in valid}
     folded = name.casefold() if isinstance(name, str) else ""
     near = difflib.get_close_matches(folded, by_fold, n=1, cutoff=cutoff)
     return by_fold[near[0]] if near else ""
 
 
-def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return the question whether the nearest known name is meant; empty if none is near."""
-    near = nearest(name, known, cutoff)
+def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return "did you mean" with the nearest valid word; empty if none is near."""
+    near = nearest(name, valid, cutoff)
     return f"did you mean {near!r}?" if near else ""
 
 
 def in_unit(value: Any, si_unit: str) -> Any:
-    """Return an SI value that knows whether it is a force per length."""
+    """Return an SI value, as a `PerLength` if it is a force per length."""
     is_per_length = si_unit == FORCE_PER_LENGTH.si_unit and isinstance(value, int | float)
     return PerLength(value) if is_per_length else value
 
 
 def force_text(value: float, digits: int = 6) -> str:
     """Write a force, or a force per length, as in a study file."""
-    # N/µm is for the stiffness of a rig.
+    # N/µm suits only the stiffness of a rig.
     line = replace(FORCE_PER_LENGTH, units=_LINE[:2])
     return format_quantity(value, line if isinstance(value, PerLength) else FORCE, digits)
 
@@ -238,10 +238,10 @@ def force_text(value: float, digits: int = 6) -> str:
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
     """Turn a value as written into an SI number.
 
-    It is text with a unit (``"0.2 um"``), or a number, which counts as SI except where
-    `units_required`, as in study files.  For `NUMBER` text without a unit is accepted as well,
-    because YAML reads ``1e-3`` as text.  Raises `QuantityError` if it is not a number, not finite,
-    or has no unit, an unknown one or one of another dimension.
+    The value is text with a unit (``"0.2 um"``) or a number, which counts as SI unless
+    `units_required`, as in study files.  A plain number may also be text, because YAML reads
+    ``1e-3`` as text.  Raises `QuantityError` if the value is not a finite number, or if its unit
+    is missing, unknown or of another dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         number = math.inf
@@ -271,19 +271,20 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         hint = f"one HV or HB is about 9.81 MPa: write '{_GRAVITY * float(given):.4g} MPa'"
         raise QuantityError(rule, hint)
     try:
-        factor, found = _unit(unit)
+        factor, given_dimension = _unit(unit)
     except QuantityError as error:
         rule = f"{dimension.expectation}, but {error.rule}"
-        known = [dimension.typed, *(each.typed or each.name for each in dimension.units)]
-        raise QuantityError(rule, did_you_mean(unit, known, cutoff=0.5)) from error
-    if found.si_unit != dimension.si_unit:
-        # All after a stroke may be meant to stand below it, as in mm3/N m.
+        valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
+        raise QuantityError(rule, did_you_mean(unit, valid, cutoff=0.5)) from error
+    if given_dimension.si_unit != dimension.si_unit:
+        # Everything after a stroke may be meant as the denominator, as in mm3/N m.
         above, stroke, below = unit.partition("/")
         meant, hint = f"{above}/({below.strip()})", ""
         with suppress(QuantityError):
             if stroke and _unit(meant)[1].si_unit == dimension.si_unit:
                 hint = f"did you mean '{given} {meant}'?"
-        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {found.name}", hint)
+        rule = f"{dimension.expectation}, but {unit!r} is {given_dimension.name}"
+        raise QuantityError(rule, hint)
     return _finite(float(Decimal(given) * factor), dimension)
 
 
@@ -321,17 +322,17 @@ def is_readable(si_unit: str) -> bool:
 def readable_unit(values: Any, si_unit: str) -> Unit:
     """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 
-    NaN and infinite values do not count, and of none the unit is the smallest.
+    NaN and infinite values do not count; without finite values the unit is the smallest.
     """
     import numpy as np
 
-    known = np.abs(np.asarray(values, dtype=np.float64))
-    largest = known.max(initial=0.0, where=np.isfinite(known))
+    magnitudes = np.abs(np.asarray(values, dtype=np.float64))
+    largest = magnitudes.max(initial=0.0, where=np.isfinite(magnitudes))
     return _fitting(_READABLE[si_unit], largest)
 
 
 def _fitting(units: Sequence[Unit], value: float) -> Unit:
-    """Return the largest unit that is not larger than a value, else the smallest."""
+    """Return the largest unit that does not exceed a value, else the smallest unit."""
     return [units[0], *(unit for unit in units if unit.size <= value)][-1]
 
 
@@ -357,8 +358,7 @@ def power_of_ten(exponent: int) -> str:
 def with_error(value: float, error: float, digits: int = 5) -> str:
     """Return a number with its error, both rounded to the leading digit of the error.
 
-    The error is left out where it would hardly change the last digit shown. What is not there, NaN,
-    is a dash.
+    The error is left out where it would hardly change the last digit shown. A NaN value is a dash.
 
     >>> with_error(0.08471, 0.00034), with_error(1234.0, 170.0), with_error(2.5, 1e-9)
     ('0.0847 ± 0.0003', '1230 ± 170', '2.5')
@@ -372,7 +372,7 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
     if not error > 0.0 or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
         return number_text(value, digits)
     first = math.floor(math.log10(error))
-    # A single digit of 1.7 would be too coarse.
+    # A leading 1 rounds too coarsely alone: 1.7 would become 2.
     place = first - 1 if error < 2.0 * 10.0**first else first
     if not 1e-4 <= abs(value) < 1e6:
         return f"{number_text(value, digits)} ± {number_text(error, first - place + 1)}"
@@ -423,6 +423,6 @@ def listed(words: Iterable[str], last: str = "and") -> str:
 
 def span(values: Iterable[float], text: Callable[[float], str]) -> str:
     """Return the range of some values as text, or a single value if both ends read the same."""
-    known = list(values)
-    low, high = text(min(known)), text(max(known))
+    numbers = list(values)
+    low, high = text(min(numbers)), text(max(numbers))
     return low if low == high else f"{low} to {high}"

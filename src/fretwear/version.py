@@ -1,6 +1,6 @@
-"""The version of the package, and the digest of what its numbers come from.
+"""The version of the package, and the digest of all that its numbers depend on.
 
-Nothing else is imported here, because every start of the workflow needs it.
+The module imports nothing of the package, because every start of the workflow loads it.
 """
 
 from functools import cache
@@ -8,8 +8,8 @@ from pathlib import Path
 
 __version__ = "0.1.0"
 
-# What lies between the parameters of a case and the numbers in its file: not what reads, checks,
-# doubts or plans a case, nor what draws and reports its numbers.
+# The sources that turn the parameters of a case into the numbers in its file. Those that read,
+# check, doubt or plan a case, or draw and report its numbers, do not count.
 _SOURCES = ("mechanics", "theory", "parts.py", "vocabulary.py")
 _CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")
 _DRIVERS = ("running/simulate.py", "data/labels.py")
@@ -18,10 +18,10 @@ _LIBRARIES = ("numpy", "scipy", "ducc0")
 
 @cache
 def code_digest() -> str:
-    """Return the digest of everything, besides its parameters, that a result depends on to the bit.
+    """Return the digest of everything but its parameters that decides the bits of a result.
 
-    These are the sources that compute it and the versions of the libraries, from a checkout as from
-    a wheel.
+    It covers the sources that compute the result and the versions of the libraries, and is the
+    same from a checkout and from a wheel.
     """
     import hashlib
     from importlib import metadata
@@ -35,6 +35,6 @@ def code_digest() -> str:
         digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)
     for library in _LIBRARIES:
-        found = next((each.version for each in metadata.distributions(name=library)), "")
-        digest.update(f"{library} {found}\n".encode())
+        installed = next((copy.version for copy in metadata.distributions(name=library)), "")
+        digest.update(f"{library} {installed}\n".encode())
     return digest.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""Every result once: its name, unit, words and symbol, and how it is shown.
+"""Every result, defined once: its name, unit, words and symbol, and how it is shown.
 
 Datasets, tables, figures, report and messages take the words of a quantity from here.
 """
@@ -24,11 +24,11 @@ SYMMETRIES: dict[str, tuple[bool, bool]] = {
     "even_y": (False, True),
     "none": (False, False),
 }
-"""Whether a contact is even along x and y: then only the side with positive coordinates is kept."""
+"""Whether a contact is even along x and along y, so that only its positive side is kept."""
 
 
 class ContactState(IntEnum):
-    """What a cell of the surface does during a cycle."""
+    """The state of a cell of the surface during a cycle."""
 
     OPEN = 0
     SLIP = 1
@@ -36,7 +36,7 @@ class ContactState(IntEnum):
 
 
 class PointStatus(IntEnum):
-    """What became of a point of a study."""
+    """The outcome of a point of a study."""
 
     DONE = 0
     FAILED = 1
@@ -54,25 +54,25 @@ class Variable:
 
     name: str  # name in the dataset
     si_unit: str  # as UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text
-    words: str  # what the values are: the long name, and the label of an axis
-    symbol: str = ""  # in mathtext, empty where the field has none
-    comment: str = ""  # what a reader has to know beyond the words
-    unit: Unit | None = None  # unit for people; None: the one that suits the size of the values
+    words: str  # its long name, and the label of an axis
+    symbol: str = ""  # in mathtext, empty without an established one
+    comment: str = ""  # what a reader must know beyond the words
+    unit: Unit | None = None  # unit for people; None: one that suits the size of the values
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
     from_zero: bool = True  # whether a linear axis starts at zero
     may_be_logarithmic: bool = False  # on the axis of a wide range
-    # Whether the value is meaningful by itself: the peak pressure of an elastic contact, that of a
-    # single cell at a singularity, is not.
+    # Whether the value is meaningful by itself. The peak pressure of an elastic contact, which a
+    # single cell at a singularity has, is not.
     is_headline: bool = True
-    # Whether it is NaN where there is nothing that has it, such as a stick zone.
+    # Whether it is NaN where undefined, such as the mean stick pressure where nothing sticks.
     may_lack: bool = False
-    # Whether it grows without bound somewhere as cells get narrower: its error is infinite there.
+    # Whether it may grow without bound as cells get narrower; its error is then infinite.
     may_diverge: bool = False
     is_error: bool = False
-    # Of a field, outside the window of a case, where the surfaces do not touch; NaN: not known.
+    # Value of a field outside the window of a case, where the surfaces do not touch; NaN: unknown.
     outside: float = 0.0
-    flags: tuple[ContactState, ...] = ()  # that can occur; empty for a physical quantity
+    flags: tuple[ContactState, ...] = ()  # possible states; empty for a physical quantity
 
     @property
     def marked(self) -> str:
@@ -89,8 +89,8 @@ class Variable:
         return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)
 
     def allows(self, values: Any) -> bool:
-        """Whether values are finite, or NaN or infinite where that means something."""
-        import numpy as np  # a start without arrays does without it
+        """Whether values are finite, or NaN or infinite where that has a meaning."""
+        import numpy as np  # `fretwear --help` does without it
 
         sound = np.isfinite(values)
         if self.may_lack:
@@ -119,14 +119,15 @@ class Variable:
     @property
     def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable; empty entries are left out."""
-        values = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
-        found: dict[str, Any] = {k: v for k, v in {**values, "comment": self.comment}.items() if v}
+        texts = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
+        texts["comment"] = self.comment
+        attributes: dict[str, Any] = {name: text for name, text in texts.items() if text}
         if self.flags:
-            import numpy as np  # a start without arrays does without it
+            import numpy as np  # `fretwear --help` does without it
 
-            found["flag_values"] = np.array(self.flags, dtype=self.dtype)
-            found["flag_meanings"] = " ".join(flag.name.lower() for flag in self.flags)
-        return found
+            attributes["flag_values"] = np.array(self.flags, dtype=self.dtype)
+            attributes["flag_meanings"] = " ".join(flag.name.lower() for flag in self.flags)
+        return attributes
 
 
 _UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PERCENT}
@@ -151,14 +152,14 @@ def _rows(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
 
     Indented lines continue a comment.
     """
-    found = []
+    variables = []
     for row in re.sub(r"\n +", " ", table.strip()).splitlines():
-        cells = (each.strip() for each in row.split("|"))
+        cells = (cell.strip() for cell in row.split("|"))
         name, si_unit, symbol, unit, words, mark, comment = cells
         words = words or name.replace("_", " ")
         marked = {"dtype": dtype, **_MARKS[mark]}
-        found.append(Variable(name, si_unit, words, symbol, comment, _UNITS[unit], **marked))
-    return tuple(found)
+        variables.append(Variable(name, si_unit, words, symbol, comment, _UNITS[unit], **marked))
+    return tuple(variables)
 
 
 X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE, CONVOLUTIONS = (
@@ -190,8 +191,8 @@ wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that beg
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
 gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P
 contact_state  |    |     |     | state of the contact | flags |
-    of whole cells: sums over these differ from areas and mean pressures, which end at edges within
-    a cell, by the more the fewer cells a zone is wide; contact_fraction and stick_fraction tell
+    of whole cells: sums over these differ from areas and mean pressures, whose edges lie within a
+    cell, and differ more the fewer cells a zone is wide; contact_fraction and stick_fraction say
     what part of a cell counts
 contact_fraction | 1 |    | 1   | | |
     part of a cell in contact; its sum over the whole contact times the area of a cell is
@@ -205,7 +206,7 @@ wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since 
     "float32",
 )
 FIELDS, BODY_FIELDS = _FIELDS[:-2], _FIELDS[-2:]
-"""Fields where the wear coefficients of both bodies are known."""
+"""Fields of every case, and those that need a wear coefficient for each body."""
 
 _SCALARS = _rows(
     r"""
@@ -228,17 +229,17 @@ stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | o
 stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | free | outermost edge
     on the line of cells nearest x = 0
 contact_area            | m2 | | | | |
-    to the edge within a cell: the sum of contact_fraction, not that of cells by contact_state
+    to the edge within a cell: the sum of contact_fraction, not of cells by contact_state
 stick_area              | m2 | | | | |
-    to the edge within a cell: the sum of stick_fraction, not that of cells by contact_state
+    to the edge within a cell: the sum of stick_fraction, not of cells by contact_state
 mean_stick_pressure     | Pa | $\bar{p}_\mathrm{stick}$ | MPa | | none |
     load in the stick zone over its area, both to the edge within a cell; NaN where nothing sticks
 stick_load_share        | 1  | $P_\mathrm{stick}/P$ | % | stick share of the load | none |
     to the edge within a cell; NaN where nothing sticks
-peak_pressure           | Pa | $p_\mathrm{max}$ | MPa | | ∞ | of a single cell; that of elastic
-    bodies becomes singular at the edge of a stick zone as they wear, and its error infinite
+peak_pressure           | Pa | $p_\mathrm{max}$ | MPa | | ∞ | of a single cell; wear of
+    elastic bodies makes it singular at the edge of a stick zone, and its error infinite
 central_pressure        | Pa | $p(0)$ | MPa | | † | of the cell nearest the origin;
-    zero where that is open, as in the valley that waves have there
+    zero if this cell is open, as in a valley of waves
 wear_volume             | m3 | $V$    | | | log | of both bodies since cycle 0
 maximum_wear_depth      | m  | $w_\mathrm{max}$ | | | | of both bodies together since cycle 0
 plastic_volume          | m3 |        | | | | displaced since cycle 0
@@ -251,11 +252,11 @@ wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | sin
 SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
 
 AT_SNAPSHOTS = ("sliding_criterion",)
-"""Scalars that the history of all steps lacks: they take contacts of their own."""
+"""Scalars absent from the history of all steps, because each value takes a contact solution."""
 
 
 def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
-    """Return those scalars that are known at every step."""
+    """Return the scalars that the history of all steps has."""
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
@@ -275,10 +276,10 @@ HEADLINES = (
     "stick_load_share",
     "dissipated_energy",
 )
-"""The scalars that answer what a study asked, in the order in which they are told."""
+"""The scalars that answer the question of a study, in the order of a report."""
 
 FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
-"""Results that are told too where the parameter of the name is not given."""
+"""Results reported as well if the parameter of this name is not given."""
 
 RESULTS: dict[str, Variable] = {
     variable.name: variable for variable in (*FIELDS, *BODY_FIELDS, *SCALARS, *BODY_SCALARS)
@@ -287,7 +288,7 @@ RESULTS: dict[str, Variable] = {
 
 
 LINE_SCALARS: tuple[Variable, ...] = tuple(
-    each.per_length for each in SCALARS if not each.name.endswith("_y")
+    scalar.per_length for scalar in SCALARS if not scalar.name.endswith("_y")
 )
 """The scalars of a line contact, which has no width along y."""
 

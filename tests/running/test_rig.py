@@ -240,7 +240,11 @@ def test_bodies_share_wear_that_falls_with_the_power():
         (FLAT, {"slip_model": "cattaneo_mindlin"}, ("slip_model", "sphere or cylinder")),
         (SLIDING, {"tangential_ratio": 0.5}, ("sliding_amplitude", "redundant")),
         (SLIDING, {"load": "18.5 N"}, ("load: 18.5 N/mm",)),
-        (SLIDING, {"wear_coefficient": "4.8e-14 / Pa"}, ("in a place of its own", "[value of")),
+        (
+            SLIDING,
+            {"wear_coefficient": "4.8e-14 / Pa"},
+            ("each wears in a different place", "[value of"),
+        ),
         (SLIDING, {"sliding_amplitude": "2 mm"}, ("= 2 mm", "up to 703 um would do")),
         (SLIDING, {"cycles": 10**9}, ("sliding_amplitude", "larger than the half-space allows")),
         (SLIDING, HELD, ("displacement_amplitude", "needs tangential_compliance", "0.1 um/(N/mm)")),
@@ -254,7 +258,7 @@ def test_bodies_share_wear_that_falls_with_the_power():
             {**SPHERE, "roughness": WAVES},
             ("resolved all over the scar", "take a cylinder"),
         ),
-        (SLIDING, FALLING, ("each wears in a place of its own", "slow: [value of the indenter")),
+        (SLIDING, FALLING, ("each wears in a different place", "slow: [value of the indenter")),
         (SLIDING, BLOCKS, ("blocks", "two studies")),
     ],
 )

@@ -115,7 +115,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"roughness": {**WAVES, "slope_x": "50 deg"}}, ["slope_x", "less than 45 deg"]),
         ({"roughness": {**WAVES, "amplitude": -1e-7}}, ["amplitude", "at least 0"]),
         ({"tangential_load": 25.0}, ["gross sliding", "µP = 25 N"]),
-        ({"blocks": [{"cycles": 5}]}, ["blocks have cycles of their own"]),
+        ({"blocks": [{"cycles": 5}]}, ["each block gives its cycles"]),
         ({"cycles": None, "blocks": [{"cycles": 5, "radius": 1.0}]}, ["a block cannot change"]),
         ({"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, ["block number 1"]),
         ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles[0] = 10: must be 0"]),
@@ -142,7 +142,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ),
         (
             {"roughness": MEASURED, "counterface": MEASURED},
-            ["counterface.body = flat: is that of roughness too", "write body: indenter"],
+            ["counterface.body = flat: is also the body of roughness", "write body: indenter"],
         ),
         ({"rig_stiffness": "28 N/um"}, ["has no meaning with tangential_ratio"]),
         ({"displacement_amplitude": "1 um"}, ["is redundant"]),

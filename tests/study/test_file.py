@@ -112,10 +112,10 @@ vary: {load: [50 N, 50 N], friction: [0.5, 0.5]}, design: zip | @vary = load 50 
 base/roughness: {kind: wavy, WAVES}, vary/roughness.amplitude: 0.2 um
    | @vary.roughness.amplitude = 0.2 um | write [0.2 um]
 * vary: {roughness: [none, {kind: wavy, WAVES}], roughness.amplitude: [0.1 um]}
-   | @vary.roughness = | roughness.amplitude is a part
+   | @vary.roughness = | roughness.amplitude varies a part
 * vary/roughness.amplitude: [1 um] | @base.roughness = none | the other parts
 * base/roughness: {kind: wavy, WAVES}, vary/roughness.rms_height: [1 um]
-   | @vary.roughness.rms_height = [1 um] | is nothing that wavy has | amplitude, slope_x, slope_y
+   | @vary.roughness.rms_height = [1 um] | is not a parameter of wavy | amplitude, slope_x, slope_y
 DRAWN, vary/load: {from: 10 N} | @vary.load.to = | missing
 * DRAWN, vary/load: {from: 10 N, to: 5 N} | @vary.load.to = 5 N | more than
 DRAWN, vary/load: {from: 1 N, to: 50} | @vary.load.to = 50 | needs a unit

@@ -1,6 +1,6 @@
-"""A case: everything that one simulation needs to know, validated, frozen, in SI units.
+"""A case: all parameters of one simulation, validated, frozen, in SI units.
 
-Its id, its canonical parameters and its coordinates come from one walk over the declared fields, so
+The id, the canonical parameters and the coordinates come from one walk over the declared fields, so
 that none of them can miss a parameter.
 """
 
@@ -45,7 +45,7 @@ _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
 )
 SNAPSHOTS_SCHEMA: dict[str, Any] = {
-    "description": "Cycles at which the fields are kept, beside 0 and the last; auto: about eight, "
+    "description": "Cycles at which the fields are kept, besides 0 and the last; auto: about eight "
     "powers of ten and three times these.",
     "default": "auto",
     "anyOf": [{"const": "auto"}, {"type": "array", "items": _SNAPSHOT.described()}],
@@ -53,15 +53,15 @@ SNAPSHOTS_SCHEMA: dict[str, Any] = {
 
 
 def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
-    """Return the cycles at which fields are asked for, in a file each only once; None: ``auto``."""
+    """Return the cycles at which fields are kept, or None for ``auto``; a file gives each once."""
     if value == "auto":
         return None
     if not is_list(value):
         raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
     problems, cycles = Problems(), list[int]()
-    for position, each in enumerate(value):
-        with problems.at(f"[{position}]", each):
-            cycles.append(_SNAPSHOT.read(each, True))
+    for position, cycle in enumerate(value):
+        with problems.at(f"[{position}]", cycle):
+            cycles.append(_SNAPSHOT.read(cycle, True))
             if in_file and cycles[-1] in cycles[:-1]:
                 raise QuantityError("is given twice")
     problems.raise_any()
@@ -93,16 +93,16 @@ class CaseError(ValueError):
 
 @dataclass(frozen=True, init=False)
 class Case(Draft):
-    """One contact, one loading, one number of cycles: what `simulate` takes.
+    """One contact, one loading and one number of cycles, for `simulate`.
 
-    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The
-    parameters are those of `base` in a study file, and ``output_cycles``, the cycles besides 0 and
+    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  A case
+    has the parameters of `base` in a study file, and ``output_cycles``, the cycles besides 0 and
     the last at which fields are kept; by default (``auto``) about eight.
 
-    The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
-    both.  For two different materials the coupling of normal and tangential directions (Dundurs'
-    β) is neglected, and so is, for all, that of x and y: the maximum wear depth of a smooth sphere
-    comes out 6 to 11 % too small at ν = 0.3.
+    The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
+    neglects the coupling of normal and tangential directions (Dundurs' β), which two different
+    materials have, and for all materials the coupling of x and y: the maximum wear depth of a
+    smooth sphere comes out 6 to 11 % too small at ν = 0.3.
 
     Raises
     ------
@@ -129,8 +129,11 @@ class Case(Draft):
         problems += missing_parameters(given, in_file=False, blocks=values.get("blocks", ()))
         if problems:
             raise CaseError(problems)
-        own = by_member({**values, "output_cycles": snapshots})
-        vars(self).update(vars(Case.of({name: make_member(name, own[name]) for name in own})))
+        given_by_member = by_member({**values, "output_cycles": snapshots})
+        parts = {
+            name: make_member(name, own_values) for name, own_values in given_by_member.items()
+        }
+        vars(self).update(vars(Case.of(parts)))
         if broken := findings(self):
             raise CaseError(broken)
 
@@ -159,18 +162,18 @@ class Case(Draft):
             value = getattr(self, member)
             by_key = isinstance(about, PartOf) and about.are_keys(value)
             kept |= {n: vars(value)[n] for n in value.parameters()} if by_key else {member: value}
-        # Blocks have cycles of their own.
+        # Blocks contain their cycles.
         del kept["cycles" if self.blocks else "blocks"]
         for other in {other for name in changes for other in replaced_by(name)}:
             kept.pop(other, None)
         if self.output_cycles != snapshots_of(None, self.cycles):
-            # The last cycle may become another one.
+            # The last cycle may change.
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
 
     @property
     def grid_spacing(self) -> tuple[float, float]:
-        """(dx, dy) in m: `cell`, or where it is None the default of `fretwear.study.spacing`."""
+        """(dx, dy) in m: `cell` or, if it is None, the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
 
     @property
@@ -185,16 +188,16 @@ class Case(Draft):
 
     @property
     def times_coarser(self) -> float:
-        """How many times wider the cells of its twin are, by which errors are estimated.
+        """How many times wider the cells of the coarser run are, from which errors are estimated.
 
-        Twice as wide is all that details that a grid must resolve, and scars of a stroke, bear.
+        Details to be resolved and scars of a stroke allow cells only twice as wide.
         """
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())
         return 3.0 if plain and not self.loading.stroke else 2.0
 
     @property
     def coarser(self) -> Self:
-        """Its twin: cells `times_coarser` wider, a tolerance larger by the square of that."""
+        """The case on cells wider by `times_coarser`, with a tolerance larger by its square."""
         times, (dx, dy) = self.times_coarser, self.grid_spacing
         changed = {"cell": (times * dx, times * dy), "tolerance": times**2 * self.tolerance}
         return self.of(vars(self) | changed)
@@ -202,29 +205,29 @@ class Case(Draft):
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
 
-        Two cases with the same physics have the same: units are gone, Q/(µP) and Q are one thing,
-        a pair of equal values is one value, a zero amplitude is smooth, and the default spacing
-        is the spacing it comes to.  `Case(**...)` takes it back.
+        Two cases with the same physics have the same canonical parameters: these have no units, one
+        form for Q/(µP) and Q, one value for a pair of equal values, a smooth surface for a zero
+        amplitude, and the value of the default spacing.  `Case(**...)` takes them back.
         """
         plain = self.of(vars(self) | {"cell": self.grid_spacing, "loading": self.plain_loading})
         unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
         unsaid |= {"cycles"} if self.blocks else set()
-        found: dict[str, Any] = {}
+        canonical: dict[str, Any] = {}
         for member, about in members().items():
             value = getattr(plain, member)
             if isinstance(about, PartOf) and about.are_keys(value):
-                found |= value.canonical()
+                canonical |= value.canonical()
             elif member not in unsaid:
-                found[member] = about.canonical(value)
-        del found["kind"]
-        return found
+                canonical[member] = about.canonical(value)
+        del canonical["kind"]
+        return canonical
 
     @property
     def case_id(self) -> str:
         """``<slug>-<hash>``: the main parameters, then eight digits of a hash of all parameters.
 
         The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
-        numbers count to twelve digits.
+        twelve digits of a number count.
         """
         exact = json.dumps(self.canonical_parameters())
         rounded = json.loads(exact, parse_float=lambda text: float(f"{float(text):.11e}"))
@@ -255,9 +258,9 @@ class Case(Draft):
         }
 
     def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield the scalar coordinates: name, what it is, SI value."""
+        """Yield the scalar coordinates: name, parameter, SI value."""
         following = dict(derived(Case))
-        # Results of a run are not parameters.
+        # These are results if the other quantity of the loading is given.
         if not self.force_is_held:
             del following["tangential_ratio"], following["tangential_load"]
         if self.loading.is_force or self.loading.stroke:
@@ -265,18 +268,18 @@ class Case(Draft):
         for member, about in members().items():
             value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
             if isinstance(about, Inline):
-                for name, each in {**about.keys, **value.parameters()}.items():
+                for name, declared in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
-                        known = following.pop(name, each)
-                        yield from known.coordinates(name, getattr(self, name))
+                        parameter = following.pop(name, declared)
+                        yield from parameter.coordinates(name, getattr(self, name))
             elif member == "cell" and self.indenter.is_line:
-                # A line contact is the same all along y.
+                # A line contact has no spacing along y.
                 yield next(about.coordinates(member, value))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
                 yield from about.coordinates(member, value)
-        for name, known in following.items():
-            # Quantities named after Hertz are given for Hertzian contacts only.
+        for name, quantity in following.items():
+            # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
-                words = known.words.replace("radius", self.indenter.extent_words)
-                known = dataclasses.replace(known, words=words)  # type: ignore[type-var]
-                yield from known.coordinates(name, getattr(self, name))
+                words = quantity.words.replace("radius", self.indenter.extent_words)
+                renamed = dataclasses.replace(quantity, words=words)  # type: ignore[type-var]
+                yield from renamed.coordinates(name, getattr(self, name))

@@ -1,4 +1,4 @@
-"""How parts belong to a case: by a key of their own, by their fields as keys, or in blocks."""
+"""How a part belongs to a case: under its key, by its fields as keys, or in blocks."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class PartOf(Parameter):
     family: type[Part]
     words: str = ""
     short: str = ""  # the kind whose fields may be given as keys of the case instead
-    # The word for having no such part, "smooth"; empty where there must be one.
+    # The word for a case without the part, such as "smooth"; empty if the part is required.
     none: str = ""
     example: str = ""
     description: str = ""
     must_be_written: bool = False
-    is_second: bool = False  # of its family, after which its parameters are named
-    may_be_partial: bool = True  # whether fields may be given elsewhere, as for varied ones
-    varied: tuple[str, ...] = ()  # the fields that are, and are not read with the others
+    is_second: bool = False  # second part of its family, whose name its parameters bear
+    may_be_partial: bool = True  # whether some fields may be given elsewhere, such as varied ones
+    varied: tuple[str, ...] = ()  # the varied fields, which are not read with the others
 
     si_unit = "1"
 
@@ -58,7 +58,7 @@ class PartOf(Parameter):
 
     @property
     def open_kinds(self) -> Mapping[str, type[Part]]:
-        """The kinds whose fields may be keys of the case instead, by name."""
+        """The kinds, by name, whose fields may be keys of the case instead."""
         return {self.short: self.kinds[self.short]} if self.short else {}
 
     @property
@@ -84,12 +84,12 @@ class PartOf(Parameter):
         return None
 
     def make(self, values: Mapping[str, Any], kinds: Iterable[type[Part]] = ()) -> Part | None:
-        """Make a part of the kind that these values are all keys of."""
+        """Make a part of the kind that has all of these keys; None if there is none."""
         kind = self.kind_of(values.keys(), kinds)
         return None if kind is None else kind.unchecked(**values)
 
     def named(self, parameters: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
-        """Parameters of a kind by name, of the second of two parts named after it."""
+        """Parameters of a kind by name; their words mention a second part of the family."""
         named = dict(parameters)
         for name, about in parameters.items() if self.is_second else ():
             words = re.sub("roughness|surface", self.words, about.words)
@@ -121,7 +121,8 @@ class PartOf(Parameter):
         name = value.get("kind", next(iter(self.kinds)))
         if name not in [*self.kinds]:
             rule = f"must be {listed(self.kinds, 'or')}"
-            raise QuantityError(rule, inside=[Problem(".kind", name, rule, known=[*self.kinds])])
+            unknown = Problem(".kind", name, rule, valid_words=[*self.kinds])
+            raise QuantityError(rule, inside=[unknown])
         kind = self.kinds[name]
         fields = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
@@ -148,7 +149,7 @@ class PartOf(Parameter):
         return content if len(content) > 1 else content.get("kind")
 
     def coordinates(self, name: str, value: Part | None) -> Coordinates:
-        """Yield the coordinates of the fields; zero where there is no part."""
+        """Yield the coordinates of the fields; zero without a part."""
         kind = next(iter(self.kinds.values())) if value is None else type(value)
         parameters = self.named(kind.parameters())
         if value is not None:
@@ -179,7 +180,7 @@ class PartOf(Parameter):
 
 
 class Inline(PartOf):
-    """A part whose fields are keys of the case; its kind is the one whose keys are given.
+    """A part whose fields are keys of the case; the keys given decide its kind.
 
     If there are several kinds, each has a leading key that identifies it.
     """
@@ -190,7 +191,7 @@ class Inline(PartOf):
 
     @property
     def leading(self) -> dict[str, type[Part]]:
-        """The kinds by the first key that each requires and not all have."""
+        """The kinds by their leading key, the first required one that not all kinds have."""
         leading: dict[str, type[Part]] = {}
         common = set.intersection(*({*kind.parameters()} for kind in self.kinds.values()))
         for kind in self.kinds.values():
@@ -199,7 +200,7 @@ class Inline(PartOf):
         return leading
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
-        """A part with other values of some fields, and of another kind if these require it."""
+        """Return the part with other values of some fields, of another kind if these need it."""
         for kind in (type(part), *self.kinds.values()):
             common = kind.parameters().keys() & vars(part).keys()
             fields = {name: vars(part)[name] for name in common} | given
@@ -208,9 +209,9 @@ class Inline(PartOf):
         return None
 
     def completed(self, values: Mapping[str, Any], blocks: Sequence[Block]) -> Mapping[str, Any]:
-        """Return values with what they lack from the first block if every block gives it.
+        """Return values completed from the first block, if every block gives what they lack.
 
-        Only required values are taken: a later block without an optional one has its default.
+        Only required values are completed: a block without an optional one has its default.
         """
         given = [{n: v for n, v in block.values if n in self.keys} for block in blocks]
         kinds = [self.kind_of(values.keys() | fields.keys()) for fields in given]
@@ -220,7 +221,7 @@ class Inline(PartOf):
         return {**values, **{name: given[0][name] for name in lacking}}
 
     def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
-        """Return what is wrong if the keys of no kind, or of several kinds, are given."""
+        """Yield problems if the keys of no kind, or of several kinds, are given."""
         leading = self.leading
         touched = [name for name in leading if name in given]
         for name in touched[1:]:
@@ -252,7 +253,7 @@ class Block:
 class Blocks(Plain):
     """A list of blocks; consecutive blocks with the same values are merged."""
 
-    parts: tuple[Inline, ...]  # what a block may change
+    parts: tuple[Inline, ...]  # parts that a block may change
     number: WholeNumber  # of cycles
 
     example = "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]"
@@ -264,7 +265,7 @@ class Blocks(Plain):
         for position, block in enumerate(value):
             with problems.at(f"[{position}]", block):
                 if isinstance(block, Mapping):
-                    rule = "is a key which a block cannot change"
+                    rule = "is a key that a block cannot change"
                     values = read_fields(block, self.fields, (_CYCLES,), units_required, rule)
                     block = Block(values.pop(_CYCLES), tuple(sorted(values.items())))
                 elif not isinstance(block, Block):
@@ -277,7 +278,7 @@ class Blocks(Plain):
 
     @property
     def fields(self) -> Mapping[str, Parameter]:
-        """What a block may have, by name."""
+        """The parameters that a block may have, by name."""
         changes = (item for part in self.parts for item in part.keys.items())
         return {_CYCLES: self.number, **dict(changes)}
 

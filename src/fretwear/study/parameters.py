@@ -1,4 +1,4 @@
-"""The parameters of a case: their names, their values for people, how they are read."""
+"""The parameters of a case: their names, how they are read, and their values for people."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ _OTHER_NAMES = {
     "stroke": "write displacement_amplitude: half of the stroke",
     "normal_load": "write load",
 }
-"""What tribologists may write instead of the name of a parameter, and what to do then."""
+"""Words that tribologists may write instead of the name of a parameter, each with a remedy."""
 
 
 @dataclass(frozen=True)
 class Leaf:
     """One parameter of a case, or a part as a whole."""
 
-    name: str  # in study files, dotted where it is a part's: ``load``, ``roughness.amplitude``
-    member: str  # field of the case that it belongs to
+    name: str  # in study files, dotted within a part: ``load``, ``roughness.amplitude``
+    member: str  # field of the case to which it belongs
     kind: type[Part] | None  # the part that has it; None: the case itself
     field: str
     parameter: Parameter
 
 
 def leaves() -> Mapping[str, list[Leaf]]:
-    """Return the parameters of a case by name, first the keys of `base`.
+    """Return the parameters of a case by name, the keys of `base` first.
 
     Several kinds of a part may have a parameter of the same name.
     """
@@ -49,7 +49,7 @@ def leaves() -> Mapping[str, list[Leaf]]:
 
 
 def _tables() -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parameter]]:
-    """Return the parameters by name and by coordinate, those of classes defined later too."""
+    """Return the parameters by name and by coordinate, including classes that users defined."""
     parts = (about for about in members().values() if isinstance(about, PartOf))
     return _tables_of(tuple(tuple(part.kinds.values()) for part in parts))
 
@@ -74,13 +74,13 @@ def _tables_of(_: object) -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parame
                 if not isinstance(about, Inline):
                     dotted.setdefault(whole, []).append(leaf)
             named = about.named(derived(kind)).items()
-            following |= {f"{member}_{name}": each for name, each in named}
+            following |= {f"{member}_{name}": quantity for name, quantity in named}
     coordinates: dict[str, Parameter] = {}
     for leaf in (leaf for leaves in (keys | dotted).values() for leaf in leaves):
         coordinates[coordinate(leaf.name)] = leaf.parameter
         if isinstance(leaf.parameter, Either):
-            own = leaf.parameter.coordinates(coordinate(leaf.name), None)
-            coordinates |= {name: about for name, about, _ in own}
+            possible = leaf.parameter.coordinates(coordinate(leaf.name), None)
+            coordinates |= {name: about for name, about, _ in possible}
     return keys | dotted, {**following, **coordinates, **derived(Draft)}
 
 
@@ -125,7 +125,7 @@ def coordinate(name: str) -> str:
 def parameter(name: str) -> Parameter:
     """Return a parameter by its name in a study file or as a coordinate.
 
-    An unknown name, such as that of a user's own dimension, is taken to be a plain number.
+    An unknown name, such as a dimension that a user added, is taken to be a plain number.
     """
     plain = Quantity("1", name, name.replace("_", " "))
     return _tables()[1].get(coordinate(name), plain)
@@ -155,7 +155,7 @@ def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
     left = "style='text-align:left'"
     lines = "".join(
         f"<tr><th {left}><code>{escape(name)}</code></th>"
-        f"{''.join(f'<td {left}>{escape(each)}</td>' for each in others)}</tr>"
+        f"{''.join(f'<td {left}>{escape(cell)}</td>' for cell in others)}</tr>"
         for name, *others in rows
     )
     return f"<table><caption>{escape(caption)}</caption>{lines}</table>"
@@ -174,35 +174,36 @@ def read_values(
     If some fields of a part are `varied`, only its other fields are read.
     """
     values: dict[str, Any] = {}
-    known = {name: parameter_of(name) for name in base_names()}
-    for name, own in varied.items():
-        known[name] = replace(cast("PartOf", known[name]), varied=tuple(own))
+    parameters = {name: parameter_of(name) for name in base_names()}
+    for name, fields in varied.items():
+        parameters[name] = replace(cast("PartOf", parameters[name]), varied=tuple(fields))
     for key, value in raw.items():
         with problems.at(place := f"{prefix}{key}", value):
-            if key in known:
-                values[key] = known[key].read_given(key, value, units_required)
+            if key in parameters:
+                values[key] = parameters[key].read_given(key, value, units_required)
                 continue
             whole, _, part = key.partition(".")
             remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
             if key in leaves():
                 remedy = f"write {whole}: {{{part}: ...}}"
-            rule, meant = "is not a case parameter", () if remedy else (*known,)
-            problems.append(Problem(place, value, rule, remedy, written=key, known=meant))
+            rule, meant = "is not a case parameter", () if remedy else (*parameters,)
+            problems.append(Problem(place, value, rule, remedy, written=key, valid_words=meant))
     return values
 
 
 def by_member(values: Mapping[str, Any], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
-    """Return values by name, grouped by the member of the case they belong to.
+    """Return values by name, grouped by the member of the case to which they belong.
 
-    Members that they and other names ``given`` leave incomplete get the blocks, if there are any.
+    A member that is incomplete without the blocks gets them too. Names ``given`` elsewhere count
+    towards completeness.
     """
-    found: dict[str, dict[str, Any]] = {}
+    grouped: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
-        found.setdefault(member_of(name), {})[name] = value
+        grouped.setdefault(member_of(name), {})[name] = value
     for member, about in IN_BLOCKS.items() if "blocks" in values else ():
         if about.kind_of(about.keys.keys() & {*values, *given}) is None:
-            found.setdefault(member, {})["blocks"] = values["blocks"]
-    return found
+            grouped.setdefault(member, {})["blocks"] = values["blocks"]
+    return grouped
 
 
 def make_member(member: str, values: Mapping[str, Any]) -> Any:
@@ -228,14 +229,14 @@ def missing_parameters(
     """Yield required keys that are missing, and alternative keys that exclude each other.
 
     Every key given counts, valid or not, and a misspelt key stands for the one meant. A file must
-    state some keys that have a default in Python. What all blocks give need not be given.
+    state some keys that have a default in Python. Keys that all blocks give may be missing.
     """
     given = set(given)
     for part in IN_BLOCKS.values():
         given |= part.completed(dict.fromkeys(given & part.keys.keys()), blocks).keys()
     unknown = [key for key in given if key not in parameter_names()]
     if {"cycles", "blocks"} <= given:
-        rule = "is redundant: blocks have cycles of their own"
+        rule = "is redundant: each block gives its cycles"
         yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
         if member in given:
@@ -244,21 +245,21 @@ def missing_parameters(
                 yield Problem(name, None, rule, "give one of the two")
             continue
         must_be_given = member in required(Draft) or (in_file and about.must_be_written)
-        # Blocks that could not be read may give it.
+        # Blocks that could not be read may give the member.
         unread = member in IN_BLOCKS and not (blocks or given.intersection(about.keys))
         if not must_be_given or ("blocks" in given and (member == "cycles" or unread)):
             continue
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
         for name in about.shared if isinstance(about, PartOf) and about.keys else (member,):
-            parts_given = any(each.startswith(f"{name}.") for each in given)
+            parts_given = any(key.startswith(f"{name}.") for key in given)
             misspelt = any(nearest(key, (name,)) for key in unknown)
             if name not in given and not parts_given and not misspelt:
                 yield Problem(name, None, "is missing", parameter_of(name).such_as(name))
 
 
 def schema_required() -> list[dict[str, Any]]:
-    """Return the keys required in `base` or `vary`, as conditions of a JSON Schema."""
+    """Return conditions of a JSON Schema for the keys required in `base` or `vary`."""
     conditions: list[dict[str, Any]] = []
     for problem in missing_parameters((), in_file=True):
         about = members()[member := member_of(problem.key)]

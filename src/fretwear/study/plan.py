@@ -20,7 +20,7 @@ from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
-# Calibrated with `python -m benchmarks.cost`, which reports how well they hold.
+# Calibrated by `python -m benchmarks.cost`, which reports how well they hold.
 SECONDS_TO_START = 1.3
 SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
@@ -37,12 +37,12 @@ STEPS_PER_FOLD_OF_WEAR = 2.4
 STEPS_ROUGH = 1.6
 STEPS_PER_YIELDING_TIME = 0.7
 
-# Of a smooth and a rough window of ten thousand cells; iterations grow slowly with their number.
+# For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
 CONVOLUTIONS_PER_STEP = (17.5, 27.0)
 CONVOLUTIONS_AS_YIELDING_BEGINS = (135.0, 210.0)
 GROWTH_WITH_CELLS = 0.2
 
-# On rings, whose steps are held to a quarter of the tolerance.
+# Steps on rings keep to a quarter of the tolerance.
 TIGHTER_ON_RINGS = 4.0
 STEPS_PER_YIELDING_TIME_ON_RINGS = 0.9
 SOLUTIONS_PER_STEP = 8.0
@@ -50,7 +50,7 @@ SOLUTIONS_PER_YIELDING_STEP = 5.0
 SOLUTIONS_PER_NARROWNESS = 6.5
 SECONDS_PER_SOLUTION = 2.5e-4
 
-# A solution on a third or half of the rings or strips, relative to one on all.
+# Cost of a solution on a third or half of the rings or strips, relative to all of them.
 DENSE_COARSER = 0.35
 
 WINDOW_MARGIN = 1.15
@@ -66,10 +66,10 @@ COMPRESSED_SHARE = 0.6
 class Estimate:
     """The expected cost of a case."""
 
-    # Cells of the largest window along x and y: those computed or, on rings, those written.
+    # Cells of the largest window along x and y, computed or, on rings, written.
     cells_x: int
     cells_y: int
-    # Steps, and half-space convolutions or solutions on rings in all of them.
+    # Steps, and half-space convolutions or, on rings, solutions of all steps.
     steps: float
     convolutions: float
     seconds: float  # time on one core
@@ -85,10 +85,10 @@ class Estimate:
 def estimate(case: Case) -> Estimate:
     """Estimate the cost of a case.
 
-    The window ends a little outside the largest contact of the run: that on the way to the limiting
-    worn state (`LimitingState`), widened if the stick zone shrinks, or the one that carries the
-    load at the plastic limit, plus the reach of the roughness. The coarser run for error estimates
-    is included.
+    The window ends a little outside the largest contact of the run, plus the reach of the
+    roughness. This contact lies on the way to the limiting worn state (`LimitingState`), widened if
+    the stick zone shrinks, or carries the load at the plastic limit. The coarser run for error
+    estimates is included.
     """
     alone = _alone(case)
     if not case.error_estimate:
@@ -118,33 +118,36 @@ def _alone(case: Case) -> Estimate:
     arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
     places = 1.0 + max(4.0, 2.0 * stroke / case.hertz_radius)
     if case.is_on_rings:
-        each, arrays = SECONDS_PER_SOLUTION, 0
+        per_convolution, arrays = SECONDS_PER_SOLUTION, 0
     elif stroke and is_line:
-        each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
+        per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
     elif stroke:
         closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-        each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+        per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
         arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
     elif is_line:
-        # Matrices of rough contacts, whose strips are equal.
+        # Rough contacts have matrices, for strips of equal width.
         squared = cells_x**2 if case.rough is not None else 0
-        each = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
+        per_convolution = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
         arrays += MEMORY_PER_SQUARED_STRIP * squared
     else:
-        # The window grows with the contact, from about the unworn one.
+        # The window grows with the contact, starting near its unworn size.
         unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
         mean = 0.5 * (min(cells, unworn) + cells)
-        each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
-    # Rings and strips of a finer cell.
+        per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+    # A finer cell narrows rings and strips.
     finer = case.coarseness**-2
-    each, arrays = finer * each, arrays + int((finer - 1.0) * MEMORY_OF_GRADED)
+    per_convolution, arrays = (
+        finer * per_convolution,
+        arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
+    )
     kept = cells * len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
         steps=steps,
         convolutions=convolutions,
-        seconds=SECONDS_TO_START + SECONDS_PER_CASE + each * convolutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions,
         memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
         file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
     )
@@ -154,9 +157,9 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     """Expected numbers of steps, and of half-space convolutions or solutions on rings.
 
     The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
-    1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. Where the bodies
-    yield a step lasts no longer than wear takes to free a cell at the limit, 1/(β p_lim) cycles at
-    the default tolerance, unless slip does not follow the worn shape.
+    1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. If the bodies
+    yield and slip follows the worn shape, a step lasts no longer than wear takes to free a cell at
+    the limit, 1/(β p_lim) cycles at the default tolerance.
     """
     rough, worn = case.rough is not None, case.cycles * case.wear_growth
     folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
@@ -165,17 +168,17 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     finer = (TIGHTER_ON_RINGS if case.is_on_rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
     if case.is_on_rings:
-        # The narrower the slip annulus, the more flow and wear have to settle in turn.
+        # The narrower the slip annulus, the more often flow and wear settle in turn.
         yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-        each = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-        each += SOLUTIONS_PER_YIELDING_STEP
-        return elastic + yielding, SOLUTIONS_PER_STEP * elastic + each * yielding
+        per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+        per_step += SOLUTIONS_PER_YIELDING_STEP
+        return elastic + yielding, SOLUTIONS_PER_STEP * elastic + per_step * yielding
     elastic *= STEPS_ROUGH if rough else 1.0
-    each = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
-    # The later a step, and the shorter, the less changes in it and the fewer iterations it takes.
+    per_step = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
+    # Later and shorter steps change less and take fewer iterations.
     yielding = STEPS_PER_YIELDING_TIME * times
     flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
-    return elastic + yielding * finer**0.5, each * elastic + flowing
+    return elastic + yielding * finer**0.5, per_step * elastic + flowing
 
 
 @dataclass(frozen=True)
@@ -183,8 +186,8 @@ class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
-    # Speed of the machine for which times are given, from `fretwear.running.resources`; the table
-    # of points and the batches do not depend on it.
+    # Speed of the machine whose times are shown, from `fretwear.running.resources`; the table of
+    # points and the batches do not depend on it.
     speed: float = 1.0
 
     @property
@@ -199,28 +202,28 @@ class Plan:
 
     @cached_property
     def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
-        """Reasons to doubt results, with the cases of each: its details by case id."""
-        found: dict[str, tuple[Doubt, dict[str, str]]] = {}
+        """Reasons to doubt results, with the cases of each: details by case id."""
+        cases_by_doubt: dict[str, tuple[Doubt, dict[str, str]]] = {}
         for point in self.points:
             for doubt in doubts(point.case) if point.case is not None else ():
-                _, numbers = found.setdefault(doubt.what, (doubt, {}))
-                numbers[point.id] = doubt.detail
-        return dict(found.values())
+                _, details = cases_by_doubt.setdefault(doubt.what, (doubt, {}))
+                details[point.id] = doubt.detail
+        return dict(cases_by_doubt.values())
 
     @property
     def memory_bytes(self) -> int:
         """Memory of the largest case."""
-        return max(found.memory_bytes for found in self.estimates.values())
+        return max(cost.memory_bytes for cost in self.estimates.values())
 
     @property
     def file_bytes(self) -> int:
         """Size of all case files."""
-        return sum(found.file_bytes for found in self.estimates.values())
+        return sum(cost.file_bytes for cost in self.estimates.values())
 
     def derived(self) -> Iterator[tuple[str, str]]:
         """Iterate over derived quantities of the study: words and value."""
         cases = self.study.cases().values()
-        # For a pair [indenter, flat], the wear of both together.
+        # A pair [indenter, flat] counts as the wear of both together.
         archard = [case for case in cases if isinstance(case.wear_law, Archard)]
         if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
             text = span(wear, lambda value: number_text(1e9 * value, 4))
@@ -240,10 +243,10 @@ class Plan:
             if point.case is None:
                 yield ("(invalid)", *labels, "-", "-", point.problem)
                 continue
-            found = self.estimates[point.id]
-            cells = f"{found.cells_x} x {found.cells_y}"
-            time = duration_text(found.seconds / self.speed)
-            yield (point.id, *labels, cells, time, size_text(found.memory_bytes))
+            cost = self.estimates[point.id]
+            cells = f"{cost.cells_x} x {cost.cells_y}"
+            time = duration_text(cost.seconds / self.speed)
+            yield (point.id, *labels, cells, time, size_text(cost.memory_bytes))
 
 
 def write_points(study: Study, path: str | Path) -> None:
@@ -256,14 +259,14 @@ def write_points(study: Study, path: str | Path) -> None:
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
             row[coordinate(name)] = value if isinstance(value, float | int | str) else label
         if point.case is not None:
-            known = point.case.scalar_coordinates()
-            for name, (value, *_) in known.items():
-                # A dataset holds the first value of a table as its number, which does not identify
-                # the table.
-                if name not in row or f"{name}_over_cycles" not in known:
+            coordinates = point.case.scalar_coordinates()
+            for name, (value, *_) in coordinates.items():
+                # A dataset has the first value of a table as a number, which does not identify the
+                # table.
+                if name not in row or f"{name}_over_cycles" not in coordinates:
                     row[name] = value
-            found = estimates[point.id]
-            costs = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
+            cost = estimates[point.id]
+            costs = (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes)
             row |= zip(last[:-1], costs, strict=True)
         rows.append({**row, "problem": point.problem})
     names = dict.fromkeys(name for row in rows for name in row if name not in last)

@@ -38,12 +38,12 @@ class Range:
         ends = self.low, self.high
         low, high = map(math.log, ends) if self.logarithmic else ends
         value = low + fraction * (high - low)
-        # Few digits, so that the ids of cases do not depend on the last bit of a logarithm.
+        # Six digits keep the ids of cases independent of the last bit of a logarithm.
         return float(f"{math.exp(value) if self.logarithmic else value:.6g}")
 
 
 class Design(Part):
-    """How the varied values are combined: value by value, unless a kind says otherwise."""
+    """How the varied values are combined: value by value unless a kind says otherwise."""
 
     def indices(self, lengths: Sequence[int]) -> Iterable[tuple[int, ...]]:
         """Iterate over the points as positions along axes of these lengths, the last fastest."""
@@ -57,7 +57,7 @@ class Combinations(Design):
     kind: Literal["grid"] = "grid"
 
     def indices(self, lengths: Sequence[int]) -> Iterable[tuple[int, ...]]:
-        """Each position along each axis."""
+        """Iterate over each position along each axis."""
         return itertools.product(*map(range, lengths))
 
 
@@ -76,18 +76,21 @@ class Sampled(Design):
         int, WholeNumber("$n$", "number of points", 1, MAX_POINTS, 64, description="How many.")
     ]
     seed: Annotated[
-        int, WholeNumber("seed", "seed", 0, 2**32 - 1, 1, description="The same: the same points.")
+        int,
+        WholeNumber(
+            "seed", "seed", 0, 2**32 - 1, 1, description="The same seed gives the same points."
+        ),
     ] = 0
 
     def drawn(self, axes: Sequence[Axis]) -> list[Axis]:
-        """Return axes with one value per point, those of lists equally often where it works out."""
-        # scipy.stats takes half a second to import: only sampled designs pay for it.
+        """Return axes with one value per point; listed values occur as equally as counts allow."""
+        # scipy.stats takes half a second to import, which only sampled designs need.
         from scipy.stats import qmc
 
         with warnings.catch_warnings():
-            # scipy warns of numbers of points other than powers of two; they are the user's choice.
+            # scipy warns of numbers of points other than powers of two, which users may choose.
             warnings.simplefilter("ignore", UserWarning)
-            # A kind has the name of the class there.
+            # The class in scipy has the same name.
             engine = getattr(qmc, type(self).__name__)(d=len(axes), seed=self.seed)
             columns = engine.random(self.points).T.tolist()
         return [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
@@ -102,7 +105,7 @@ class LatinHypercube(Sampled):
 
 @dataclass(frozen=True)
 class Sobol(Sampled):
-    """A sequence that fills the ranges evenly, best with powers of two."""
+    """A sequence that fills the ranges evenly, best if the number of points is a power of two."""
 
     kind: Literal["sobol"] = "sobol"
 
@@ -114,16 +117,16 @@ class Axis:
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
     written: tuple[Any, ...]  # as in a study file
-    drawn_from: Range | None = None  # None where the values were listed
+    drawn_from: Range | None = None  # None if the values were listed
 
     @cached_property
     def member(self) -> str:
-        """Member of the case to which this belongs."""
+        """Member of the case to which the parameter belongs."""
         return member_of(self.name)
 
     @property
     def key(self) -> str:
-        """Key of `base` to which this belongs."""
+        """Key of `base` to which the parameter belongs."""
         return self.name.split(".", 1)[0]
 
     @property
@@ -151,22 +154,22 @@ class Axis:
 def read_axes(
     vary: Mapping[str, Any], design: Design | None, problems: Problems
 ) -> tuple[Axis, ...]:
-    """Read the varied parameters; return the valid axes and add the rest to `problems`.
+    """Read the varied parameters; return the valid axes and collect the problems of the others.
 
-    A design of None could not be read.
+    A design of None is one that could not be read.
     """
     axes: list[Axis] = []
-    known = parameter_names()
+    valid = parameter_names()
     for name, raw in vary.items():
-        if name not in known:
+        if name not in valid:
             rule = "is not a case parameter"
-            problems.add(f"vary.{name}", raw, rule, known=known, written=name)
+            problems.add(f"vary.{name}", raw, rule, valid_words=valid, written=name)
             continue
         with problems.at(f"vary.{name}", raw):
             axes.append(_read_axis(name, raw, design))
     for whole in vary:
         for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
-            rule = f"varies the whole of which {part} is a part"
+            rule = f"varies as a whole, but {part} varies a part of it"
             problems.add(f"vary.{whole}", None, rule, "vary one or the other")
     if isinstance(design, Sampled):
         if not vary:
@@ -198,7 +201,7 @@ def read_axes(
 def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
     """Read a list, or the range from which values will be drawn."""
     if isinstance(raw, Mapping):
-        if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
+        if parts := [part for part in parameter_names() if part.startswith(f"{name}.")]:
             hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
             raise QuantityError(f"must be a list of values of {name}", hint)
         return Axis(name, (), (), _read_range(name, raw, design))
@@ -216,7 +219,7 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
         with problems.at(f"[{position}]", item):
             values.append(value := parameter_of(name).read_given(name, item, True))
             first = seen.setdefault(_identity(value), position)
-            # Paired lists may repeat a value: only a whole row makes the same point.
+            # Paired lists may repeat a value: only equal rows make the same point.
             if first != position and not isinstance(design, Zip):
                 rule = f"is the same value as vary.{name}[{first}], {raw[first]}"
                 raise QuantityError(rule, "leave one of them out")
@@ -238,12 +241,12 @@ def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Ran
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
         raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
     quantity, scales = parameter_of(name), Choice("", "", ("linear", "log"))
-    known = {"from": quantity, "to": quantity, "scale": scales}
-    read = read_fields(raw, known, ("from", "to"), True) if quantity.may_be_drawn else {}
+    keys = {"from": quantity, "to": quantity, "scale": scales}
+    read = read_fields(raw, keys, ("from", "to"), True) if quantity.may_be_drawn else {}
     low, high, scale = read.get("from"), read.get("to"), read.get("scale")
     if not isinstance(low, float) or not isinstance(high, float):
         raise QuantityError(
-            "has values that are no single quantity and cannot be drawn from a range",
+            "has values that are not a single quantity and cannot be drawn from a range",
             "write a list: its values are drawn",
         )
     if not low < high < math.inf:

@@ -19,10 +19,10 @@ _UNPRINTABLE = re.compile(
 def printable(text: str) -> str:
     """Return a text with terminal control characters shown as escapes.
 
-    So are characters that reverse the direction of text, and surrogates, which stand for bytes of
-    file names that are not text.
+    Characters that reverse the direction of text, and surrogates, which stand for bytes of file
+    names that are not text, are shown as escapes too.
     """
-    return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return _UNPRINTABLE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 class StudyError(ValueError):

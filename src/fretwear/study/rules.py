@@ -1,4 +1,4 @@
-"""Rules that tie several parameters of a case together.
+"""Rules on several parameters of a case at once.
 
 Each rule names the parameters it needs, so that rules with valid parameters can be checked while
 others are still wrong: all problems of a study file are reported at once.
@@ -25,13 +25,13 @@ LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
 LEAST_CELLS_PER_SLIP_ANNULUS = 1
 
-# Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere in a
+# Largest contact radius over R. At its edge the paraboloid r²/2R, which stands for the sphere in
 # half-space theory, is 1 % off the sphere, as much as the default tolerance allows.
 GREATEST_CONTACT = 0.2
-# Smallest Q/(µP): there the slip annulus is a 30 000th of the contact radius wide. In one a tenth
-# as wide, slip is lost in the rounding of the displacements.
+# Smallest Q/(µP). Its slip annulus is a 30 000th of the contact radius wide; in one a tenth as
+# wide, slip is lost in the rounding of the displacements.
 LEAST_LOAD_RATIO = 1e-4
-MOST_STROKE = 20.0  # largest sliding amplitude over the Hertz half-width that is computed
+MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 
 _PARTIAL_SLIP = "partial slip needs a ratio between 0 and 1, such as 0.8"
 _CONTACT = "indenter bodies normal "
@@ -45,7 +45,7 @@ class Rule:
     broken: Callable[[Draft], Iterator[Problem]]
 
     def find(self, case: Draft) -> Problem | None:
-        """Return the first thing that breaks it, if any."""
+        """Return the first problem of a case that breaks the rule; None if it keeps it."""
         return next(self.broken(case), None)
 
 
@@ -71,9 +71,9 @@ def _loads_suit(case: Draft) -> Iterator[Problem]:
 
 @_needing("indenter normal loading")
 def _reference_is_known(case: Draft) -> Iterator[Problem]:
-    """The approach of a line contact, and its displacement, depend on the choice of a reference.
+    """Approach and displacement of a line contact depend on the choice of a reference.
 
-    Quantities in units of the smooth contact need one that is known before the run.
+    Quantities in units of the smooth contact need it to be known before the run.
     """
     kind, loading, is_line = case.indenter.kind, case.loading, case.indenter.is_line
     if not case.normal.holds_load and is_line:
@@ -83,7 +83,7 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
         rule = f"cannot be given for a {kind}, whose smooth contact is not known before the run"
         yield Problem(case.normal.kind, None, rule, "write load: 50 N")
     if isinstance(loading, Displacement) and is_line and math.isfinite(loading.rig_stiffness):
-        rule = f"is not for a {kind}, whose tangential_compliance is that of the rig too"
+        rule = f"is not for a {kind}, whose tangential_compliance includes the rig"
         yield Problem("rig_stiffness", None, rule, "leave rig_stiffness out")
     if isinstance(loading, Displacement) and is_line and not loading.tangential_compliance:
         rule = f"needs tangential_compliance for a {kind}: it depends on the size of the body"
@@ -93,17 +93,17 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
         )
         yield Problem(loading.kind, None, rule, hint)
     if isinstance(loading, DisplacementRatio) and not case.indenter.has_closed_form:
-        rule = "is in units of what slides a smooth contact as a whole; of a"
+        rule = "is in units of the amplitude that slides a smooth contact as a whole, unknown for a"
         hint = "write displacement_amplitude: 1 um"
-        yield Problem(loading.kind, None, f"{rule} {kind} that is not known", hint)
+        yield Problem(loading.kind, None, f"{rule} {kind}", hint)
 
 
 @_needing("indenter loading")
 def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and not case.indenter.is_line:
-        rule = f"is for line contacts: that of a {case.indenter.kind} follows from its load"
-        hint = "write rig_stiffness for that of the rig"
+        rule = f"is for line contacts: a {case.indenter.kind} has one that follows from its load"
+        hint = "write rig_stiffness for a compliant rig"
         yield Problem("tangential_compliance", None, rule, hint)
 
 
@@ -127,11 +127,11 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
 
 @_needing(_CONTACT + "loading wear_law friction_law")
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
-    """If the bodies move, the wear of each moves with it."""
+    """Over a stroke, the wear of each body moves with the body."""
     law = case.wear_law
     if case.loading.stroke > case.small_stroke and law.shares is None:
         (name, about), *_ = law.parameters().items()
-        rule = "is that of both bodies, but over a stroke each wears in a place of its own"
+        rule = "is for both bodies together, but over a stroke each wears in a different place"
         pair = "[value of the indenter, value of the flat]"
         hint = (
             f"slow: {pair}, fast: {pair}"
@@ -170,10 +170,10 @@ def _line_is_straight(case: Draft) -> Iterator[Problem]:
                 "cannot be combined with sliding_amplitude: waves passing each other would have to "
                 "be resolved all over the scar at every position of the stroke"
             )
-            hint = f"write {name}: none, or take a cylinder, of which a strip stands for the whole"
+            hint = f"write {name}: none, or take a cylinder, for which a strip stands for the whole"
         elif stroke and name == "counterface" and case.roughness is None:
-            rule = "belongs to the indenter where the flat is rough too"
-            hint = "write it as roughness, which is of the flat"
+            rule = "is the surface of the indenter, given only beside a rough flat"
+            hint = "write it as roughness, which belongs to the flat"
         elif not (part.even[0] and math.isinf(part.finest[1])):
             rule = f"cannot be on a {kind}: a line contact is even along x and uniform along y"
             hint = f"write {name}: none, or waves of slope_y: 0 deg"
@@ -186,25 +186,25 @@ def _line_is_straight(case: Draft) -> Iterator[Problem]:
 def _sphere_slip_needs_a_sphere(case: Draft) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
-        rule = f"is the closed form of a sphere or cylinder and cannot stand for a {kind}"
+        rule = f"is the closed form for a sphere or cylinder and does not describe a {kind}"
         yield Problem("slip_model", model, rule, "write slip_model: jaeger")
 
 
 @_needing("indenter roughness counterface")
 def _surfaces_are_sound(case: Draft) -> Iterator[Problem]:
-    """A surface may have a rule between its own parameters, and each body has one."""
+    """A surface may have a rule between its parameters, and each body has one surface."""
     for name, part in case.surfaces.items():
         if part.problem is not None:
             yield Problem(name, None, *part.problem)
     bodies = [getattr(part, "body", None) for part in (case.roughness, case.counterface)]
     if bodies[0] and bodies[0] == bodies[1]:
         hint = f"write body: {'indenter' if bodies[0] == 'flat' else 'flat'} for one of them"
-        yield Problem("counterface.body", bodies[1], "is that of roughness too", hint)
+        yield Problem("counterface.body", bodies[1], "is also the body of roughness", hint)
 
 
 @_needing("tangential_ratio")
 def _ratio_slides(case: Draft) -> Iterator[Problem]:
-    """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
+    """Q ≥ µP slides as a whole, without a stick zone, which the model does not cover."""
     if isinstance(case.loading, TangentialRatio):
         ratio = case.loading.tangential_ratio
         if ratio >= 1.0:
@@ -215,7 +215,7 @@ def _ratio_slides(case: Draft) -> Iterator[Problem]:
 
 @_needing(_CONTACT + "loading friction_law")
 def _load_slides(case: Draft) -> Iterator[Problem]:
-    """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
+    """Q ≥ µP as in `_ratio_slides`, if Q or a displacement is given."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     if isinstance(loading, TangentialRatio):
         return
@@ -261,9 +261,9 @@ def _contact_is_small(case: Draft) -> Iterator[Problem]:
 def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
-    A softer body just ends with a larger contact: what ends its growth is the theory. A contact of
-    radius r carries at most p_lim·πr², so carrying P takes a radius of at least √(P/(π p_lim)),
-    which must not exceed `GREATEST_CONTACT`·R. Wear without plastic flow stays far below.
+    A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
+    √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R. Wear without plastic flow stays far
+    below.
     """
     largest = GREATEST_CONTACT * case.indenter.curvature_radius
     least = case.hertz.spread_pressure(largest)
@@ -281,7 +281,7 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
 
 @_needing("cell roughness counterface indenter")
 def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
-    """A wave or an edge of too few cells would be another surface."""
+    """A wave or an edge on too few cells would be a different surface."""
     if case.cell is None:
         return
     for name, part in case.surfaces.items():
@@ -310,7 +310,7 @@ def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
         stick / LEAST_CELLS_PER_STICK_RADIUS if case.force_is_held else radius,
         (radius - stick) / LEAST_CELLS_PER_SLIP_ANNULUS,
     )
-    # Graded cells resolve these by themselves.
+    # Graded cells resolve the stick zone and the slip annulus by themselves.
     limit = limit if case.is_graded else min(limit, *narrower)
     if max(case.cell) > limit * (1.0 + 1e-9):
         rule = "is too coarse for the contact: radius"
@@ -320,12 +320,12 @@ def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
 
 
 def _finer(cell: Sequence[float], limits: Sequence[float]) -> str:
-    """Return a spacing just below both the given one and what may not be exceeded."""
-    return cell_text([rounded_down(min(each), 3) for each in zip(cell, limits, strict=True)])
+    """Return a spacing just below both the given one and its limits."""
+    return cell_text([rounded_down(min(pair), 3) for pair in zip(cell, limits, strict=True)])
 
 
-# Of a case without blocks, or one of its blocks: all rules above.
-_OF_BLOCKS = tuple(each for each in vars().values() if isinstance(each, Rule))
+# All rules above hold for a case without blocks, and for each block of a case.
+_OF_BLOCKS = tuple(rule for rule in vars().values() if isinstance(rule, Rule))
 
 
 @_needing("cycles blocks output_cycles")
@@ -337,26 +337,28 @@ def _snapshots_are_within_run(case: Draft) -> Iterator[Problem]:
 
 @_needing(" ".join({*members()} - {"cell", "tolerance"}))
 def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
-    """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
+    """Each block must be a valid case by itself, and all or none slide over a stroke."""
     blocks = [block for _, block in case.in_blocks()] if case.blocks else []
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
         rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
         yield Problem("blocks", None, rule, "run them as two studies")
-    # Problems of the base are reported there.
+    # Problems of the base are reported under its keys.
     of_base = [rule.find(case) for rule in _OF_BLOCKS] if blocks else []
     for number, block in enumerate(blocks, start=1):
         which = f"has a block number {number}"
         if block is None:
-            yield Problem("blocks", None, f"{which} that lacks a parameter of what it imposes")
+            yield Problem("blocks", None, f"{which} that lacks a parameter of its loading")
             continue
-        found = next(filter(None, (rule.find(block) for rule in _OF_BLOCKS)), None)
-        if found is not None and found not in of_base:
-            yield Problem("blocks", None, f"{which} whose {found.key} {found.rule}", found.remedy)
+        broken = next(filter(None, (rule.find(block) for rule in _OF_BLOCKS)), None)
+        if broken is not None and broken not in of_base:
+            yield Problem(
+                "blocks", None, f"{which} whose {broken.key} {broken.rule}", broken.remedy
+            )
 
 
 RULES = (*_OF_BLOCKS, _snapshots_are_within_run, _blocks_are_sound)
 
 
 def findings(case: Draft) -> list[Problem]:
-    """Return every rule broken by a case whose single values are valid."""
+    """Return the problems of a case, each of whose values is valid by itself."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

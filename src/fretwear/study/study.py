@@ -39,7 +39,7 @@ from fretwear.units import QuantityError, did_you_mean
 SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
 OPTION = "--set"
 SEEDS = "roughness.seed"
-"""What the section `seeds` varies."""
+"""The parameter that the section `seeds` varies."""
 MAX_TITLE = 200
 
 _MOST_SHOWN = 12
@@ -57,12 +57,12 @@ _INVALID = Choice("", "", ("stop", "skip"), description="What to do about points
 
 @dataclass(frozen=True)
 class Study:
-    """A study: every value read, every rule checked where `load_study` returned it."""
+    """A study: every value is read, and every rule checked if `load_study` returned it."""
 
     file: Path  # the file it was read from
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
-    design: Design  # how their values are combined
+    design: Design  # how the varied values are combined
     fixed: Mapping[str, Any]  # values of the other parameters, in SI units
     content: Mapping[str, Any]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
@@ -70,7 +70,7 @@ class Study:
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
     def _repr_html_(self) -> str:
-        """Return what is varied as a table, for notebooks."""
+        """Return the varied parameters as a table, for notebooks."""
         shown = ((axis.name, few_of(axis.labels, _MOST_SHOWN)) for axis in self.axes)
         head = f"{self.title}: {self.size} points, design {self.design.kind}"
         return html_table(head, ((name, ", ".join(labels)) for name, labels in shown))
@@ -116,25 +116,29 @@ class Study:
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values already read and checked."""
-        made = self.made.items()
+        parts_by_member = self.parts_by_member.items()
         return Case.of(
-            {name: parts[tuple([index[i] for i in axes])] for name, (axes, parts) in made}
+            {
+                name: parts[tuple([index[i] for i in axes])]
+                for name, (axes, parts) in parts_by_member
+            }
         )
 
     @cached_property
-    def made(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], Any]]]:
-        """Of each member of a case with valid values, the axes that vary it, and what it is where.
+    def parts_by_member(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], Any]]]:
+        """The axes that vary a member of a case, and its parts by the positions along these axes.
 
-        Points share parts, so each combination of a part's values is made once.
+        It has the members with valid values. Points share parts: each combination of values makes
+        a part once.
         """
-        found: dict[str, tuple[list[int], dict[tuple[int, ...], Any]]] = {}
+        parts_by_member: dict[str, tuple[list[int], dict[tuple[int, ...], Any]]] = {}
         positions = {axis.name: position for position, axis in enumerate(self.axes)}
         fixed, varied = by_member(self.fixed, positions), by_member(positions, self.fixed)
         for member in {**fixed, **varied}:
             given, names = fixed.get(member, {}), varied.get(member, {})
             base, axes = given.get(member), [*names.values()]
             parts: dict[tuple[int, ...], Any] = {}
-            with suppress(KeyError):  # Others that its values need may be wrong.
+            with suppress(KeyError):  # Values that the member needs too may be wrong.
                 for index in {tuple([index[i] for i in axes]) for index in self.indices}:
                     values = (self.axes[i].values[at] for i, at in zip(axes, index, strict=True))
                     drawn = dict(zip(names, values, strict=True))
@@ -142,8 +146,8 @@ class Study:
                         fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
                         drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
                     parts[index] = make_member(member, {**given, **drawn})
-                found[member] = axes, parts
-        return found
+                parts_by_member[member] = axes, parts
+        return parts_by_member
 
 
 @dataclass(frozen=True)
@@ -160,12 +164,12 @@ class Point:
 
     @property
     def problem(self) -> str:
-        """Why it is invalid; empty where it is not."""
+        """Why the point is invalid; empty if it is valid."""
         return self.study.invalid.get(self.index, "")
 
     @cached_property
     def case(self) -> Case | None:
-        """What to run; None where the point is invalid."""
+        """The case to run; None if the point is invalid."""
         return None if self.problem else self.study.case(self.index)
 
     @cached_property
@@ -212,27 +216,27 @@ def select_case(
 ) -> Case:
     """Return one case of a study file, changed by assignments ``name=value``.
 
-    It is chosen by its id in the study as it stands, or the beginning of just one id, and changed
-    after that.  Without an id the study, with the assignments applied, must come to a single case.
-    Raises `StudyError` if study or case are not valid, or there is no such case.
+    An id, or the beginning of exactly one id, chooses a case of the unchanged study, to which the
+    assignments are then applied.  Without an id the changed study must have a single case.  Raises
+    `StudyError` if the study or the case is invalid, or there is no such case.
     """
     study = load_study(path, () if case_id else assignments)
     points = {point.id: point for point in study.points() if point.id}
-    found = [n for n in points if n.startswith(case_id or "")]
+    matching = [n for n in points if n.startswith(case_id or "")]
     if case_id in points:
-        found = [case_id]
-    if len(found) != 1:
-        listed = "".join(f"\n    {line}" for line in few_of(found))
-        rule = f"is the beginning of {len(found)} ids"
+        matching = [case_id]
+    if len(matching) != 1:
+        listed = "".join(f"\n    {line}" for line in few_of(matching))
+        rule = f"is the beginning of {len(matching)} ids"
         hint = f"give more of it, to choose one of{listed}"
         if not case_id:
             rule = f"has {len(points)} cases, and one must be chosen"
             hint = f"give --case ID, one of{listed}"
-        elif not found:
+        elif not matching:
             rule = f"is not one of the {len(points)} cases of this study"
             hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
         raise StudyError(study.file, [Problem("--case" if case_id else "", case_id, rule, hint)])
-    point = points[found[0]]
+    point = points[matching[0]]
     if case_id and assignments:
         content = {**study.content}
         for axis, position in zip(study.axes, point.index, strict=True):
@@ -251,38 +255,38 @@ def _checked(
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
     content, wrong = override(given, assignments)
-    before, found = [*problems, *wrong], Problems()
-    sections = _read_sections(_located(content, file.parent), found)
-    axes = read_axes(sections.vary, sections.design, found)
-    fixed = _read_base(sections, axes, found)
+    before, problems = [*problems, *wrong], Problems()
+    sections = _read_sections(_located(content, file.parent), problems)
+    axes = read_axes(sections.vary, sections.design, problems)
+    fixed = _read_base(sections, axes, problems)
     asked = sections.output.get("cycles", "auto")
-    with found.at("output.cycles", asked):
+    with problems.at("output.cycles", asked):
         fixed["output_cycles"] = read_snapshots(asked, in_file=True)
-    # Parts of unread values are skipped.
+    # Axes within a part that could not be read are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
         if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
             rule = "has cylinders, whose results are per length, beside others"
-            found.add("vary.indenter", None, rule, "make two studies of it")
+            problems.add("vary.indenter", None, rule, "make two studies of it")
     title = sections.title or file.stem
     # If the design cannot be read, fixed values are still checked.
     study = Study(
         file, title, axes, sections.design or Combinations(), fixed, content, sections.batch
     )
-    _try_rules(study, found, skip=sections.invalid == "skip")
-    if not (before or found) and len(study.invalid) == study.size:
-        found.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    if before or found:
-        raise StudyError(file, _in_order([*before, *found], lines or {}, assignments))
+    _try_rules(study, problems, skip=sections.invalid == "skip")
+    if not (before or problems) and len(study.invalid) == study.size:
+        problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
+    if before or problems:
+        raise StudyError(file, _in_order([*before, *problems], lines or {}, assignments))
     return study
 
 
 def _located(value: Any, folder: Path) -> Any:
     """Mark all text as relative to a folder, in case it names a file."""
     if isinstance(value, dict):
-        return {key: _located(each, folder) for key, each in value.items()}
+        return {key: _located(item, folder) for key, item in value.items()}
     if isinstance(value, list):
-        return [_located(each, folder) for each in value]
+        return [_located(item, folder) for item in value]
     return Located.at(value, folder) if type(value) is str else value
 
 
@@ -300,25 +304,25 @@ class _Sections:
 
 
 def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
-    """Read the sections, and add what is wrong with them to the problems."""
-    found: dict[str, Any] = {"design": None} if "design" in raw else {}
+    """Read the sections, and add their problems."""
+    sections: dict[str, Any] = {"design": None} if "design" in raw else {}
     for name, given in raw.items():
         if name not in SECTIONS:
-            known = () if name in parameter_names() else SECTIONS
-            hint = f"known are {', '.join(known)}" if known else f"put it under base: base.{name}"
+            valid = () if name in parameter_names() else SECTIONS
+            hint = f"known are {', '.join(valid)}" if valid else f"put it under base: base.{name}"
             rule = "is not a section of a study"
-            problems.add(name, given, rule, hint, known=known, written=name)
+            problems.add(name, given, rule, hint, valid_words=valid, written=name)
         elif name != "seeds":
             with problems.at(name, given):
-                found[name] = _read_section(name, given)
-    problems.unknown("output", found.get("output", {}), ("cycles",))
-    vary = found.get("vary", {})
+                sections[name] = _read_section(name, given)
+    problems.unknown("output", sections.get("output", {}), ("cycles",))
+    vary = sections.get("vary", {})
     if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
-        rule = f"would vary what vary.{twice[0]} varies"
+        rule = f"would vary the same as vary.{twice[0]}"
         problems.add("seeds", raw["seeds"], rule, "leave one of them out")
     elif "seeds" in raw:
-        found["vary"] = {**vary, SEEDS: raw["seeds"]}
-    return _Sections(**found)
+        sections["vary"] = {**vary, SEEDS: raw["seeds"]}
+    return _Sections(**sections)
 
 
 def _read_section(name: str, given: object) -> Any:
@@ -345,17 +349,17 @@ def _read_section(name: str, given: object) -> Any:
 
 
 def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
-    """Read the fixed values; if some fields of a part are varied, its other fields.
+    """Read the fixed values; of a part with varied fields, read the other fields.
 
-    A varied parameter may have a value in base as well, which is not used.
+    The value that base may have for a varied parameter is not used.
     """
     varied = [name for name in sections.vary if name in parameter_names()]
     base, parts = dict(sections.base), dict[str, list[str]]()
     for name in varied:
-        whole, _, own = name.partition(".")
-        if own and whole not in sections.vary:
+        whole, _, part_field = name.partition(".")
+        if part_field and whole not in sections.vary:
             base.setdefault(whole, {})
-            parts.setdefault(whole, []).append(own)
+            parts.setdefault(whole, []).append(part_field)
     read = read_values(base, "base.", problems, units_required=True, varied=parts)
     of_points: list[Any] = [read.get("blocks", ())]
     for axis in axes:
@@ -364,32 +368,33 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
     for problem in missing_parameters({*base, *varied}, in_file=True, blocks=blocks):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
-    known = {axis.name for axis in axes}
+    read_names = {axis.name for axis in axes}
     for whole, fields in parts.items():
         if (part := read.get(whole)) is None:
             continue
         of_kind = [*part.parameters()]
-        for own in (each for each in fields if each not in of_kind):
-            name, rule = f"{whole}.{own}", f"is nothing that {part.kind} has"
+        for foreign in (name for name in fields if name not in of_kind):
+            name, rule = f"{whole}.{foreign}", f"is not a parameter of {part.kind}"
             given, remedy = sections.vary[name], f"it has {', '.join(of_kind)}"
-            problems.add(f"vary.{name}", given, rule, remedy, known=of_kind, written=own)
-        if not all(own in of_kind and f"{whole}.{own}" in known for own in fields):
+            problems.add(f"vary.{name}", given, rule, remedy, valid_words=of_kind, written=foreign)
+        if not all(name in of_kind and f"{whole}.{name}" in read_names for name in fields):
             del read[whole]
     return {name: value for name, value in read.items() if name not in varied}
 
 
 def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
-    """Check the rules between parameters; leave points out that are to be skipped.
+    """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
     A rule is tried once for each combination of the valid values that it needs.
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
-    blocks = {"cycles"} if "blocks" in study.made else set()
+    blocks = {"cycles"} if "blocks" in study.parts_by_member else set()
     trials: list[tuple[Rule, list[int], dict[Any, Problem | None]]] = []
     for rule in RULES:
         needed = {member_of(name) for name in rule.needs}
-        if needed <= {*study.made} | defaulted | blocks:
-            of_blocks = {i for name in needed & IN_BLOCKS.keys() for i in study.made[name][0]}
+        if needed <= {*study.parts_by_member} | defaulted | blocks:
+            by_blocks = needed & IN_BLOCKS.keys()
+            of_blocks = {i for name in by_blocks for i in study.parts_by_member[name][0]}
             relevant = [
                 i
                 for i, axis in enumerate(study.axes)
@@ -397,7 +402,7 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 or (axis.name == "blocks" and i in of_blocks)
             ]
             trials.append((rule, relevant, {}))
-    # Point by point, so that each case is made once for all rules.
+    # Going point by point makes each case once for all rules.
     for index in study.indices:
         case: Case | None = None
         for rule, relevant, tried in trials:
@@ -410,15 +415,15 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     listed = not isinstance(study.design, Sampled)
 
     def gives(blocks: Sequence[Block] | None, name: str) -> bool:
-        """Whether the value is that of the first block, since there is no other."""
+        """Whether the first block gives the value, and nothing fixed does."""
         return name in dict(blocks[0].values if blocks else ()) and name not in study.fixed
 
-    found: dict[str, list[Problem]] = {}
+    broken_rules: dict[str, list[Problem]] = {}
     for _, relevant, tried in trials:
         for positions, problem in tried.items():
             if problem is None or (skip and relevant):
                 continue
-            # Where in the file to mend it, and at which values it breaks.
+            # The place in the file to mend, and the values at which the rule breaks.
             key = "output.cycles" if problem.key == "output_cycles" else f"base.{problem.key}"
             if gives(study.fixed.get("blocks"), problem.key):
                 key = f"base.blocks[0].{problem.key}"
@@ -432,9 +437,9 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 else:
                     others.append(f"{axis.name} = {axis.labels[position]}")
             at = f" (at {', '.join(others)})" if others else ""
-            told = replace(problem, key=key, rule=f"{problem.rule}{at}")
-            found.setdefault(problem.key, []).append(told)
-    for subject, several in found.items():
+            placed = replace(problem, key=key, rule=f"{problem.rule}{at}")
+            broken_rules.setdefault(problem.key, []).append(placed)
+    for subject, several in broken_rules.items():
         problems += several[:_LISTED_PER_RULE]
         if (more := len(several) - _LISTED_PER_RULE) > 0:
             alike = f"is wrong in the same way at {more} more combinations of the varied values"
@@ -444,7 +449,7 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
 def _in_order(
     problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
 ) -> list[Problem]:
-    """Add the line of the key to problems, and mark those set on the command line."""
+    """Give problems the line of their key or the option that set it, and sort them by line."""
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
     if "seeds" in lines and f"vary.{SEEDS}" not in lines:
@@ -460,14 +465,14 @@ def _in_order(
 
 
 def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
-    """Return plain content changed by assignments ``name=value``, and what is wrong with these.
+    """Return plain content changed by assignments ``name=value``, and problems of the assignments.
 
-    The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
-    alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
-    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
+    The new value replaces the value in `base`, and the parameter is no longer varied. Setting one
+    of several alternative keys, such as the two tangential ones, drops the others; keys that belong
+    to both, such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
     changed, problems = copy.deepcopy(dict(raw)), Problems()
-    known = (*parameter_names(), "output.cycles", "title")
+    valid = (*parameter_names(), "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         name = name.strip()
@@ -475,8 +480,8 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
         if not equals:
             rule = "must have the form name=value"
             problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
-        elif name not in known:
-            problems.add(place, text, "is not a parameter", known=known, written=name)
+        elif name not in valid:
+            problems.add(place, text, "is not a parameter", valid_words=valid, written=name)
         else:
             with problems.at(place, text):
                 value = parse_value(text)
@@ -493,9 +498,9 @@ def assign(content: dict[str, Any], name: str, value: Any) -> None:
         return
     base, vary = (_mapping(content.get(section)) for section in ("base", "vary"))
     gone = replaced_by(name)
-    base = {key: each for key, each in base.items() if key not in gone}
-    replaced = tuple(f"{each}." for each in (*gone, name))
-    vary = {key: each for key, each in vary.items() if not f"{key}.".startswith(replaced)}
+    base = {key: given for key, given in base.items() if key not in gone}
+    replaced = tuple(f"{key}." for key in (*gone, name))
+    vary = {key: given for key, given in vary.items() if not f"{key}.".startswith(replaced)}
     content |= {"base": base, "vary": vary}
     if SEEDS in (name, f"{name}.seed"):
         content.pop("seeds", None)
@@ -506,7 +511,7 @@ def assign(content: dict[str, Any], name: str, value: Any) -> None:
     if not vary:
         del content["vary"]
         if "seeds" not in content:
-            # A sampled design without anything to sample would be an error of its own.
+            # A sampled design with nothing to sample would be an error.
             content.pop("design", None)
 
 
@@ -515,18 +520,18 @@ def _mapping(given: object) -> Mapping[str, Any]:
 
 
 def study_schema() -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of a study file, made from what reads it.
+    """Return the JSON Schema (2020-12) of a study file, made from the declarations that read it.
 
-    It covers names, kinds of values and their descriptions. Rules on several values at once (Q <
-    µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked by
-    `load_study` only.
+    It covers names, kinds of values and their descriptions. Only `load_study` checks rules on
+    several values at once (Q < µP, a cell fine enough for the roughness, equal lengths under
+    ``zip``).
     """
     whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
     title = {"type": "string", "minLength": 1, "maxLength": MAX_TITLE}
     base = {name: parameter_of(name).described() for name in base_names()}
     vary = {name: _varied(name) for name in parameter_names()}
     sections = {
-        "title": _about("For people; the name of the study is that of its file.", title),
+        "title": _about("For people; the study takes its name from the file.", title),
         "base": _about("One value for every parameter that is not varied.", keys_schema(base)),
         "vary": _about("The varied parameters, each with its values.", keys_schema(vary)),
         "seeds": _about(f"Short for {SEEDS} under vary.", _varied(SEEDS)),

@@ -31,7 +31,7 @@ _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2
 
 
 class Document:
-    """The content of a YAML text: plain values, and what is not plain refused."""
+    """The content of a YAML text as plain values; anything else is a problem."""
 
     def __init__(self, text: str) -> None:
         self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
@@ -63,10 +63,10 @@ class Document:
             return self._mapping(node, key, depth)
         if isinstance(node, SequenceNode):
             items = enumerate(node.value)
-            return [self._value(each, f"{key}[{i}]", depth + 1) for i, each in items]
+            return [self._value(item, f"{key}[{i}]", depth + 1) for i, item in items]
         assert isinstance(node, ScalarNode)
         if node.tag in _TEXT or (node.tag in _CORE and _BEYOND_CORE.match(node.value)):
-            if not node.style and node.value.endswith(":"):  # in brackets, to the YAML library
+            if not node.style and node.value.endswith(":"):  # which the library allows in brackets
                 self._refuse(key, node, "is a key without a value", "put it in quotes to be text")
             return str(node.value)
         try:
@@ -150,7 +150,7 @@ def parse_value(text: str) -> Any:
 
 
 def _instead_of(file: Path) -> str:
-    """Return a hint at the study meant by a name without folder or ending, or at those there."""
+    """Return a hint at the study meant by a name without folder or ending, or at those present."""
     here = _studies_in(file.parent)
     present = [*here, *_studies_in(STUDIES)]
     similar = nearest(file.name, [path.name for path in present], cutoff=0.75)
@@ -177,7 +177,7 @@ def _studies_in(folder: Path) -> list[Path]:
 
 
 def _not_yaml(error: YAMLError, text: str) -> Problem:
-    """Return the problem of a text that cannot be read, with the line to be mended, and how."""
+    """Return the problem of a text that cannot be read, with the line to mend and a remedy."""
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
     rule = f"is not YAML: {reason}"
     if (mark := getattr(error, "problem_mark", None)) is None:
@@ -185,9 +185,9 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
     lines = text.splitlines()
     line = lines[mark.line] if mark.line < len(lines) else ""
     number, hint = mark.line, ""
-    # This line, and the last one before it, unless they are empty or comments.
-    told = [i for i, each in enumerate(lines[: number + 1]) if re.match(r"\s*[^\s#]", each)]
-    near = told[-2:] if number in told else told[-1:]
+    # This line and the last one before it, without empty lines and comments.
+    filled = [i for i, row in enumerate(lines[: number + 1]) if re.match(r"\s*[^\s#]", row)]
+    near = filled[-2:] if number in filled else filled[-1:]
     if "\t" in line[: len(line) - len(line.lstrip())]:
         hint = "YAML does not allow tabs as indentation: use spaces"
     elif lacking := [i for i in near if not _ENTRY.match(lines[i])]:

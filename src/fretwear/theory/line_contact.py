@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
 _PUNCHES = 200
-# Logarithm of the lightest load of which an approach may be, over E* times the reference.
+# Logarithm of the lightest load considered for an approach, over E* times the reference distance.
 _LIGHTEST = -70.0
 
 
@@ -21,12 +21,13 @@ _LIGHTEST = -70.0
 class LineContact(HertzContact):
     """A smooth elastic cylinder pressed on an elastic half-space without friction.
 
-    ``radius`` is that of the cylinder, m, ``load`` the normal load per length, N/m, and
-    ``contact_radius`` the half-width of the contact; positions ``r`` are distances from its middle.
+    ``radius`` is the radius of the cylinder, m, ``load`` the normal load per length, N/m, and
+    ``contact_radius`` the half-width of the contact, m; positions ``r`` are distances from its
+    centre line.
     """
 
     def with_approach(self, approach: float) -> Self:
-        """Contact of the same bodies at an approach (m) as `approach` counts it."""
+        """Contact of the same bodies at an approach (m), counted as in `approach`."""
         require_positive(approach=approach)
         most = self.composite_modulus * self.reference
 
@@ -56,7 +57,7 @@ class LineContact(HertzContact):
 
     @property
     def compliance(self) -> float:
-        """dδ/dP = 2 ln(2R/a) / π E*, m²/N; tangential forces meet the same."""
+        """dδ/dP = 2 ln(2R/a) / π E*, m²/N, normal or tangential."""
         scale = 2.0 / (math.pi * self.composite_modulus)
         return scale * math.log(2.0 * self.reference / self.contact_radius)
 
@@ -93,9 +94,9 @@ class LineContact(HertzContact):
 
 @dataclass(frozen=True)
 class FlatPunchContact(LineContact):
-    """A punch, flat to x = ±b and (abs(x) - b)²/2R high beyond: ``radius`` is that of its edges.
+    """A punch, flat to x = ±b and (abs(x) - b)²/2R high beyond; ``radius`` is its edge radius R.
 
-    Its pressure is that of flat punches of all half-widths from b to a, of loads
+    Its pressure is the sum over flat punches of all half-widths t from b to a, with loads
     dP = (E*/R) t arccos(b/t) dt: Ciavarella, Hills and Monno (1998).
     """
 
@@ -142,7 +143,7 @@ class FlatPunchContact(LineContact):
         flat = 0.5 * math.pi - self._edge(edge)[0]
         sine = np.abs(np.asarray(r, dtype=float)) / edge
         angle = np.arcsin(np.minimum(sine, 1.0))
-        # Its logarithms cancel at the end of the flat.
+        # The logarithms cancel at the end of the flat.
         angle = np.where(np.abs(angle - flat) < 1e-9, flat + 1e-9, angle)
         with np.errstate(divide="ignore", invalid="ignore"):
             rise = np.log(np.abs(np.sin(angle + flat) / np.sin(angle - flat))) * np.sin(angle)
@@ -150,8 +151,8 @@ class FlatPunchContact(LineContact):
             rise += np.log(np.abs(tangents)) * math.sin(flat)
         open_angle = math.pi - 2.0 * flat
         scale = 2.0 * self.load / (math.pi * edge * (open_angle - math.sin(2.0 * flat)))
-        found = scale * (open_angle * np.cos(angle) + rise)
-        return np.asarray(np.where(sine < 1.0, found, 0.0))
+        pressure = scale * (open_angle * np.cos(angle) + rise)
+        return np.asarray(np.where(sine < 1.0, pressure, 0.0))
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at ``r`` in m."""

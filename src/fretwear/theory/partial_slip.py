@@ -21,8 +21,8 @@ def gross_slip_energy(
 ) -> float:
     """Energy dissipated in one cycle of a contact that slides as a whole, J, or J/m of a cylinder.
 
-    4µP (U − 0.8 U_t) of a sphere; of a cylinder 4µP (U − U_t) and what slips before it slides,
-    2µ²κP²/πE*. ``friction`` is µ, ``coupling`` κ, and ``displacement`` the amplitude U, m, of
+    A sphere dissipates 4µP (U − 0.8 U_t); a cylinder 4µP (U − U_t), plus 2µ²κP²/πE* in partial slip
+    before it slides. ``friction`` is µ, ``coupling`` κ, and ``displacement`` the amplitude U, m, of
     distant points, above U_t = µκ δ.
     """
     stored = 0.8 * hertz.approach
@@ -32,11 +32,12 @@ def gross_slip_energy(
 
 
 def share_of_band(band: float, cell: float) -> float:
-    """How much a band that yields counts for cells of a width (both m): between none and all, 1.
+    """Share of the effect of a yielding band that cells of a given width (both m) resolve, 0 to 1.
 
-    The pressure at the edge of stick of a `LimitingState` falls with the root of the distance, so
-    its mean over a cell is twice that at the cell's end. It exceeds a limit only if the cell is
-    narrower than four times the band. From a band as wide as the cell on, all of it counts.
+    The pressure at the stick edge of a `LimitingState` falls with the root of the distance, so its
+    mean over a cell is twice its value at the far side of the cell. This mean exceeds a limit only
+    if the cell is narrower than four times the band. A band at least as wide as the cell counts in
+    full.
     """
     return min(max(math.log(4.0 * band / cell, 4.0), 0.0), 1.0) if band > 0.0 else 0.0
 
@@ -47,8 +48,8 @@ class PartialSlip:
 
     Cattaneo (1938), Mindlin (1949). In the form of Ciavarella (1998) and Jäger (1998) the traction
     at +Q is µ (p - p*), p* being the pressure under the reduced load P* = P - Q/µ, whose contact
-    is the stick zone and whose gap g* gives the slip. A ValueError says that friction or coupling
-    is not positive, or Q not in [0, µP).
+    is the stick zone and whose gap g* gives the slip. Friction or coupling that is not positive, or
+    Q outside [0, µP), raises a ValueError.
     """
 
     hertz: HertzContact  #: the normal contact, under the load P
@@ -77,7 +78,7 @@ class PartialSlip:
 
     @property
     def stick_radius(self) -> float:
-        """Radius of the stick zone c = a (1 - X)^(1/3), of a cylinder a (1 - X)^(1/2), m."""
+        """Radius of the stick zone c = a (1 - X)^(1/3), or a (1 - X)^(1/2) of a cylinder, m."""
         return self.stick_contact.contact_radius
 
     @property
@@ -99,8 +100,8 @@ class PartialSlip:
     def slip(self, r: ArrayLike) -> FloatArray:
         """Slip amplitude from 0 to +Q, s = µ κ g* in m, at distances ``r`` in m.
 
-        Defined by the gap under the reduced load, also beyond the contact, where nothing slips: the
-        surfaces there pass each other by µ κ (g* - g), g being the gap under the full load.
+        The formula continues beyond the contact, where nothing slips: the surfaces there pass each
+        other by µ κ (g* - g), g being the gap under the full load.
         """
         return self.friction * self.coupling * self.stick_contact.gap(r)
 
@@ -140,8 +141,9 @@ class LinePartialSlip(PartialSlip):
     def dissipated_energy(self) -> float:
         """Energy per length dissipated in one full cycle, J/m.
 
-        D = (4 µ²κ P² / π E*) [ y ln y + (1 - y²)/2 ] with y = 1 - X, the area of the loop that
-        Masing's rule makes of `tangential_displacement`; a series where it cancels to X³/6.
+        D = (4 µ²κ P² / π E*) [ y ln y + (1 - y²)/2 ] with y = 1 - X is the area of the loop that
+        Masing's rule makes of `tangential_displacement`. The bracket cancels to X³/6 for small X,
+        so a series is used there.
         """
         x = self.load_ratio
         if x < 1e-2:
@@ -185,7 +187,7 @@ class LimitingState:
 
     @property
     def stick_radius(self) -> float:
-        """Radius of the stick zone c = a (1 - X)^(1/3), of a cylinder a (1 - X)^(1/2), m."""
+        """Radius of the stick zone c = a (1 - X)^(1/3), m."""
         return self.hertz.contact_radius * math.cbrt(1.0 - self.load_ratio)
 
     @property
@@ -202,14 +204,14 @@ class LimitingState:
 
     @property
     def central_pressure(self) -> float:
-        """Central pressure, of a sphere (E*/π) (c/R + d∞/c), Pa."""
+        """Central pressure, (E*/π) (c/R + d∞/c) of a sphere, Pa."""
         return float(self.pressure(0.0))
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa at distances ``r`` in m: infinite at r = c, zero outside the stick zone.
 
-        That of a Hertzian contact of radius c and of a flat punch, of a sphere
-        p∞ = (E*/π) [ (2/R) √(c² - r²) + (d∞ - c²/R) / √(c² - r²) ], of a cylinder
+        A Hertzian contact and a flat punch, both of radius c, superposed. Sphere:
+        p∞ = (E*/π) [ (2/R) √(c² - r²) + (d∞ - c²/R) / √(c² - r²) ]; cylinder:
         p∞ = (E*/2R) √(c² - r²) + X P / (π √(c² - r²)).
         """
         c, distance = self.stick_radius, np.abs(np.asarray(r, dtype=float))
@@ -234,8 +236,8 @@ class LimitingState:
     def width_above(self, pressure: float) -> float:
         """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
 
-        If the pressure is a plastic limit, this is the size of the yielding zone, which a much
-        coarser grid misses or underestimates.
+        At a plastic limit this is the width of the yielding zone, which a much coarser grid misses
+        or underestimates.
         """
         c, radius = self.stick_radius, self.hertz.radius
         half = self._flatness * pressure * radius / (4.0 * self.hertz.composite_modulus)
@@ -267,7 +269,7 @@ class LimitingState:
 
     @property
     def wear_volume(self) -> float:
-        """Volume of worn material of both bodies together, m³, of a cylinder per length, m²."""
+        """Volume worn off both bodies together, m³."""
         c, edge = self.stick_radius, self.contact_radius
         root = math.sqrt((edge - c) * (edge + c))
         angle = math.atan2(root, c)
@@ -284,7 +286,7 @@ class LimitingState:
 class LineLimitingState(LimitingState):
     """A smooth cylinder after infinitely many cycles under constant load amplitudes.
 
-    As a `LimitingState`, with loads per length: Ciavarella and Hills (1999).
+    The counterpart of `LimitingState` with loads per length: Ciavarella and Hills (1999).
     """
 
     hertz: LineContact
@@ -303,7 +305,7 @@ class LineLimitingState(LimitingState):
 
     @property
     def approach(self) -> float:
-        """Approach, m, from the surface at the distance R as in `LineContact.approach`."""
+        """Approach, m, relative to the surface point at `LineContact.reference`."""
         rise = math.log(2.0 * self.hertz.reference / self.stick_radius)
         return self._stick_contact.approach + 2.0 / math.pi * self._punch_approach * rise
 
@@ -311,7 +313,7 @@ class LineLimitingState(LimitingState):
     def contact_radius(self) -> float:
         """Half-width a∞ = c cosh t at which the worn shape meets the cylinder, m.
 
-        There the height is zero: sinh 2t / 2t = 1 / (1 - X).
+        The wear depth is zero there: sinh 2t / 2t = 1 / (1 - X).
         """
         if self.load_ratio == 0.0:
             return self.stick_radius
@@ -322,7 +324,7 @@ class LineLimitingState(LimitingState):
 
     @property
     def wear_volume(self) -> float:
-        """Volume per length of worn material of both bodies together, m²."""
+        """Volume per length worn off both bodies together, m²."""
         c = self.stick_radius
         ratio = self.contact_radius / c
         root = math.sqrt((ratio - 1.0) * (ratio + 1.0))

@@ -1,7 +1,7 @@
 """Elastic constants of two bodies, and closed forms of their smooth point contacts.
 
 The contact of any convex profile f of revolution follows from the method of dimensionality
-reduction, by which the profile becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr. A contact of the radius a
+reduction, which turns the profile into g(t) = t ∫₀^t f′(r)/√(t² − r²) dr. A contact of radius a
 has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
 (E*/π) ∫_r^a g′(t)/√(t² − r²) dt.
 """
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 
 _DIRECTIONS = 720
-# Midpoints of an interval of unit length.
+# Midpoints of 400 equal parts of the unit interval.
 _MIDPOINTS = (np.arange(400) + 0.5) / 400
 
 
@@ -36,7 +36,7 @@ def composite_modulus(
 ) -> float:
     """Modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa: Johnson, eq. 4.31.
 
-    Young's moduli E are in Pa; that of a rigid body is large. One that is not positive, or a
+    Young's moduli E are in Pa, large for a rigid body. A modulus that is not positive, or a
     Poisson's ratio outside (-1, 0.5], raises a ValueError.
     """
     bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
@@ -58,12 +58,13 @@ def coupling_ratio(
 ) -> float:
     """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies.
 
-    The modulus of tangential contact is 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2: Mindlin (1949). A
-    traction q distributed like a normal pressure p moves the surfaces by the normal displacement
-    times κ; exact for the circular contact of a sphere on its average over directions, and
-    pointwise where the anisotropy of the tangential kernel is neglected. A traction moves what lies
-    in its own direction more than what lies beside it, which in other contacts has another weight w
-    than 1/2: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see `EllipticContact.shear_weights`.
+    The modulus G* of tangential contact follows from 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2: Mindlin
+    (1949). A traction q distributed like a normal pressure p moves the surfaces by κ times the
+    normal displacement: exactly in the circular contact of a sphere on average over directions,
+    and pointwise if the anisotropy of the tangential kernel is neglected. A traction moves points
+    ahead of it more than points beside it. The two have the same weight in a circular contact,
+    w = 1/2, but not in others: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see
+    `EllipticContact.shear_weights`.
     """
     # (2 − ν)/4G with G = E/(2 (1 + ν)).
     bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
@@ -141,8 +142,8 @@ class HertzContact:
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at distances ``r`` in m.
 
-        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R); near the edge, where both
-        terms cancel to order (r - a)^(3/2), a series.
+        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R). The terms cancel to order
+        (r - a)^(3/2) at the edge, so a series replaces them there.
         """
         a = self.contact_radius
         ratio = np.maximum(np.asarray(r, dtype=float) / a, 1.0)
@@ -156,16 +157,16 @@ class HertzContact:
 class EllipticContact(HertzContact):
     """Elastic contact of bodies with the gap x²/2R_x + y²/2R_y.
 
-    ``radius`` is that of the sphere whose contact has the same area at every load.
+    ``radius`` belongs to the sphere whose contact has the same area at every load.
     """
 
-    axis_ratio: float = 1.0  # half-axis along y over that along x
+    axis_ratio: float = 1.0  # half-axis along y over half-axis along x
 
     @classmethod
     def of(
         cls, radius_x: float, radius_y: float, load: float, composite_modulus: float
     ) -> EllipticContact:
-        """Contact of bodies by their relative radii of curvature, m."""
+        """Contact of bodies with given relative radii of curvature, m."""
         ratio = _axis_ratio(radius_x / radius_y)
         # 1/2R_x = (p₀/E*) (b/a²) R_D(0, b²/a², 1)/3 with half-axes a, b along x, y.
         integral = _carlson_d(ratio**2, 1.0) / 3.0
@@ -192,10 +193,10 @@ class EllipticContact(HertzContact):
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
         """Weights of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
 
-        The traction points along a direction at an angle, rad, to x. The weights are
-        those in the centre and for the curvatures of the displacement along x and along y: for a
-        circle 1/2 and, at no angle, 1/4 and 3/4. Along a line through a point, the pressure
-        integrates to a quadratic form of its place.
+        The traction points at an angle, rad, to x. The weights apply to the displacement in the
+        centre and to its curvatures along x and along y: 1/2, 1/4 and 3/4 for a circle and a
+        traction along x. They follow because the pressure integrates, along any line through a
+        point, to a quadratic form of the position of the point.
         """
         direction = (np.arange(_DIRECTIONS) + 0.5) * math.pi / _DIRECTIONS
         cos, sin = np.cos(direction) ** 2, np.sin(direction) ** 2
@@ -213,14 +214,14 @@ def _axis_ratio(radius_ratio: float) -> float:
     low, high = 1e-6, 1e6
     for _ in range(100):
         middle = math.sqrt(low * high)
-        found = _carlson_d(1.0, middle**2) / _carlson_d(middle**2, 1.0)
+        ratio = _carlson_d(1.0, middle**2) / _carlson_d(middle**2, 1.0)
         # The more the ellipse extends along y, the flatter the gap along y.
-        low, high = (low, middle) if found < radius_ratio else (middle, high)
+        low, high = (low, middle) if ratio < radius_ratio else (middle, high)
     return math.sqrt(low * high)
 
 
 def _carlson_d(second: float, third: float) -> float:
-    """R_D(0, y, z): 3D/z^(3/2) for z > y, else 3B/(z √y), with D as below and B = K − D."""
+    """R_D(0, y, z): 3D/z^(3/2) for z > y, else 3B/(z √y), D as in `_complete` and B = K − D."""
     complete, difference = _complete(math.sqrt(min(second, third) / max(second, third)))
     if third > second:
         return 3.0 * difference / (third * math.sqrt(third))
@@ -228,9 +229,9 @@ def _carlson_d(second: float, third: float) -> float:
 
 
 def _complete(complement: float) -> tuple[float, float]:
-    """K and D = (K − E)/k² of the complementary modulus k′, by the arithmetic-geometric mean.
+    """K and D = (K − E)/k² for a complementary modulus k′, by the arithmetic-geometric mean.
 
-    With the differences c of the means, D/K = 1/2 + Σ 2^(n−1) c_n²/k² over n ≥ 1.
+    D/K = 1/2 + Σ 2^(n−1) c_n²/k² over n ≥ 1, with the differences c_n of the means.
     """
     mean, root = 0.5 * (1.0 + complement), math.sqrt(complement)
     difference = 0.5 * (1.0 - complement)
@@ -245,7 +246,7 @@ def _complete(complement: float) -> tuple[float, float]:
 
 
 class Reduced(Protocol):
-    """The profile of a body of revolution in the method of dimensionality reduction."""
+    """The reduced profile g of a body of revolution, in the method of dimensionality reduction."""
 
     def __hash__(self) -> int: ...
 
@@ -280,7 +281,7 @@ class RoundedPunch:
         return self.flat_radius + self.edge_radius
 
     def depth(self, radius: float) -> float:
-        """G = (t/R)(√(t² − b²) − b arccos(b/t)), m."""
+        """Reduced profile g = (t/R)(√(t² − b²) − b arccos(b/t)), m, at a radius t, m."""
         root, angle = self._edge(radius)
         return float(radius / self.edge_radius * (root - self.flat_radius * angle))
 
@@ -307,7 +308,7 @@ class RoundedPunch:
 class RoundContact(HertzContact):
     """Elastic contact of a body of revolution with a flat.
 
-    ``radius`` is that of the sphere whose contact has the same radius under this load.
+    ``radius`` belongs to the sphere whose contact has the same radius under this load.
     """
 
     profile: Reduced = field(kw_only=True)
@@ -315,7 +316,7 @@ class RoundContact(HertzContact):
     @classmethod
     @lru_cache(maxsize=4096)
     def under(cls, profile: Reduced, load: float, composite_modulus: float) -> Self:
-        """Contact under a load, N."""
+        """Contact of a profile under a load, N."""
         edge, load_at = profile.reach, cls(1.0, load, composite_modulus, profile=profile).load_at
         if load < load_at(edge):
             edge = find_root(lambda radius: load - load_at(radius), 1e-9 * edge, edge)
@@ -329,8 +330,8 @@ class RoundContact(HertzContact):
 
     @cached_property
     def peak_pressure(self) -> float:
-        """Largest pressure, Pa: anywhere, as a rule where the profile leaves a flat."""
-        # Sines are close to each other at the edge, where the peak of a sharp one is.
+        """Largest pressure, Pa, usually where the profile leaves its flat."""
+        # Sines of equally spaced angles crowd at the edge, where a sharp edge has its peak.
         angles, step = np.linspace(0.0, 0.5 * math.pi, 201)[:-1], 0.5 * math.pi / 200
         for part in (step, 0.02 * step):
             best = angles[self.pressure(self.contact_radius * np.sin(angles)).argmax()]
@@ -340,8 +341,8 @@ class RoundContact(HertzContact):
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa, zero outside the contact, at distances ``r`` in m.
 
-        (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = s² + v² from s, the larger one of r and the radius of a
-        flat: there the integrand is bounded, and smooth.
+        Substitutes t² = s² + v² in (E*/π) ∫ g′(t)/√(t² − r²) dt, where s is r or, if larger, the
+        radius of the flat. The integrand is then bounded and smooth.
         """
         distance, edge = np.abs(np.asarray(r, dtype=float)), self.contact_radius
         inner = np.maximum(distance, self.profile.flat_radius)
@@ -371,7 +372,7 @@ class RoundContact(HertzContact):
 
 
 def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Zero of a function, positive at ``low`` and negative at ``high``, to rounding.
+    """Zero, to rounding, of a function positive at ``low`` and negative at ``high``.
 
     The Illinois variant of regula falsi: Dowell and Jarratt (1971), BIT 11, 168-174.
     """
