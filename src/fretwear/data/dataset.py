@@ -17,13 +17,13 @@ from fretwear.vocabulary import CYCLE, FORCES, HEADLINES, RESULTS, SYMMETRIES, V
 KEY_RESULTS: tuple[Variable, ...] = tuple(
     RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
 )
-"""What tells two cases apart."""
+"""Results in which two cases are compared."""
 
 _SAME = 1e-12
 
 
 def mirrored(dataset: xr.Dataset) -> xr.Dataset:
-    """Mirror a contact to the whole along the axes in which it is even, by its ``symmetry``.
+    """Complete a contact by mirroring it along the axes in which its ``symmetry`` is even.
 
     Lazily opened data stay lazy; a dataset of the whole contact is returned unchanged.
     """
@@ -31,13 +31,13 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     if not any(even):
         return dataset
     order, positions = {}, {}
-    for name in (each.name for each, is_even in zip((X, Y), even, strict=True) if is_even):
+    for name in (axis.name for axis, is_even in zip((X, Y), even, strict=True) if is_even):
         cells = np.arange(dataset.sizes[name])
         order[name] = np.r_[cells[::-1], cells]
         values = np.r_[-dataset[name].values[::-1], dataset[name].values]
         positions[name] = xr.Variable((name,), values, dataset[name].attrs)
     whole = dataset.isel(order).assign_coords(positions).assign_attrs(symmetry="none")
-    # A derived dataset does not close the file that it reads from.
+    # Closing a derived dataset would not close its file.
     whole.set_close(dataset.close)
     return whole
 
@@ -65,7 +65,7 @@ class Accessor:
         return case_of(self._dataset)
 
     def full(self) -> xr.Dataset:
-        """Return the whole contact, see `mirrored`."""
+        """Return the whole contact; see `mirrored`."""
         return mirrored(self._dataset)
 
     def line(self) -> xr.Dataset:
@@ -115,23 +115,23 @@ class Accessor:
 
 @dataclass(frozen=True)
 class Compared:
-    """One result of two cases."""
+    """One result in two cases."""
 
     variable: Variable
     first: float  # in its SI unit
     second: float
-    errors: tuple[float, float] = (0.0, 0.0)  # of both, as far as they are known
+    errors: tuple[float, float] = (0.0, 0.0)  # of both; zero if not estimated
 
     @property
     def ratio(self) -> float:
-        """Second to first; NaN where the first is zero."""
+        """Second over first; NaN if the first is zero."""
         return self.second / self.first if self.first else math.nan
 
 
 def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
     """Return the cycles at which two cases are compared.
 
-    The last snapshot that both have or, if they share only cycle 0, the last one of each.
+    It is the last snapshot that both have or, if they share only cycle 0, the last one of each.
     """
     mine, other = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
     common = max(mine & other, default=0)
@@ -139,7 +139,7 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return the `KEY_RESULTS` of two cases at `compared_cycles`, and forces that are results."""
+    """Return `KEY_RESULTS` of two cases at `compared_cycles`, and forces if they are results."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
@@ -147,11 +147,11 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     forces = [RESULTS[name] for key, names in FORCES.items() if key not in given for name in names]
     for variable in (*KEY_RESULTS, *forces):
         if all(variable.name in state for state in states):
-            known = variable.in_units(states[0][variable.name].attrs.get("units", variable.si_unit))
-            a, b = (float(state[known.name]) for state in states)
-            error = known.error.name
+            units = states[0][variable.name].attrs.get("units", variable.si_unit)
+            a, b = (float(state[variable.name]) for state in states)
+            error = variable.error.name
             apart = [float(state[error]) if error in state else 0.0 for state in states]
-            results.append(Compared(known, a, b, (apart[0], apart[1])))
+            results.append(Compared(variable.in_units(units), a, b, (apart[0], apart[1])))
     return results
 
 

@@ -1,7 +1,7 @@
-"""What the parameters of a study do to its results.
+"""The effects of the parameters of a study on its results.
 
-In a study of listed values the effect of a parameter is that in pairs of cases that differ in
-nothing else; in a sampled one Sobol indices follow from a polynomial emulator.
+In a study of listed values they come from pairs of cases that differ in one parameter only; in a
+sampled one, Sobol indices come from a polynomial emulator.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ Rows = NDArray[np.intp]
 Value = Any
 """A value of a parameter: a float, or text such as a slip model's name."""
 
-# Seeds that make an ensemble: the standard deviation of fewer means little.
+# An ensemble has at least this many seeds: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
 BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
-"""Coordinates of points that are no parameters."""
+"""Coordinates of points that are not parameters."""
 
 _MATTERS = math.log(1.05)
 _EXPLAINED = 0.3
 
 GOOD = 0.9
-"""Share of the variance that an emulator has to predict for its indices to be told."""
+"""Share of the variance that an emulator must predict for its indices to be reported."""
 
 _MOST_TERMS = 500
 _POINTS_PER_TERM = 2
@@ -83,32 +83,35 @@ def point_values(summary: Merged, name: str) -> NDArray[Any]:
 
 def _in_order(summary: Merged, name: str) -> NDArray[Any]:
     """Return the values of a variable along the dimensions of the points, then the cycles."""
-    known = list(summary.variables[name].dims)
-    order = [known.index(dim) for dim in (*point_dims(summary), CYCLE.name) if dim in known]
+    stored = list(summary.variables[name].dims)
+    order = [stored.index(dim) for dim in (*point_dims(summary), CYCLE.name) if dim in stored]
     return np.asarray(summary.variables[name].values).transpose(order)
 
 
 def final_results(summary: Merged) -> dict[str, Array]:
     """Return every scalar of a merged study, errors included, after the last cycle of each point.
 
-    Cases may end at different cycles. What is not there then, such as a mean pressure where nothing
-    sticks, is NaN.
+    Cases may end at different cycles. A result that is undefined, such as the mean stick pressure
+    where nothing sticks, is NaN.
     """
     dims = {*point_dims(summary), CYCLE.name}
-    names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
-    values = {name: _in_order(summary, name) for name in names}
-    # Some results are undefined in a snapshot that is there: the pressure of no stick zone.
-    stored = np.any([~np.isnan(each) for each in values.values()] or [[False]], axis=0)
+    names = [str(name) for name, about in summary.variables.items() if set(about.dims) == dims]
+    histories = {name: _in_order(summary, name) for name in names}
+    # A snapshot is stored if any result is defined in it; some, such as the mean stick pressure,
+    # may not be.
+    stored = np.any([~np.isnan(values) for values in histories.values()] or [[False]], axis=0)
     last = stored.shape[-1] - 1 - np.argmax(stored[..., ::-1], axis=-1, keepdims=True)
-    return {name: np.take_along_axis(each, last, -1)[..., 0] for name, each in values.items()}
+    return {
+        name: np.take_along_axis(values, last, -1)[..., 0] for name, values in histories.items()
+    }
 
 
 def results_table(summary: Merged) -> str:
     """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
     dims, varied = set(point_dims(summary)), varied_names(summary)
-    along = [str(name) for name, each in summary.variables.items() if set(each.dims) <= dims]
-    told = {*BOOKKEEPING, *varied, CODE_DIGEST.name}
-    named = [*varied, *(name for name in along if name not in told)]
+    along = [str(name) for name, about in summary.variables.items() if set(about.dims) <= dims]
+    placed = {*BOOKKEEPING, *varied, CODE_DIGEST.name}
+    named = [*varied, *(name for name in along if name not in placed)]
     columns = {
         CASE_ID.name: point_values(summary, CASE_ID.name).tolist(),
         STATUS.name: [PointStatus(int(s)).word for s in point_values(summary, STATUS.name)],
@@ -134,14 +137,14 @@ class Points:
     # The distinct values of each varied parameter: numbers increasing, text as in the study.
     levels: Mapping[str, tuple[Value, ...]]
     places: Rows  # shape (n, k): index of the level of each parameter at each point
-    variables: Mapping[str, Variable]  # of the results, in a line contact some are per length
-    # Every scalar after the last cycle, SI units, shape (n,). It is NaN where its estimated error
-    # is as large as itself: a singular peak, or the dissipation of wear that has ceased; and the
-    # central pressure where the centre is open, as that of waves with a valley there.
+    variables: Mapping[str, Variable]  # of the results; in a line contact some are per length
+    # Every scalar after the last cycle, SI units, shape (n,). It is NaN if its estimated error is
+    # as large, as at a singular peak or for the dissipation after wear has ceased. The central
+    # pressure is NaN too if the centre is open, as in a valley of waves.
     results: Mapping[str, Array]
     parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
     ids: tuple[str, ...]  # of the cases
-    drawn: Mapping[str, Mapping[str, Any]]  # from which range each parameter of a sample was
+    drawn: Mapping[str, Mapping[str, Any]]  # the range from which a parameter was drawn
 
     @classmethod
     def of(cls, summary: Merged) -> Points:
@@ -155,10 +158,10 @@ class Points:
                 drawn[name] = about
             units = about.get("units", "")
             values = [in_unit(value, units) for value in point_values(summary, name)[done].tolist()]
-            found = list(dict.fromkeys(values))
-            if len(found) > 1:
-                has_text = any(isinstance(value, str) for value in found)
-                levels[name] = tuple(found if has_text else sorted(found))
+            distinct = list(dict.fromkeys(values))
+            if len(distinct) > 1:
+                has_text = any(isinstance(value, str) for value in distinct)
+                levels[name] = tuple(distinct if has_text else sorted(distinct))
                 place = {value: number for number, value in enumerate(levels[name])}
                 places.append([place[value] for value in values])
         results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
@@ -171,8 +174,8 @@ class Points:
             results["central_pressure"] = np.where(central == 0.0, np.nan, central)
         numbers = {
             str(name): point_values(summary, str(name))[done]
-            for name, each in summary.variables.items()
-            if name not in RESULTS and set(each.dims) <= dims and each.values.dtype.kind == "f"
+            for name, about in summary.variables.items()
+            if name not in RESULTS and set(about.dims) <= dims and about.values.dtype.kind == "f"
         }
         changing = {n: values for n, values in numbers.items() if len(set(values.tolist())) > 1}
         ids = tuple(map(str, point_values(summary, CASE_ID.name)[done]))
@@ -187,15 +190,15 @@ class Points:
     @cached_property
     def lines(self) -> Mapping[str, list[list[int]]]:
         """Rows of two or more cases that differ only in one parameter, in order of its levels."""
-        found = {}
+        by_parameter = {}
         for axis, name in enumerate(self.levels):
             lines: dict[bytes, dict[str, int]] = {}
             others = np.ascontiguousarray(np.delete(self.places, axis, axis=1))
             for row in np.argsort(self.places[:, axis], kind="stable").tolist():
-                # Several points may be one case: the slopes of a smooth surface mean nothing.
+                # Several points may be one case: slopes do not matter on a smooth surface.
                 lines.setdefault(others[row].tobytes(), {}).setdefault(self.ids[row], row)
-            found[name] = [[*line.values()] for line in lines.values() if len(line) > 1]
-        return found
+            by_parameter[name] = [[*line.values()] for line in lines.values() if len(line) > 1]
+        return by_parameter
 
     def place(self, name: str) -> Rows:
         """Return the index of each point's level of a parameter."""
@@ -210,21 +213,22 @@ class Points:
         return Effect(self, parameter, result, low, high)
 
     def importance(self, parameter: str, result: str) -> tuple[float, float]:
-        """Return how much a parameter changes a result, to be compared with other parameters.
+        """Return how much a parameter changes a result, for comparison with other parameters.
 
-        First the share of its lines in which the result is zero at some points only, then the mean
-        over the others of the logarithm of the factor between largest and smallest result.
+        The first number is the share of its lines in which the result is zero at some points only;
+        the second is the mean, over the other lines, of the logarithm of the largest over the
+        smallest result.
         """
         lines = [self.results[result][line] for line in self.lines[parameter]]
-        known = [line[np.isfinite(line)] for line in lines]
-        positive = [line for line in known if (line > 0.0).any()]
+        finite = [line[np.isfinite(line)] for line in lines]
+        positive = [line for line in finite if (line > 0.0).any()]
         sizes = [math.log(line.max() / line.min()) for line in positive if line.min() > 0.0]
         appearing = (len(positive) - len(sizes)) / len(lines)
         return appearing, math.fsum(sizes) / len(sizes) if sizes else 0.0
 
     @property
     def sizes(self) -> list[int]:
-        """From how many listed values each parameter of a sample was drawn, 0 for a range."""
+        """Number of listed values from which each parameter was drawn, 0 for a range."""
         return [0 if name in self.drawn else len(levels) for name, levels in self.levels.items()]
 
     @cached_property
@@ -245,8 +249,9 @@ class Points:
     def indices(self) -> Mapping[str, Indices]:
         """The Sobol indices of every scalar of a sample.
 
-        They refer to its logarithm if an emulator of that predicts better, since results scale with
-        powers of the parameters. Results that vanish somewhere or are constant are left out.
+        They refer to the logarithm of the scalar if an emulator of the logarithm predicts better,
+        since results scale with powers of the parameters. Constant results, and results undefined
+        at some point, are left out.
         """
         columns = {
             (name, False): values
@@ -257,22 +262,22 @@ class Points:
         if not columns or len(self.ids) < 2 * (len(self.levels) + 1):
             return {}
         best: dict[str, Indices] = {}
-        found = sobol_indices(self.unit, np.column_stack([*columns.values()]), self.sizes)
-        for (name, of_logarithm), each in zip(columns, found, strict=True):
-            if name not in best or each.quality > best[name].quality:
-                best[name] = replace(each, of_logarithm=of_logarithm)
+        fits = sobol_indices(self.unit, np.column_stack([*columns.values()]), self.sizes)
+        for (name, of_logarithm), fit in zip(columns, fits, strict=True):
+            if name not in best or fit.quality > best[name].quality:
+                best[name] = replace(fit, of_logarithm=of_logarithm)
         return best
 
 
 @dataclass(frozen=True)
 class Effect:
-    """The effect of a parameter on a result in m pairs of points that differ in nothing else."""
+    """The effect of a parameter on a result in m pairs of points that differ only in it."""
 
     points: Points
     parameter: str
     result: str
-    low: Rows  # of the point of each pair that has the lower level
-    high: Rows  # of the other
+    low: Rows  # shape (m,): of the point of each pair with the lower level
+    high: Rows  # of the other point
 
     @cached_property
     def values(self) -> tuple[Array, Array]:
@@ -282,7 +287,7 @@ class Effect:
 
     @cached_property
     def factors(self) -> Array:
-        """Result at `high` over that at `low`; NaN where one is not known or zero."""
+        """Result at `high` over result at `low`; NaN where one of them is zero or undefined."""
         before, after = self.values
         factors = np.full(before.shape, np.nan)
         np.divide(after, before, out=factors, where=(before > 0.0) & (after > 0.0))
@@ -294,7 +299,7 @@ class Effect:
         return place[self.low], place[self.high]
 
     def between(self, low: int, high: int) -> NDArray[np.bool_]:
-        """Return which pairs go from one level to another, by index."""
+        """Return which pairs go from one level to another, both given by index."""
         first, second = self._ends
         return np.equal(first, low) & np.equal(second, high)
 
@@ -303,24 +308,24 @@ class Effect:
         return replace(self, low=self.low[pairs], high=self.high[pairs])
 
     def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
-        """Return in which pairs another parameter has a given level, by index."""
+        """Return in which pairs another parameter has a level, given by index."""
         return np.isin(self.points.place(parameter)[self.low], level)
 
     @cached_property
     def divider(self) -> str:
-        """The other parameter on which the factor depends most; empty if on none."""
-        known = np.isfinite(self.factors)
-        logarithms, best = np.log(self.factors[known]), ("", 0.0)
+        """The other parameter on which the factor depends most; empty if it depends on none."""
+        finite = np.isfinite(self.factors)
+        logarithms, best = np.log(self.factors[finite]), ("", 0.0)
         if not logarithms.size or np.ptp(logarithms) < _MATTERS:
             return ""
-        first, second = (place[known] for place in self._ends)
+        first, second = (place[finite] for place in self._ends)
         steps = first * (1 + second.max()) + second
         whole = _within(logarithms, steps)
         for name in self.points.levels:
             if name != self.parameter:
-                level = self.points.place(name)[self.low[known]]
+                level = self.points.place(name)[self.low[finite]]
                 explained = whole - _within(logarithms, steps * (1 + level.max()) + level)
-                best = max(best, (name, explained), key=lambda each: each[1])
+                best = max(best, (name, explained), key=lambda candidate: candidate[1])
         return best[0] if best[1] > _EXPLAINED * whole else ""
 
 
@@ -336,21 +341,21 @@ class Indices:
     """The share of the variance of a result that each of d parameters explains."""
 
     first: Array  # shape (d,): each parameter alone
-    total: Array  # with all its interactions
+    total: Array  # each parameter with all its interactions
     # 95 % intervals, shape (2, d), from the covariance of the coefficients of the emulator.
     first_range: Array
     total_range: Array
-    quality: float  # share of the variance predicted at points left out of the emulator, 1 at best
-    of_logarithm: bool = False  # whether they refer to the logarithm of the result
+    quality: float  # share of the variance predicted at points left out of the fit, 1 at best
+    of_logarithm: bool = False  # whether the indices refer to the logarithm of the result
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
-    """Return the Sobol indices of functions known at points that fill the unit cube.
+    """Return the Sobol indices of functions, given their values at points that fill the unit cube.
 
     The emulator is a polynomial chaos expansion: least squares over products of orthonormal
     polynomials, whose squared coefficients are the parts of the variance (Sudret 2008). Its terms
-    are those of a hyperbolic cross whose degree and norm leave the smallest error at points left
-    out (Blatman and Sudret 2011).
+    form the hyperbolic cross whose degree and norm minimise the error at points left out (Blatman
+    and Sudret 2011).
 
     Parameters
     ----------
@@ -359,7 +364,7 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     values : array of shape (n, k)
         Values of k functions at these points.
     sizes : sequence of d int
-        Number of listed values each coordinate was drawn from, 0 for a range; default: all ranges.
+        Number of listed values from which each coordinate was drawn, 0 for a range (the default).
 
     Returns
     -------
@@ -411,17 +416,17 @@ def _candidates(count: int, highest: Sequence[int]) -> Iterator[NDArray[np.intp]
 
 def _terms(degree: int, norm: float, highest: Sequence[int]) -> list[tuple[int, ...]]:
     """Return the degrees of all products whose norm is at most `degree`."""
-    found: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
+    terms: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
     for most in highest:
-        found = [
-            ((*term, each), used + each**norm)
-            for term, used in found
-            for each in range(min(most, degree) + 1)
-            if used + each**norm <= degree**norm * (1.0 + 1e-12)
+        terms = [
+            ((*term, power), used + power**norm)
+            for term, used in terms
+            for power in range(min(most, degree) + 1)
+            if used + power**norm <= degree**norm * (1.0 + 1e-12)
         ]
-        if len(found) > _MOST_TERMS:
+        if len(terms) > _MOST_TERMS:
             return [((0,) * len(highest))] * (_MOST_TERMS + 1)
-    return [term for term, _ in found]
+    return [term for term, _ in terms]
 
 
 def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> Indices:
@@ -435,12 +440,13 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
     involved = terms > 0
     alone = involved & (involved.sum(axis=1) == 1)[:, None]
 
-    # The square of a noisy coefficient is too large by its variance, that of a draw by twice that.
+    # The square of a noisy coefficient is too large by its variance, and that of a draw by twice
+    # the variance.
     draws = (coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None]
     squares = np.column_stack([coefficients**2 - noise, draws])
     whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
     shares = [np.clip(g.T.astype(float) @ squares / whole, 0.0, 1.0) for g in (alone, involved)]
-    ranges = [np.percentile(each[:, 1:], _CERTAINTY, axis=1) for each in shares]
+    ranges = [np.percentile(share[:, 1:], _CERTAINTY, axis=1) for share in shares]
     return Indices(shares[0][:, 0], shares[1][:, 0], ranges[0], ranges[1], 1.0 - error)
 
 

@@ -1,11 +1,12 @@
 """Files of datasets: written completely or not at all, checked before they are opened.
 
-Every file ends with a checksum, a line after its content, which libraries for netCDF-4 and HDF5
-ignore. It is compared before the netCDF library opens the file: that opens unfinished ones without
-an error, and a damaged structure can hang or crash the process.
+Every file ends with a checksum, a line after its content that libraries for netCDF-4 and HDF5
+ignore. It is compared before the netCDF library opens the file: the library opens unfinished files
+without an error, and a damaged structure can hang or crash the process.
 
-A checksum does not tell who wrote the file. So before its arrays are read: that they are no larger
-than it can hold, that numbers are numbers, coordinates increase, and parameters lie in their range.
+A checksum does not tell who wrote the file. Before its arrays are read, checks follow that they are
+no larger than the file can hold, that numbers are numbers, that coordinates increase, and that
+parameters lie in their range.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
 HISTORY_GROUP = "history"
 LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
-"""How large variables are stored: each chunk with a checksum of the netCDF library's own."""
+"""How large variables are stored; the netCDF library adds a checksum to each chunk."""
 
 _NO_CHECKSUM = "unfinished, cut short or changed by another program"
 READS_BACK = "the file reads back differently from what was written"
@@ -83,7 +84,7 @@ _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case ag
 _RUN_AGAIN = "Remove the file and run the case again"
 _MERGE_AGAIN = "Merge the study again"
 
-# Fields compress to a half as a rule, and to a tenth where the bodies hardly touch.
+# Fields usually compress to a half, and to a tenth if the bodies hardly touch.
 _MOST_EXPANSION = 100
 _ALWAYS_ALLOWED = 10_000_000
 _MOST_TEXT = 10_000_000
@@ -104,18 +105,18 @@ def add_checksum(path: Path) -> None:
 
 
 def damage(path: Path, kind: str) -> str:
-    """Return what is wrong with a file that ends with a checksum; empty if it is intact."""
+    """Return the problem of a file that should end with its checksum; empty if it is intact."""
     if not path.is_file():
         return "it is not a file" if path.exists() else "there is no such file"
     try:
         with path.open("rb") as stream:
             content = path.stat().st_size - _LENGTH
             stream.seek(max(content, 0))
-            found = stream.read()
-            if not found.startswith(_MARK):
+            last_line = stream.read()
+            if not last_line.startswith(_MARK):
                 return f"it is not a complete {kind}: {_NO_CHECKSUM}"
             stream.seek(0)
-            is_whole = found == _checksum_line(stream, content)
+            is_whole = last_line == _checksum_line(stream, content)
     except OSError as cause:
         return f"it cannot be read ({cause.strerror or cause})"
     return "" if is_whole else "it is damaged: its checksum does not match"
@@ -133,8 +134,9 @@ def _checksum_line(stream: BinaryIO, content: int) -> bytes:
 def new_netcdf(path: Path, size: int) -> Iterator[netCDF4.Dataset]:
     """Write a netCDF file with a checksum, given the bytes of its values before compression.
 
-    HDF5 crashes the process if its last write is refused. So it writes into memory, unless the file
-    is large or there is no memory to be used as a folder, and Python copies that to the disk.
+    HDF5 crashes the process if its last write is refused. It therefore writes into a folder in
+    memory, from which Python copies the file to the disk, unless the file is large or there is no
+    such folder.
     """
     with ExitStack() as stack:
         image = None
@@ -145,7 +147,7 @@ def new_netcdf(path: Path, size: int) -> Iterator[netCDF4.Dataset]:
             file = netCDF4.Dataset(path if image is None else image.name, "w")
         finally:
             if image is not None:
-                Path(image.name).unlink()  # it goes with its process, however that ends
+                Path(image.name).unlink()  # the file vanishes with the process, however that ends
         with file:
             yield file
             file.sync()
@@ -173,9 +175,9 @@ def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
 
 
 def check_group(group: Any, content: xr.Dataset | Labelled) -> None:
-    """Refuse, by a RuntimeError, what reads back differently from what `write_group` was given.
+    """Raise a RuntimeError if a group reads back differently from the content written into it.
 
-    Where memory is short the netCDF library may leave out an attribute, and say nothing.
+    When memory is short, the netCDF library may silently omit an attribute.
     """
     group.set_auto_chartostring(False)
     check_attributes(group, content.attrs)
@@ -190,7 +192,7 @@ def check_group(group: Any, content: xr.Dataset | Labelled) -> None:
 
 
 def check_attributes(owner: Any, given: Mapping[Any, Any]) -> None:
-    """Refuse, by a RuntimeError, a variable or a group that lacks attributes."""
+    """Raise a RuntimeError if a variable or a group lacks attributes or has different ones."""
     kept = set(owner.ncattrs())
     if not all(n in kept and np.array_equal(owner.getncattr(n), given[n]) for n in given):
         raise RuntimeError(READS_BACK)
@@ -201,8 +203,8 @@ def _stored(
 ) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...], dict[str, Any]]]:
     """Yield name, values, dimensions and attributes of variables as they are stored.
 
-    Text has a fixed length: strings of variable length crash the netCDF library when a file is open
-    twice and one of the two is closed.
+    Text has a fixed length: strings of variable length crash the netCDF library when one of two
+    handles on a file is closed.
     """
     variables: Mapping[Any, Any] = content.variables
     coords: Iterable[Any] = content.coords
@@ -210,7 +212,7 @@ def _stored(
     for name, variable in variables.items():
         values, dims, attributes = np.asarray(variable.values), variable.dims, {**variable.attrs}
         if values.dtype.kind in "OU":
-            if not all(isinstance(each, str) for each in values.flat):
+            if not all(isinstance(value, str) for value in values.flat):
                 raise TypeError(f"{name} holds neither numbers nor text")
             text = np.char.encode(values.astype(str), "utf-8")
             length = max(1, text.dtype.itemsize)
@@ -227,21 +229,21 @@ def write_case(
     path: str | PathLike[str],
     loops: xr.Dataset | Labelled | None = None,
 ) -> None:
-    """Write a case file; it appears under its name only when it is whole, and replaces another.
+    """Write a case file; it gets its name, and replaces an earlier file, only when complete.
 
-    The dataset is that of `fretwear.data.labels.labelled_case`; history and loops, if any, become
+    The dataset comes from `fretwear.data.labels.labelled_case`; history and loops, if any, become
     the groups ``history`` and ``loop``. Fields are compressed by zlib (level 1, shuffled), one
-    cycle to a chunk, each chunk with the checksum of the netCDF library. A checksum of the whole
-    file ends it, and all of it is read back before it gets its name.
+    cycle to a chunk, each chunk with the checksum of the netCDF library. The file ends with a
+    checksum of the whole, and all of it is read back before it gets its name.
 
-    ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is full or
-    the folder, which is made if necessary, cannot be written to.
+    ValueError if the dataset lacks variables of a case; `DataFileError` if the disk is full, or the
+    folder, created if necessary, cannot be written to.
     """
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
-    contents = (dataset, *groups.values())
-    size = sum(np.asarray(v.values).nbytes for each in contents for v in each.variables.values())
+    variables = (v for content in (dataset, *groups.values()) for v in content.variables.values())
+    size = sum(np.asarray(variable.values).nbytes for variable in variables)
     with uninterrupted(), atomic_path(Path(path)) as temporary:
         with new_netcdf(temporary, size) as file:
             write_group(file, dataset)
@@ -275,22 +277,24 @@ def unusable(path: Path, problem: str) -> DataFileError:
 
 @contextmanager
 def opened_case(
-    path: str | PathLike[str], *, own: bool = True, values: bool = False
+    path: str | PathLike[str], *, by_us: bool = True, values: bool = False
 ) -> Iterator[netCDF4.Dataset]:
-    """Open a case file after checking it, which reads it once; `DataFileError` if it is unfit.
+    """Open a case file after checking it, which reads it once; `DataFileError` if it is unusable.
 
-    Unless it must be our `own`, a dataset saved by xarray will do, without checksum and history.
-    With `values` the values of scalars and parameters are checked too; those of fields never are.
+    Unless the file must be written `by_us`, a dataset saved by xarray, without checksum and
+    history, is accepted. With `values`, the values of scalars and parameters are checked too;
+    values of fields never are.
     """
     path = Path(path)
     problem = damage(path, "case file")
     if problem:
-        _refuse_unsaved(path, problem, own=own)
+        _refuse_unsaved(path, problem, by_us=by_us)
     with _opened(path, _RUN_AGAIN, problem) as file:
         if CASE_ID.name not in file.ncattrs():
             raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
-        for found in _case_problems(file, path.stat().st_size, own=not problem, values=values):
-            raise unusable(path, found)
+        size = path.stat().st_size
+        for obstacle in _case_problems(file, size, by_us=not problem, values=values):
+            raise unusable(path, obstacle)
         yield file
 
 
@@ -301,8 +305,8 @@ def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
     if problem := damage(path, "merged study"):
         raise DataFileError(path, problem, _MERGE_AGAIN)
     with _opened(path, _MERGE_AGAIN) as file:
-        for found in _summary_problems(file, path.stat().st_size):
-            raise DataFileError(path, found, _MERGE_AGAIN)
+        for obstacle in _summary_problems(file, path.stat().st_size):
+            raise DataFileError(path, obstacle, _MERGE_AGAIN)
         yield file
 
 
@@ -318,20 +322,21 @@ def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Data
             file.set_auto_maskandscale(False)
             yield file
     except (RuntimeError, LookupError, AttributeError) as cause:
-        # As the library tells of a structure that is damaged below the checksum of the file.
+        # The library raises these if the structure is damaged although the checksum matches.
         if not is_of_netcdf(cause):
             raise
         raise DataFileError(path, f"it cannot be read ({cause})", remedy) from cause
 
 
-def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
-    """Refuse a file without our checksum that must be our `own` or was never saved by xarray.
+def _refuse_unsaved(path: Path, problem: str, *, by_us: bool) -> None:
+    """Refuse a file without our checksum, unless xarray saved it and it need not be `by_us`.
 
-    A damaged one still ends with its checksum, and the HDF5 library opens none that was cut short.
+    A damaged file of ours still ends with a checksum, and the HDF5 library opens none that was cut
+    short.
     """
     head, tail = None, b""
     with suppress(OSError):
-        if path.is_file():  # a pipe would be waited for
+        if path.is_file():  # reading a pipe would wait
             with path.open("rb") as stream:
                 head = stream.read(len(_SIGNATURE))
                 stream.seek(max(0, stream.seek(0, os.SEEK_END) - _LENGTH))
@@ -339,25 +344,25 @@ def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
     if head is None:
         raise DataFileError(path, problem, _CHECK_NAME)
     if head != _SIGNATURE:
-        # It may be precious, a study file for example, so nobody is told to remove it.
+        # The file may be precious, such as a study file, so the remedy is not to remove it.
         raise DataFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
-    if own or _MARK.strip() in tail:
+    if by_us or _MARK.strip() in tail:
         raise DataFileError(path, problem, _RUN_AGAIN)
 
 
-# Of what is wrong with an open file the first is told and no more is read: each check relies on
-# those before.
+# The first problem of an open file is raised and ends the reading: each check relies on those
+# before it.
 
 
-def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool, values: bool) -> Iterator[str]:
-    """Yield what is wrong with a case file before its arrays are read."""
-    if own and str(vars(file).get(_COMPLETE)) != "1":
+def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: bool) -> Iterator[str]:
+    """Yield the problems of a case file, those of its structure before its arrays are read."""
+    if by_us and str(vars(file).get(_COMPLETE)) != "1":
         yield "the run that wrote it did not finish"
     lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})
-    lacking += [HISTORY_GROUP] if own and HISTORY_GROUP not in file.groups else []
+    lacking += [HISTORY_GROUP] if by_us and HISTORY_GROUP not in file.groups else []
     if lacking:
         yield f"it lacks {', '.join(lacking)}"
-    yield from _size_problems((file, *file.groups.values()), size, words=not own)
+    yield from _size_problems((file, *file.groups.values()), size, words=not by_us)
     yield from _text_problems(file, _CASE_TEXTS)
     if file.getncattr("symmetry") not in SYMMETRIES:
         yield f"its symmetry is none of {', '.join(SYMMETRIES)}"
@@ -366,7 +371,7 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool, values: bool)
             yield from _axis_problems(file[axis.name], axis)
     if values:
         scalars = scalars_of(file.variables)
-        errors = (each.error for each in scalars if each.error.name in file.variables)
+        errors = (scalar.error for scalar in scalars if scalar.error.name in file.variables)
         yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
         yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
         # Files saved by xarray have no history.
@@ -395,7 +400,7 @@ def _size_problems(groups: Iterable[Any], size: int, *, words: bool = False) -> 
     announced = 0
     for name, variable in ((n, v) for group in groups for n, v in group.variables.items()):
         if words and variable.dtype is str and not variable.dimensions:
-            continue  # as xarray saves it
+            continue  # text as xarray saves it
         if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "ifuS":
             yield f"{name} holds neither numbers nor plain text"
         announced += math.prod(variable.shape) * variable.dtype.itemsize
@@ -406,9 +411,9 @@ def _size_problems(groups: Iterable[Any], size: int, *, words: bool = False) -> 
 
 
 def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]:
-    known = vars(file)
-    for name in (*names, *(each for each in _OPTIONAL_TEXTS if each in known)):
-        text = known.get(name)
+    attributes = vars(file)
+    for name in (*names, *(optional for optional in _OPTIONAL_TEXTS if optional in attributes)):
+        text = attributes.get(name)
         if not isinstance(text, str) or len(text) > _MOST_TEXT:
             yield f"its attribute {name} is not text"
         elif name in ("parameters", "study_file"):
@@ -419,10 +424,10 @@ def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]
                 yield f"its attribute {name} is not a JSON object"
 
 
-def _axis_problems(known: Any, axis: Variable) -> Iterator[str]:
-    if known.dimensions != (axis.name,) or known.dtype.kind != "f" or not known.size:
+def _axis_problems(stored: Any, axis: Variable) -> Iterator[str]:
+    if stored.dimensions != (axis.name,) or stored.dtype.kind != "f" or not stored.size:
         yield f"{axis.name} is not an axis"
-    values = known[...]
+    values = stored[...]
     if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
         yield f"{axis.name} does not increase from value to value"
     if axis is CYCLE and values[0] < 0:
@@ -433,13 +438,13 @@ def _variable_problems(
     group: Any, expected: Iterable[Variable], dims: tuple[str, ...], *, finite: bool = True
 ) -> Iterator[str]:
     for variable in expected:
-        name, known = variable.name, group.variables.get(variable.name)
-        if known is None or known.dimensions != dims or known.dtype.kind not in "if":
+        name, stored = variable.name, group.variables.get(variable.name)
+        if stored is None or stored.dimensions != dims or stored.dtype.kind not in "if":
             yield f"it lacks {group.name}/{name}".replace("//", "")
-        unit = vars(known).get("units", "")
+        unit = vars(stored).get("units", "")
         if unit != variable.si_unit:
             yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
-        if finite and not variable.allows(known[...]):
+        if finite and not variable.allows(stored[...]):
             yield f"{name} holds values that are not finite"
 
 
@@ -455,7 +460,7 @@ def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
 
 
 def finished_by(path: str | PathLike[str], case: Case) -> str | None:
-    """Return the digest of the code that computed a case; None without a file of its snapshots."""
+    """Return the digest of the code that computed a case; None unless a file has its snapshots."""
     with suppress(DataFileError), opened_case(path) as file:
         is_same = file.getncattr(CASE_ID.name) == case.case_id
         if is_same and np.array_equal(file[CYCLE.name][:], case.output_cycles):
@@ -476,9 +481,9 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
         )
     except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
         raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
-    # Of what is not there the netCDF library says nothing where memory is short.
+    # When memory is short, the netCDF library silently omits variables.
     if not (dataset.variables and (dataset.attrs or group)):
-        raise DataFileError(Path(path), "it cannot be read (nothing was found in it)", _CHECK_KIND)
+        raise DataFileError(Path(path), "it cannot be read (it appears empty)", _CHECK_KIND)
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
             # xarray's own `astype` would import dask.
@@ -489,8 +494,8 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     """Open a case file lazily: values are read when used.
 
-    The file is read once to compare its checksum, at a few GB/s. Close the dataset, or use it in a
-    ``with`` statement, to release the file.
+    Opening reads the whole file once, at a few GB/s, to compare its checksum. Close the dataset, or
+    use it in a ``with`` statement, to release the file.
 
     Parameters
     ----------
@@ -498,7 +503,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
         The file.
     full : bool
         Mirror the stored part of a contact that is even along x, y or both, so that x and y run
-        from −L to L. Scalars are those of the whole contact either way.
+        from −L to L. Scalars describe the whole contact either way.
 
     Returns
     -------
@@ -510,7 +515,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     DataFileError
         If the file is missing, unfinished, truncated or damaged.
     """
-    with opened_case(path, own=False, values=True):
+    with opened_case(path, by_us=False, values=True):
         pass
     dataset = open_lazily(path)
     return dataset.fretwear.full() if full else dataset
@@ -519,18 +524,18 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
 def open_history(path: str | PathLike[str]) -> xr.Dataset:
     """Open the history of a case file or a merged study: scalars at every accepted step.
 
-    Of a case file, or of ``summary.nc`` of a study, which has the varied names beside ``step`` and
-    NaN after the last step of a case; ``cycle`` lies along the steps. Errors are those of
-    `open_case`.
+    The coordinate ``cycle`` lies along the dimension ``step``. The history of a merged study,
+    ``summary.nc``, has the varied names as dimensions too, and NaN after the last step of a case.
+    Raises the errors of `open_case`.
     """
     with suppress(DataFileError), open_summary(path) as summary:
         coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
         history = open_lazily(path, group=HISTORY_GROUP)
         return history.set_coords(CYCLE.name).assign_coords(coordinates)
-    with opened_case(path, own=False, values=True) as file:
+    with opened_case(path, by_us=False, values=True) as file:
         if HISTORY_GROUP in file.groups:
             return open_lazily(path, group=HISTORY_GROUP)
-    # Saved by xarray, without a history: only the snapshots are available.
+    # A file saved by xarray has no history, only snapshots.
     dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
     return dataset.reset_coords(drop=True).rename_dims({CYCLE.name: STEP.name})
 
@@ -538,7 +543,8 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
 def open_loops(path: str | PathLike[str]) -> xr.Dataset:
     """Open the loops of a case file: force and displacement round a cycle at each snapshot.
 
-    Dimensions are ``cycle`` and ``phase``, errors those of `open_case`, or that there are no loops.
+    Dimensions are ``cycle`` and ``phase``. Raises the errors of `open_case`, and a `DataFileError`
+    if there are no loops.
     """
     with opened_case(path) as file:
         if LOOP_GROUP not in file.groups:
@@ -547,14 +553,14 @@ def open_loops(path: str | PathLike[str]) -> xr.Dataset:
 
 
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
-    """Open a merged study lazily, as `open_case` opens a case; errors are `DataFileError`."""
+    """Open a merged study lazily, as `open_case` opens a case; `DataFileError` if it cannot."""
     with opened_summary(path):
         pass
     return open_lazily(path)
 
 
 def read_summary(path: str | PathLike[str]) -> Labelled:
-    """Read a merged study but its profiles and histories, without importing xarray."""
+    """Read a merged study except its profiles and histories, without importing xarray."""
     from fretwear.data.labels import Column, Labelled
 
     data_vars, coords = dict[str, Column](), dict[str, Column]()

@@ -1,6 +1,6 @@
-"""Labelled arrays, from which datasets are made and case files written.
+"""Labelled arrays, which become datasets or case files.
 
-xarray is slow to import and a run does without it: datasets are made on request.
+xarray is slow to import, so a run does without it and makes datasets on request.
 """
 
 from __future__ import annotations
@@ -72,11 +72,11 @@ class Labelled:
 
     @property
     def variables(self) -> Mapping[str, Column]:
-        """All of them."""
+        """Data variables and coordinates."""
         return {**self.data_vars, **self.coords}
 
     def dataset(self) -> xr.Dataset:
-        """The dataset, which shares the arrays."""
+        """Return a dataset that shares the arrays."""
         import xarray as xr
 
         # Registers the accessor of datasets.
@@ -102,27 +102,26 @@ def labelled_case(
     """Label the results of one case, along ``cycle``, ``x`` and ``y``.
 
     The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
-    `y` are cell centres in m, increasing, all positive along axes in which the contact is even by
-    `symmetry` and only one side is held; `y` is None in a line contact, whose fields have no y.
-    `cycles`, of shape (ncycles,), increase from 0. `fields`, of shape (ncycles, nx, ny), are all of
-    `FIELDS` and those of `BODY_FIELDS` that are known; `scalars`, of shape (ncycles,), are all of
-    `SCALARS`, for the whole contact, and those of `BODY_SCALARS` that are known; all in SI units.
-    `errors` are the estimated errors of scalars by their names, or empty; `trouble` says why they
-    are missing although the case asks for them, and `beyond_friction` is the share of the stick
-    zone in which shear had to be cut.
+    `y` are cell centres in m, increasing, and all positive along axes in which the contact is even
+    by `symmetry`; `y` is None in a line contact, whose fields have no y. `cycles`, of shape
+    (ncycles,), increase from 0. `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the
+    available `BODY_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole
+    contact, and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by
+    the names of the scalars, or empty; `trouble` says why they are missing although the case asks
+    for them, and `beyond_friction` is the share of the stick zone in which shear had to be cut.
 
-    It is a ValueError if variables are missing, unknown or of the wrong shape, or have values that
-    `Variable.allows` does not.
+    Raises a ValueError if variables are missing, unknown or of the wrong shape, or have values that
+    `Variable.allows` refuses.
     """
     dims, errors = CASE_DIMS if y is not None else LINE_DIMS, errors or {}
     along = {"cycle": cycles, "x": x} | ({} if y is None else {"y": y})
     coordinates = _columns((CYCLE, X, Y)[: len(dims)], along)
     shape = tuple(coordinates[name].values.size for name in dims)
-    of_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
-    of_bodies = (each for each in BODY_SCALARS if each.name in scalars)
-    of_bodies = (each.per_length if y is None else each for each in of_bodies)
+    of_fields = (*FIELDS, *(field for field in BODY_FIELDS if field.name in fields))
+    of_bodies = (scalar for scalar in BODY_SCALARS if scalar.name in scalars)
+    of_bodies = (scalar.per_length if y is None else scalar for scalar in of_bodies)
     of_scalars = (*scalars_of(dims), *of_bodies)
-    of_errors = [each.error for each in of_scalars] if errors else []
+    of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
         **_columns(of_fields, fields, dims, shape),
@@ -132,12 +131,12 @@ def labelled_case(
     for name, (value, units, words) in case.scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
         coordinates[name] = Column((), values, Variable(name, units, words=words).attributes)
-    # The largest relative error of each scalar where it is more than a trace.
+    # The largest relative error of each scalar, over the cycles at which it exceeds a trace.
     relative = {}
-    for each in (each for each in of_scalars if each.name in errors and each.is_headline):
-        values, apart = (np.abs(np.asarray(of[each.name])) for of in (scalars, errors))
+    for scalar in (s for s in of_scalars if s.name in errors and s.is_headline):
+        values, apart = (np.abs(np.asarray(of[scalar.name])) for of in (scalars, errors))
         counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
-        relative[each.words] = float((apart[counts] / values[counts]).max(initial=0.0))
+        relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
         "Conventions": CONVENTIONS,
@@ -161,10 +160,9 @@ def labelled_history(
 ) -> Labelled:
     """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
-    The scalars are those of `variables`, except those known `AT_SNAPSHOTS` only, in SI units and
-    for the whole contact, at the increasing, possibly fractional cycle of each step; with them come
-    the estimated relative error of each step and its convolutions. ValueError as for
-    `labelled_case`.
+    The scalars are the `variables` except those of `AT_SNAPSHOTS`, in SI units and for the whole
+    contact, at the increasing, possibly fractional cycle of each step, with the estimated relative
+    error of each step and its convolutions. Raises a ValueError as `labelled_case` does.
     """
     dims, steps = (STEP.name,), np.arange(np.size(cycles))
     expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
@@ -181,14 +179,14 @@ def labelled_loops(
 ) -> Labelled:
     """Label the loops of force and displacement at the snapshots, shape (ncycles, nphases).
 
-    They hold every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase``
-    from 0 to 1; forces may be per length.
+    A loop has every variable of `LOOP` in SI units, from +Q over −Q back to +Q, along a ``phase``
+    from 0 to 1. Forces of a line contact are per length.
     """
     shape = np.shape(loops[LOOP[0].name])
-    known = [each.per_length if in_line else each for each in LOOP]
+    variables = [variable.per_length if in_line else variable for variable in LOOP]
     along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, shape[1])}
     return Labelled(
-        _columns(known, loops, (*along,), shape),
+        _columns(variables, loops, (*along,), shape),
         _columns((CYCLE, PHASE), along),
         {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
     )
@@ -202,30 +200,34 @@ def _columns(
 ) -> dict[str, Column]:
     """Label arrays by their variables; a ValueError lists what is missing, unknown or wrong.
 
-    Without dimensions each lies along its own.
+    Without dimensions, an array lies along the dimension of its name.
     """
-    known = {variable.name: variable for variable in expected}
+    variables = {variable.name: variable for variable in expected}
     arrays = {name: np.asarray(values) for name, values in given.items()}
-    wrong = [f"{name} is missing" for name in known.keys() - arrays.keys()]
+    wrong = [f"{name} is missing" for name in variables.keys() - arrays.keys()]
     for name, values in arrays.items():
-        if name not in known:
+        if name not in variables:
             wrong.append(f"{name} is not known")
         if shape not in (None, values.shape):
             wrong.append(f"{name} has shape {values.shape}, expected {shape}")
-        if name in known and not known[name].allows(values):
+        if name in variables and not variables[name].allows(values):
             wrong.append(f"{name} holds values that are not finite")
     if wrong:
         raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")
-    typed = {name: arrays[name].astype(each.dtype, copy=False) for name, each in known.items()}
-    return {n: Column(dims or (n,), typed[n], each.attributes) for n, each in known.items()}
+    return {
+        name: Column(
+            dims or (name,), arrays[name].astype(about.dtype, copy=False), about.attributes
+        )
+        for name, about in variables.items()
+    }
 
 
 @cache
 def source(root: Path = _ROOT) -> str:
     """Package name and version, with the commit when the package runs from a checkout."""
     version = f"fretwear {__version__}"
-    # An installed package may lie inside a checkout of something else (a virtual environment in
-    # a user's project), so only a repository with our own sources at its root counts.
+    # An installed package may lie inside another checkout (a virtual environment in a user's
+    # project), so only a repository with our sources at its root counts.
     if (root / ".git").exists() and (root / "src" / "fretwear").is_dir():
         describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
         with suppress(OSError, subprocess.SubprocessError):

@@ -1,4 +1,4 @@
-"""A study as one dataset: where its points stand, and its case files merged into one."""
+"""A study as one dataset: its case files merged into one, with the status of its points."""
 
 from __future__ import annotations
 
@@ -84,10 +84,10 @@ _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 
 
 def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
-    """Coordinates (varied values, case ids, shared parameters), and what depends on them.
+    """Coordinates (varied values, case ids, shared parameters), and parameters of single points.
 
-    Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
-    written in the study file; what a point lacks is NaN or empty text.
+    Varied values that are not single numbers (a roughness, a pair of moduli) are text, as written
+    in the study file; a parameter that a point lacks is NaN or empty text.
     """
     cases = {point.place: point.case for point in study.points() if point.case is not None}
     attributes: dict[str, dict[str, Any]] = {}
@@ -97,24 +97,24 @@ def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
             attributes.setdefault(name, Variable(name, units, words=words).attributes)
             given.setdefault(name, {})[place] = value
     parameters = {name: _laid(study, given[name], attributes[name]) for name in given}
-    for name, own in given.items():
-        if len(own) == len(cases) and len(set(own.values())) == 1:
-            shared = np.asarray(parameters[name].values[next(iter(own))])
+    for name, by_place in given.items():
+        if len(by_place) == len(cases) and len(set(by_place.values())) == 1:
+            shared = np.asarray(parameters[name].values[next(iter(by_place))])
             parameters[name] = Column((), shared, attributes[name])
-    found = dict[str, Column]()
+    coordinates = dict[str, Column]()
     for axis in study.axes:
-        found[axis.coordinate] = _varied(study, axis, parameters.pop(axis.coordinate, None))
+        coordinates[axis.coordinate] = _varied(study, axis, parameters.pop(axis.coordinate, None))
     if POINT.name in study.sizes:
         numbers = np.arange(study.size, dtype=POINT.dtype)
-        found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
+        coordinates[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
     ids = {point.place: point.id for point in study.points()}
-    found[CASE_ID.name] = _laid(study, ids, CASE_ID.attributes)
-    found |= {name: each for name, each in parameters.items() if not each.dims}
-    return found, {name: each for name, each in parameters.items() if each.dims}
+    coordinates[CASE_ID.name] = _laid(study, ids, CASE_ID.attributes)
+    coordinates |= {name: column for name, column in parameters.items() if not column.dims}
+    return coordinates, {name: column for name, column in parameters.items() if column.dims}
 
 
 def _laid(study: Study, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
-    """Lay values along the points, NaN or empty text where there is none."""
+    """Arrange values like the points, NaN or empty text where one is missing."""
     is_text = any(isinstance(value, str) for value in given.values())
     values = np.full(study.shape, "" if is_text else math.nan, object)
     for place, value in given.items():
@@ -122,8 +122,8 @@ def _laid(study: Study, given: Mapping[Any, float | str], attributes: Mapping[st
     return Column(tuple(study.sizes), values.astype(str if is_text else np.float64), attributes)
 
 
-def _varied(study: Study, axis: Axis, known: Column | None) -> Column:
-    attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
+def _varied(study: Study, axis: Axis, parameter: Column | None) -> Column:
+    attributes = {"long_name": axis.name} if parameter is None else dict(parameter.attrs)
     values = np.array(axis.labels, dtype=str)
     if all(isinstance(value, int | float) for value in axis.values):
         values = np.array(axis.values, dtype=np.float64)
@@ -160,17 +160,18 @@ def merge_study(
 ) -> Tally:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
-    The file has the varied names as dimensions, in the order of the study (a design other than a
-    grid: the one dimension ``point``), then ``cycle`` and ``x``. It holds every variable
-    (…, cycle) of the cases, the profiles (…, cycle, x) of `MERGED_PROFILES`, the ``status`` of
-    every point, which has failed if its case file is not there, and NaN where a point is not done
-    or has no snapshot at a cycle. Its group ``history`` holds the cycles and the `HEADLINES` of
-    every accepted step (…, step), NaN after the last; its attribute ``history`` the `command`.
-    Memory grows by about 1 kB for each point; fields are read one case at a time.
+    The file has the varied names as dimensions, in the order of the study, or the one dimension
+    ``point`` if the design is not a grid; then ``cycle`` and ``x``. It holds every scalar
+    (…, cycle) of the cases, the profiles (…, cycle, x) of `MERGED_PROFILES`, and the ``status`` of
+    every point, which has failed if its case file is missing. Values are NaN where a point is not
+    done or has no snapshot at a cycle. The group ``history`` holds the cycle, the `HEADLINES` and
+    the tangential force at every accepted step (…, step), NaN after the last; the attribute
+    ``history`` holds the `command`. Memory grows by about 1 kB for each point; fields are read one
+    case at a time.
 
-    It is a `DataFileError`, and nothing is written, if case files are damaged or belong to other
-    cases, or to other code unless `keep_older` (all are named), if no case is done or if the file
-    cannot be written.
+    Raises a `DataFileError`, and writes nothing, if no case is done, if the file cannot be written,
+    or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
+    then names them all.
     """
     status = np.full(study.shape, PointStatus.INVALID, dtype=STATUS.dtype)
     done: list[_Done] = []
@@ -186,12 +187,12 @@ def merge_study(
             "Run the study; if it was run, its log says why every case failed",
         )
     with suppress(OSError):
-        # What a power failure has left beside cases that are done: nobody writes these again.
+        # A power failure may leave temporary files beside finished cases, which no run rewrites.
         remove_stale_temporaries(Path(cases))
     with (
         atomic_path(Path(path)) as temporary,
         # Opening every case file again, once the common positions are known, would take longer than
-        # anything else: the profiles are kept on disk, in an unnamed file.
+        # the rest of the merge, so an unnamed file keeps the profiles on disk.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
         dataset, steps = _read_cases(study, status, done, spool, command, keep_older=keep_older)
@@ -209,17 +210,18 @@ def _read_cases(
     *,
     keep_older: bool,
 ) -> tuple[Labelled, int]:
-    """Read scalars into a dataset, histories and profiles in the cells of each case to the spool.
+    """Read scalars into a dataset; copy histories and profiles, in the cells of a case, to a file.
 
-    The number is the length of the longest history.
+    The number returned is the length of the longest history.
     """
     digests, sources = np.full(status.shape, "", dtype=object), set()
     snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
-    known = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
-    # Errors are not estimated in every case.
-    named = {each.name for each in known}
-    scalars = {each.name: each for each in (*known, *(scalar.error for scalar in known))}
+    expected = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
+    # Not every case has estimates of errors.
+    named = {scalar.name for scalar in expected}
+    errors_of = (scalar.error for scalar in expected)
+    scalars = {scalar.name: scalar for scalar in (*expected, *errors_of)}
     values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, most_steps = set(), [], 0
     for position, case, path in done:
@@ -227,19 +229,19 @@ def _read_cases(
             with opened_case(path) as file:
                 if (other := file.getncattr(CASE_ID.name)) != case.case_id:
                     raise unusable(path, f"it holds another case, {other}")
-                stored, wanted = file[CYCLE.name][:], np.array(case.output_cycles, np.float64)
-                if lacking := sorted(set(wanted) - set(stored)):
+                stored, asked = file[CYCLE.name][:], np.array(case.output_cycles, np.float64)
+                if lacking := sorted(set(asked) - set(stored)):
                     numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
                     raise unusable(path, f"it has no snapshot at cycle {numbers}")
                 digests[position] = digest = vars(file).get(CODE_DIGEST.name, "")
                 if digest != code_digest() and not keep_older:
                     raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
                 sources.add(file.getncattr("source"))
-                at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
+                at, columns = np.searchsorted(stored, asked), np.searchsorted(cycles, asked)
                 for name in scalars.keys() & file.variables.keys():
-                    if not scalars[name].allows(own := file[name][:][at]):
+                    if not scalars[name].allows(at_snapshots := file[name][:][at]):
                         raise unusable(path, f"{name} holds values that are not finite")
-                    values[name][position][columns] = own
+                    values[name][position][columns] = at_snapshots
                 cells = file[X.name][:]
                 windows.add(window(cells))
                 row: tuple[Any, ...] = np.s_[:, :]
@@ -247,8 +249,8 @@ def _read_cases(
                     row = np.s_[:, :, int(np.abs(file[Y.name][:]).argmin())]
                 profiles = [file[field.name][row][at] for field in MERGED_PROFILES.values()]
                 history = np.stack([file[HISTORY_GROUP][name][:] for name in _HISTORIES])
-                for each in (cells, history, *profiles):
-                    np.save(spool, each, allow_pickle=False)
+                for array in (cells, history, *profiles):
+                    np.save(spool, array, allow_pickle=False)
                 most_steps = max(most_steps, history.shape[1])
         except DataFileError as error:
             errors.append(error)
@@ -305,13 +307,13 @@ def _write(
 ) -> None:
     """Write a dataset to a new file, profiles and histories from the spool, one case at a time.
 
-    All of it is read back: where memory is short the netCDF library may leave something out.
+    All of it is read back, because the netCDF library may omit parts when memory is short.
     """
-    known = dataset.variables
-    points, number = known[STATUS.name].dims, known[STATUS.name].values.size
-    sizes = dict(zip(points, known[STATUS.name].values.shape, strict=True))
-    sizes |= {axis: known[axis].values.size for axis in (CYCLE.name, X.name)}
-    beside = " ".join(sorted(n for n, each in dataset.coords.items() if n not in each.dims))
+    variables = dataset.variables
+    points, number = variables[STATUS.name].dims, variables[STATUS.name].values.size
+    sizes = dict(zip(points, variables[STATUS.name].values.shape, strict=True))
+    sizes |= {axis: variables[axis].values.size for axis in (CYCLE.name, X.name)}
+    beside = " ".join(sorted(n for n, about in dataset.coords.items() if n not in about.dims))
     large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, Any]]] = {}
     for name, field in MERGED_PROFILES.items():
         outside = "zero outside the window of the case, where the surfaces do not touch"
@@ -325,9 +327,9 @@ def _write(
         attributes = {**field.attributes, "comment": comment, "coordinates": beside}
         large[name] = (CYCLE.name, X.name), field.dtype, empty_value(field), attributes
     for name in _HISTORIES:
-        large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, known[name].attrs
-    each_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
-    size = sum(each.values.nbytes for each in known.values()) + 8 * number * each_point
+        large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, variables[name].attrs
+    per_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
+    size = sum(about.values.nbytes for about in variables.values()) + 8 * number * per_point
     with new_netcdf(path, size) as file:
         for dim in sizes:
             file.createDimension(dim, sizes[dim])
@@ -355,7 +357,7 @@ def _write(
 def _rows(
     dataset: Labelled, done: Sequence[_Done], spool: IO[bytes]
 ) -> Iterator[tuple[str, Any, NDArray[Any]]]:
-    """Yield each history and each profile of each case: its name, where it belongs, its values."""
+    """Yield every history and profile of every case: its name, its place, its values."""
     cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))
     spool.seek(0)
     for position, case, _ in done:
@@ -367,6 +369,6 @@ def _rows(
         for name, field in MERGED_PROFILES.items():
             values = np.full((cycles.size, positions.size), empty_value(field), dtype=field.dtype)
             values[columns] = field.outside
-            own = resampled(np.load(spool), cells, positions[inside], axis=1)
-            values[np.ix_(columns, inside)] = own
+            profile = resampled(np.load(spool), cells, positions[inside], axis=1)
+            values[np.ix_(columns, inside)] = profile
             yield name, position, values

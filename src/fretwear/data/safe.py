@@ -1,4 +1,4 @@
-"""Files that are complete or absent, one writer to each, links never followed, errors that help."""
+"""Files that are complete or absent, with one writer each, without links, with helpful errors."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class DataFileError(Exception):
 
 
 def is_of_netcdf(error: BaseException) -> bool:
-    """Return whether the netCDF library raised an error because it cannot use a file."""
+    """Return whether an error of the netCDF library means that it cannot use a file."""
     kinds = (RuntimeError, AttributeError, IndexError)
     return isinstance(error, kinds) and bool(re.match(r"NetCDF: |\w+ not found in /", str(error)))
 
 
 def is_of_memory(error: BaseException | None) -> bool:
-    """Say whether memory had run out, also where a library tells of that in its own way."""
+    """Return whether memory ran out, as reported by Python or by a library in its own words."""
     while error is not None:
         if isinstance(error, MemoryError | SystemError) or _OF_MEMORY.search(str(error)):
             return True
@@ -64,8 +64,8 @@ def is_of_memory(error: BaseException | None) -> bool:
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     """Return an error that says why a file could not be written and what to do.
 
-    The netCDF library raises a RuntimeError without a number when a disk is full, so the free
-    space of the folder counts too.
+    When a disk is full, the netCDF library raises a RuntimeError without a number, so the free
+    space of the folder is examined too.
     """
     number = cause.errno if isinstance(cause, OSError) else None
     with suppress(OSError):
@@ -76,13 +76,13 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     remedy = f"Check the free space, the quota and the disk of the folder, then {_AGAIN}"
     if number in _NO_SPACE:
         why = ", because the disk (or the quota on it) is full"
-        remedy = f"Free some space or choose another folder, then {_AGAIN}; what was there before "
-        remedy += "is unchanged"
+        remedy = f"Free some space or choose another folder, then {_AGAIN}; a file that was there "
+        remedy += "before is unchanged"
     elif number in _NO_RIGHT:
         why = f", because the folder {path.parent} may not be written to"
         remedy = "Choose another folder or ask for the right to write there"
     elif number in _NO_FOLDER:
-        why = f", because {path.parent} is not a folder and cannot be made one"
+        why = f", because {path.parent} is not a folder and cannot be created"
         remedy = "Choose another folder"
     return DataFileError(path, f"not written{why}", remedy)
 
@@ -90,17 +90,17 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
 def why_not_writable(path: Path) -> str:
     """Return why a folder can be neither written to nor created; empty if it can.
 
-    Nothing is left behind: instead of a missing folder, its nearest parent is tested.
+    The test leaves no trace: instead of a missing folder, its nearest existing parent is tested.
     """
     place = path.absolute()
     if "\\" in str(place):
         return f"{place}: cannot be written to: the netCDF library knows no path with a backslash"
     # A path below a file counts as missing, and so does one whose folder may not be entered.
-    existing = next(each for each in (path, *place.parents) if os.path.lexists(each))
+    existing = next(parent for parent in (path, *place.parents) if os.path.lexists(parent))
     if not existing.is_dir():
         return f"{path}: cannot be written to, because {existing} is not a folder"
     try:
-        # Permissions, read-only disks and quotas share one test: whether a file can be created.
+        # Creating a file tests permissions, read-only disks and quotas at once.
         with tempfile.TemporaryFile(dir=existing):
             return ""
     except OSError as error:
@@ -109,11 +109,11 @@ def why_not_writable(path: Path) -> str:
 
 
 def why_leading_out(folder: Path, root: Path | None = None) -> str:
-    """Return why results might be written somewhere else than it seems; empty if they would not.
+    """Return why results might end up outside their folder; empty if they cannot.
 
-    The folder of all results may be a link: that is a choice for all studies. A link in place of
-    one study, or inside it, could come from anyone, and Snakemake and its shells would write
-    through it. `root` is None if the user has named the folder.
+    The folder of all results may be a link, which its owner chose for all studies. A link in place
+    of one study, or inside it, could come from anyone, and Snakemake and its shells would write
+    through it. `root` is None if the user named the folder.
     """
     if root is not None and not folder.resolve().is_relative_to(root.resolve()):
         return (
@@ -125,15 +125,15 @@ def why_leading_out(folder: Path, root: Path | None = None) -> str:
             if link.is_symlink():
                 return (
                     f"{link}: is a link that leads to {link.readlink()}; remove it: the results of "
-                    "a study hold no links, lest something else be overwritten"
+                    "a study hold no links, which could make a run overwrite other files"
                 )
     return ""
 
 
 def _open_plainly(path: Path, flags: int) -> int:
-    """Open a regular file; if it is written to, one that has no other name elsewhere.
+    """Open a regular file; one to be written must have a single name.
 
-    A link is not followed, a pipe is not waited for.
+    Links are not followed, and opening a pipe does not wait.
     """
     descriptor = os.open(path, flags | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
     status, is_written = os.fstat(descriptor), flags & (os.O_WRONLY | os.O_RDWR)
@@ -186,9 +186,9 @@ class Unfailing:
 
 
 def open_log(path: Path) -> Unfailing:
-    """Open an emptied log for appending; anything else of its name is replaced.
+    """Open a log for appending after emptying it; anything but a regular file is replaced.
 
-    A left-over process may still write to it, so a log is emptied rather than replaced.
+    The log is emptied rather than replaced, because a left-over process may still write to it.
     """
     stream, flags = None, os.O_WRONLY | os.O_APPEND
     with suppress(OSError):
@@ -207,17 +207,18 @@ def open_log(path: Path) -> Unfailing:
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary name in the same folder; the file gets its own name on a clean exit.
 
-    The temporary name is unique, so two processes that write the same file never mix. File and
-    folder, made if necessary, are flushed to the disk before and after the renaming. On any error
-    in the ``with`` block, interrupts included, the temporary file is removed and an existing file
-    stays unchanged; that of a killed process is removed by the next one that writes the same file.
-    `DataFileError` if the folder cannot be made or written to, or the disk is full.
+    The temporary name is unique, so the output of two processes that write the same file never
+    mixes. The file is flushed to the disk before the renaming, and the folder, created if
+    necessary, after it. On any error in the ``with`` block, interrupts included, the temporary file
+    is removed and an existing file stays unchanged. The temporary file of a killed process is
+    removed by the next process that writes the same file. `DataFileError` if the folder cannot be
+    created or written to, or the disk is full.
     """
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         remove_stale_temporaries(path.parent, path.name)
-        # The netCDF library calls every failure to make a file a lack of permission.
+        # The netCDF library reports every failure to create a file as a lack of permission.
         temporary.touch(exist_ok=False)
     except OSError as cause:
         raise write_error(path, cause) from cause
@@ -227,7 +228,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
         temporary.replace(path)
         _flush(path.parent)
     except (OSError, RuntimeError) as cause:
-        # Removing the file gives the space back that says whether the disk was full.
+        # The free space tells whether the disk was full, so examine it before removing the file.
         error = write_error(path, cause)
         _remove(temporary)
         raise error from cause
@@ -243,10 +244,10 @@ def write_text(path: Path, text: str) -> None:
 
 
 def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
-    """Remove temporary files that killed processes have left: of one file in a folder, or of all.
+    """Remove the temporary files that killed processes left in a folder, of one file or of all.
 
-    A temporary file of this machine is stale when its process is gone; one of another machine or
-    container (a shared folder) when nothing has been written to it for a week.
+    A temporary file of this machine is stale if its process is gone; one of another machine or
+    container, in a shared folder, if it has not been written to for a week.
     """
     import psutil
 
@@ -254,11 +255,11 @@ def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
     temporary = re.compile(rf"\.{name}\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]{{8}}\.tmp")
     removed = []
     for candidate in folder.iterdir():
-        found = temporary.fullmatch(candidate.name)
-        if found is None:
+        match = temporary.fullmatch(candidate.name)
+        if match is None:
             continue
-        is_stale = found[1] == _host() and not psutil.pid_exists(int(found[2]))
-        if found[1] != _host():
+        is_stale = match[1] == _host() and not psutil.pid_exists(int(match[2]))
+        if match[1] != _host():
             with suppress(OSError):
                 is_stale = time.time() - candidate.lstat().st_mtime > _FOREIGN_LIFETIME
         if is_stale:
@@ -269,7 +270,7 @@ def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
 
 @cache
 def _host() -> str:
-    """Name of the machine, and of the space in which its processes have their numbers.
+    """Name of the machine and of its process namespace.
 
     Containers may share a host name, and a process of one would seem gone to the other.
     """
@@ -290,8 +291,8 @@ def _flush(path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    # After a failure HDF5 keeps the file open until the process ends, which would hold the space
-    # of a file that is removed but not emptied.
+    # After a failure HDF5 keeps the file open until the process ends, which would hold its space
+    # if the file were removed without being emptied.
     with suppress(OSError):
         descriptor = _open_plainly(path, os.O_WRONLY)
         os.ftruncate(descriptor, 0)
@@ -304,13 +305,13 @@ def _remove(path: Path) -> None:
 def uninterrupted() -> Iterator[None]:
     """Defer Ctrl-C, SIGTERM and SIGHUP until the ``with`` block ends.
 
-    Raised inside a library that holds a lock, as xarray does around the netCDF library, an
-    exception leaves the lock taken, and closing the file waits for it for ever. Only the main
-    thread receives signals.
+    An exception raised while a library holds a lock, as xarray does around the netCDF library,
+    leaves the lock taken, and closing the file waits for it forever. Only the main thread receives
+    signals.
     """
     received: list[int] = []
     is_main = threading.current_thread() is threading.main_thread()
-    # None stands for a handler that is not Python's and could not be put back.
+    # A handler of None was not set by Python and could not be restored.
     before = {n: handler for n in _SIGNALS if is_main and (handler := signal.getsignal(n))}
     for number in before:
         signal.signal(number, lambda number, _: received.append(number))
@@ -326,14 +327,14 @@ def uninterrupted() -> Iterator[None]:
 class Lock:
     """The lock of a file, which this process holds within a ``with`` statement.
 
-    It is a lock of the operating system on a small file beside the other, which says who has it.
-    It ends with its process, however that ends, and holds between the nodes of a cluster, since
-    Linux passes it on to the server of a network file system. The small file is removed with the
-    lock; a lock on one that was removed meanwhile does not count, so that no two processes hold
-    locks on two files of one name.
+    The operating system locks a small file beside the other, which names the holder. The lock ends
+    with its process, however that ends, and holds between the nodes of a cluster, since Linux
+    passes it on to the server of a network file system. The small file is removed with the lock. A
+    lock on a file that was removed meanwhile does not count, so that no two processes hold locks on
+    two files of one name.
 
     `tell` takes a line for people: for whom this process waits, or that a file system has no locks.
-    Two processes would then do the same work twice; their files would still not be mixed.
+    Without locks two processes may do the same work twice, but their files never mix.
     """
 
     def __init__(self, path: Path, tell: Callable[[str], None] = lambda _: None) -> None:
@@ -354,7 +355,7 @@ class Lock:
         return self
 
     def ensure(self) -> None:
-        """Refuse to write where the lock's file was removed and another process has a lock."""
+        """Raise `DataFileError` if the lock's file was removed and another process has a lock."""
         if self._descriptor is None or self._is_current(self._descriptor):
             return
         self.release()
@@ -367,7 +368,7 @@ class Lock:
             )
 
     def release(self, *_: object) -> None:
-        """Give the lock back and remove its file."""
+        """Release the lock and remove its file."""
         if self._descriptor is None:
             return
         if self._is_current(self._descriptor):
@@ -379,20 +380,20 @@ class Lock:
     __enter__, __exit__ = acquire, release
 
     def remove_if_abandoned(self) -> None:
-        """Remove the file that a killed process or a power failure has left, if nobody holds it."""
+        """Remove a file left by a killed process or a power failure, if no process holds it."""
         with suppress(OSError, DataFileError):
             if self.file.exists() and self._try():
                 self.release()
 
     def holder(self) -> str:
-        """Say which process on which machine has the lock."""
+        """Return the process and the machine that have the lock, in words."""
         name = b""
         with suppress(OSError):
             name = read_data(self.file, 200)
         return name.decode(errors="replace").strip() or "another process"
 
     def _try(self) -> bool:
-        """Try to get the lock; True as well where there are no locks."""
+        """Try to get the lock; True also if the file system has no locks."""
         try:
             self.file.parent.mkdir(parents=True, exist_ok=True)
             # Network file systems want the file open for writing.
@@ -413,14 +414,14 @@ class Lock:
             os.close(descriptor)
             return False
         self._descriptor = descriptor
-        # A full disk must not stop those who can do without the name of the holder.
+        # A full disk need not stop the run: the name of the holder is a convenience.
         with suppress(OSError):
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
         return True
 
     def _is_current(self, descriptor: int) -> bool:
-        """Tell whether the file that is locked is the one of this name."""
+        """Whether the locked file still has the lock's name."""
         try:
             return os.path.samestat(os.fstat(descriptor), self.file.stat())
         except OSError:

@@ -1,4 +1,4 @@
-"""The fields of all cases of a study as one dataset, and the positions that cases share."""
+"""The fields of all cases of a study as one dataset, on positions that all cases share."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 _CHUNK_BYTES = 32 << 20
 
 NOT_DONE = -1
-"""What ``contact_state`` is at points and cycles that are not there; other fields are NaN."""
+"""Value of ``contact_state`` at missing points and cycles, where other fields are NaN."""
 
 MOST_POSITIONS = 4096
-"""Most positions on either side of the middle that cases share."""
+"""Largest number of shared positions on either side of the middle."""
 
 
 Window = tuple[float, float, bool]
-"""Resolution and extent of a case along one direction, m, and whether it lies on both sides."""
+"""Spacing and extent of a case along one direction, m, and whether it has both sides."""
 
 
 def window(cells: NDArray[np.float64]) -> Window:
@@ -54,13 +54,13 @@ def window(cells: NDArray[np.float64]) -> Window:
 def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
     """Return positions, m, common to all cases.
 
-    They are centres of cells as fine as the finest case's, to the end of the largest window:
-    where all cases have one spacing, these are their own cells and nothing is interpolated.
-    Above `MOST_POSITIONS` on a side the spacing is as fine as that many allow.
+    They are the centres of cells as fine as those of the finest case, up to the end of the largest
+    window; if all cases have one spacing, they are the cells of the cases, and interpolation
+    changes nothing. More than `MOST_POSITIONS` on a side are replaced by that many, spaced wider.
     """
     spacings, lengths, are_whole = zip(*windows, strict=True)
     spacing, length = min(spacings), max(lengths)
-    # The margin keeps a division's last bit from adding a cell.
+    # The margin keeps the last bit of the division from adding a cell.
     number = math.ceil(length / spacing * (1.0 - 1e-9))
     if number > MOST_POSITIONS:
         number, spacing = MOST_POSITIONS, length / MOST_POSITIONS
@@ -73,10 +73,10 @@ def resampled(
 ) -> NDArray[Any]:
     """Interpolate n values at cell centres to m other positions, both in m, along one axis.
 
-    Physical quantities are interpolated linearly; states, which are whole numbers, are those of the
-    nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
-    outermost cells, and between the axis and the first cell of a one-sided array, it is constant;
-    positive positions alone are one side of an even contact.
+    Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
+    at its centre; a state, which is a whole number, is taken from the nearest cell. Values are
+    constant beyond the outermost cells, and between the axis and the first cell of a one-sided
+    array. Cells that are all positive are one side of an even contact.
     """
     if np.array_equal(cells, positions):
         return values
@@ -100,21 +100,21 @@ def positions_inside(
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
-    """Return at most `most` cycles, first and last included, evenly in their fourth root.
+    """Return at most `most` cycles, first and last included, evenly spaced in their fourth root.
 
-    Their profiles differ; the logarithm would select too many early ones.
+    Profiles at these cycles differ visibly; a logarithmic spacing would select too many early ones.
     """
     ordered = sorted(available)
     if len(ordered) > most:
         position = np.asarray(ordered, dtype=np.float64) ** 0.25
-        wanted = np.linspace(position[0], position[-1], most)
-        nearest = {int(np.abs(position - level).argmin()) for level in wanted}
+        levels = np.linspace(position[0], position[-1], most)
+        nearest = {int(np.abs(position - level).argmin()) for level in levels}
         ordered = [ordered[index] for index in sorted(nearest)]
     return tuple(ordered)
 
 
 def empty_value(field: Variable) -> float:
-    """Return what a field is at points and cycles that are not there."""
+    """Return the value of a field at missing points and cycles."""
     return NOT_DONE if field.flags else math.nan
 
 
@@ -123,10 +123,10 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 
     Fields are dask arrays that read one case at a time, so a reduction over any number of cases
     needs little memory: ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
-    They are interpolated to the cells of the finest case in the largest window (unless all cases
-    have the same grid spacing; ``contact_state`` is that of the nearest cell). Outside the window
-    of a case nothing touches and the gap is NaN; so are all fields (``contact_state`` is
-    `NOT_DONE`) where a point is not done or lacks the snapshot.
+    Unless all cases have the same grid spacing, fields are interpolated to the cells of the finest
+    case in the largest window; ``contact_state`` is taken from the nearest cell. Outside the window
+    of a case the surfaces do not touch and the gap is NaN. Where a point is not done or lacks the
+    snapshot, all fields are NaN and ``contact_state`` is `NOT_DONE`.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     DataFileError
         If the merged study or one of its case files is missing or damaged.
     """
-    # Only this function needs dask, which takes a while to import.
+    # dask takes a while to import, and only this function needs it.
     import dask.array as da
     import xarray as xr
 
@@ -178,8 +178,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 class _StackedField:
     """One field of all cases as one array; indexing reads the case files.
 
-    These are arranged like the points of the study, None where a point is not done; the axes are
-    the common cycles and positions along x and y, m. The lock guards the netCDF library.
+    The files are arranged like the points of the study, None where a point is not done; the axes
+    are the common cycles and positions along x and y, m. The lock guards the netCDF library.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class _StackedField:
         self.dtype = np.dtype(field.dtype)
 
     def __getitem__(self, key: tuple[int | slice, ...]) -> NDArray[Any]:
-        """Read a part, along every dimension a slice or an index."""
+        """Read a part, given by a slice or an index along every dimension."""
         at, within = key[: self.files.ndim], key[self.files.ndim :]
         files = np.asarray(self.files[at], dtype=object)
         cycles, *places = (
@@ -206,7 +206,7 @@ class _StackedField:
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue
-            # Opening a file uses the library too.
+            # Opening a file needs the lock too.
             with self.lock, netCDF4.Dataset(path) as file:
                 file.set_auto_mask(False)
                 stored = file[CYCLE.name][:].tolist()
@@ -217,10 +217,10 @@ class _StackedField:
                 }
                 cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
             inside = [*map(positions_inside, cells, places)]
-            for place, found in snapshots.items():
-                for axis, (own, wanted) in enumerate(zip(cells, places, strict=True)):
-                    found = resampled(found, own, wanted[inside[axis]], axis=axis)
+            for place, snapshot in snapshots.items():
+                for axis, (centres, common) in enumerate(zip(cells, places, strict=True)):
+                    snapshot = resampled(snapshot, centres, common[inside[axis]], axis=axis)
                 values[position][place] = self.field.outside
-                values[position][place][np.ix_(*inside)] = found
+                values[position][place][np.ix_(*inside)] = snapshot
         single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in within]
         return np.asarray(values[(..., *single)])
