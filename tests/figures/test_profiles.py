@@ -365,7 +365,7 @@ def test_histories_and_merged_studies_have_no_fields(draw, smooth_run, small_stu
 )
 def test_cases_to_compare_have_titles(compare, smooth):
     for wrong in ([smooth, smooth], smooth):
-        with pytest.raises(TypeError, match="given by their titles"):
+        with pytest.raises(TypeError, match="by their titles"):
             compare(wrong)
     with pytest.raises(ValueError, match="no case"):
         compare({})

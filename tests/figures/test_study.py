@@ -174,7 +174,7 @@ def test_what_is_not_done_is_left_out_and_lines_go_on_over_missing_snapshots(sma
         done = int(summary["wear_volume"].notnull().any("cycle").sum())
         if 0 < done < 16:
             caption = CyclePlot(summary, "wear_volume").caption
-            assert f"{done} of 16 cases, those done" in caption
+            assert f"{done} of 16 cases that are done" in caption
         return [line for axes in figures.wear_volume(summary).axes for line in _lines(axes)]
 
     assert len(drawn_without((0, 0, 1, 1))) == 15
@@ -373,7 +373,7 @@ def test_both_cases_are_in_every_panel_and_ratios_are_told(smooth, rough, check_
     )
     assert ratio in ratios
     np.testing.assert_array_equal(ones, 1.0)
-    with pytest.raises(ValueError, match="Two cases are compared, not 3; compare_profiles"):
+    with pytest.raises(ValueError, match="compare_cases takes two cases, not 3; compare_profiles"):
         figures.compare_cases(dict.fromkeys("abc", smooth))
 
 

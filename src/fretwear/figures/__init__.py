@@ -4,17 +4,16 @@
 >>> case = fretwear.open_case("results/demo/cases/<id>.nc")  # doctest: +SKIP
 >>> fretwear.figures.pressure_profiles(case)  # doctest: +SKIP
 
-Parameters mean the same in all of them:
+Parameters mean the same in all functions:
 
-- ``dataset``: one case, quarter or whole; functions of a field also take one point of a merged
-  study, functions of a result over the cycles a merged study, a part of it, or a history.
-- ``cycles``: an int or a sequence of int, the snapshots to draw; left out, at most six of those
-  there are.
+- ``dataset``: one case, quarter or whole. Functions of a field also take one point of a merged
+  study; functions of a result over the cycles take a merged study, a part of it, or a history.
+- ``cycles``: an int or a sequence of int, the snapshots to draw; by default at most six.
 - ``columns``: 1 or 2, the journal columns that the figure spans, 90 mm or 190 mm.
-- ``ax``: matplotlib axes to draw into, in a figure of your own; ``columns`` then says nothing.
+- ``ax``: matplotlib axes to draw into, in a figure of your own; ``columns`` then has no effect.
 
-What is not a dataset raises a ``TypeError``; a dataset that lacks the variable or one of the
-snapshots a ``ValueError``.
+Anything but a dataset raises a ``TypeError``; a dataset that lacks the variable or one of the
+snapshots raises a ``ValueError``.
 """
 
 # ruff: noqa: F403
@@ -45,7 +44,7 @@ __all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:
-    # What only reads the index of figures does not wait for matplotlib.
+    # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
         return getattr(import_module(f"fretwear.figures.{_HOME[name]}"), name)
     raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")

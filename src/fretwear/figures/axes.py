@@ -25,12 +25,12 @@ from fretwear.units import cycle_text, power_of_ten, readable_unit
 from fretwear.vocabulary import Variable
 
 Place = Literal["outside upper left", "outside lower left"]
-"""Where a key stands, as matplotlib's legends name it."""
+"""The place of a key, as matplotlib's legends name it."""
 
 MOST_LABELLED = 6
-"""Curves that are labelled beside themselves; more have a key."""
+"""Largest number of curves with a label beside each; more curves have a key."""
 MOST_WITH_MINOR_TICKS = 4
-"""Panels whose axes have minor ticks; those of more are too small for them."""
+"""Largest number of panels with minor ticks; more panels are too small for them."""
 
 _ZERO_GAP = 0.7
 _CYCLE_MARGIN = 1.25
@@ -54,9 +54,9 @@ _MOST_TRIED = 150
 def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     """Make the x axis of `axes` an axis of cycles.
 
-    From the first cycle on it is logarithmic, with cycle 0 to the left of a break. If all cycles
-    lie within one decade it is linear. The last cycle is labelled, and so is every decade with room
-    for its number.
+    It is logarithmic from the first cycle on, with cycle 0 to the left of a break, or linear if all
+    cycles lie within one decade. The last cycle is labelled, and every decade with room for its
+    number.
     """
     values = np.asarray(cycles, dtype=np.float64)
     values = values[np.isfinite(values)]
@@ -79,7 +79,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
         look: dict[str, Any] = {"color": MUTED, "mew": 0.6, "ms": 5, "ls": "none"}
         look |= {"marker": [(-2.0, -2.0), (0.0, 2.0)], "clip_on": False, "label": "_break"}
         axes.plot([0.45 * first, 0.55 * first], [0, 0], transform=across, **look)
-    # Ticks whose numbers have room, counted from the last one back.
+    # Choose the ticks whose numbers have room, from the last one back.
     width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
     along = axes.transAxes.inverted().transform(across.transform([(tick, 0.0) for tick in ticks]))
     texts, free = {}, math.inf
@@ -89,7 +89,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
         half_width = 0.5 * _POINTS_PER_SIGN * len(text)
         if place + half_width < free - _POINTS_PER_SIGN:
             texts[tick], free = text, float(place) - half_width
-    # Locators, not set_xticks: that makes every tick at once, also of panels that show none.
+    # Use locators: set_xticks makes every tick at once, even in panels that show none.
     minor = np.outer(decades[0] / 10.0 * 10.0 ** np.arange(10), np.arange(2, 10))
     axes.xaxis.set_major_locator(FixedLocator(ticks))
     axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
@@ -98,9 +98,9 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
 
 
 class ValueAxis:
-    """The axis of a result: its unit, and whether it is logarithmic, for values in SI units.
+    """The axis of a result: its unit and scale, for values in SI units.
 
-    It is if the result allows it and its values span more than a factor of 30.
+    It is logarithmic if the result allows it and its values span more than a factor of 30.
     """
 
     def __init__(self, variable: Variable, values: Array) -> None:
@@ -115,18 +115,18 @@ class ValueAxis:
 
     def colours(self, values: Array) -> Normalize:
         """Return a scale of colours for values in the unit of the axis."""
-        known = _positive(values) if self.is_logarithmic else values[np.isfinite(values)]
-        return (LogNorm if self.is_logarithmic else Normalize)(known.min(), known.max())
+        shown = _positive(values) if self.is_logarithmic else values[np.isfinite(values)]
+        return (LogNorm if self.is_logarithmic else Normalize)(shown.min(), shown.max())
 
     def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
-        """Set the x axis for all values; zeros have no place on a logarithmic y axis."""
+        """Set the x axis for all values that the y axis can show."""
         set_cycle_axis(axes, cycles[values > 0.0 if self.is_logarithmic else np.isfinite(values)])
 
     def set_limits(self, axes: Axes, cycles: Array, values: Array) -> None:
-        """Set limits that show some of the values, those of a row of panels.
+        """Set the limits of the y axis for the values of a row of panels.
 
-        Values that hardly change are shown from zero, because an axis of their own would show only
-        noise.
+        Values that hardly change are shown from zero, because an axis that fits them would show
+        only noise.
         """
         shown = self.unit.of(values)
         lowest, highest = float(np.nanmin(shown)), float(np.nanmax(shown))
@@ -157,7 +157,7 @@ def _positive(values: Array) -> Array:
 
 
 def parameter_label(name: str, value: float = 1.0) -> str:
-    """Return what an axis of a parameter says: words and unit, those of values like one."""
+    """Return the label of the axis of a parameter: words and unit, as they suit a value."""
     about = parameter(name).suiting(value)
     return f"{about.words} ({about.unit.name})" if about.unit.name else about.words
 
@@ -170,9 +170,10 @@ def make_panels(
     share_y: Literal["row", "all"] = "all",
     share_x: Literal["row", "all"] = "all",
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and a panel for each title in rows of `across`, the last perhaps shorter.
+    """Return a figure with a panel for each title, in rows of `across` panels.
 
-    `heights`, mm, are that around the rows and that of each. Labels and numbers are outside only.
+    `heights`, mm, are the height around the rows and the height of a row. Only the outer axes have
+    labels and numbers.
     """
     down = -(-len(titles) // across)
     figure = JournalFigure(columns, heights[0] + heights[1] * down)
@@ -197,7 +198,7 @@ def outside_key(
     place: Place = "outside upper left",
     handlelength: float = 2.4,
 ) -> Legend:
-    """Add a key above or below the axes, in as many columns as the width of the figure holds."""
+    """Add a key above or below the axes, with as many columns as fit into the figure."""
     options: dict[str, Any] = {"loc": place, "handlelength": handlelength, "columnspacing": 1.0}
     for columns in range(len(labels), 0, -1):
         key: Legend = figure.legend(handles, labels, ncols=columns, **options)
@@ -208,7 +209,7 @@ def outside_key(
 
 
 def label_or_key(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax: Any) -> None:
-    """Label few curves directly if there is room; else add a key, inside of axes given as `ax`."""
+    """Label a few curves directly if there is room; else add a key, within `ax` if it is given."""
     if len(curves) > MOST_LABELLED or not label_curves(axes, curves, labels):
         if ax is None:
             outside_key(root_figure(axes), curves, labels)
@@ -217,11 +218,11 @@ def label_or_key(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax
 
 
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
-    """Label every curve directly, or return False and label none: a legend is needed.
+    """Label every curve directly, or label none and return False if a legend is needed.
 
-    A place is taken when the text box is clear of all curves and labels, and nearer to its own
-    curve than to any other. Successive curves that are indistinguishable share a label, in the
-    colour of the last. Call this last, when limits and labels of the axes are final.
+    The box of a label must be clear of all curves and labels, and nearer to its curve than to any
+    other. Successive curves that are indistinguishable share a label, in the colour of the last.
+    Call this last, when limits and labels of the axes are final.
     """
     root_figure(axes).draw_without_rendering()
     texts: list[Text] = []
@@ -252,7 +253,7 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
 
 
 def _pixels(axes: Axes, curve: Line2D) -> Array:
-    """Return pixels along a curve and around its marks, as far as they are inside the axes."""
+    """Return pixels along a curve and around its marks, within the axes."""
     figure, transform = root_figure(axes), curve.get_transform()
     step, half = _STEP * max(1.0, figure.dpi / 100.0), curve.get_markersize() * figure.dpi / 144.0
     pixels = [np.empty((0, 2))]
@@ -262,32 +263,32 @@ def _pixels(axes: Axes, curve: Line2D) -> Array:
         places = np.arange(0.0, along[-1] + step, step)
         pixels.append(np.column_stack([np.interp(places, along, part) for part in line.T]))
     if curve.get_marker() != "None":
-        # A square for marks of any shape: a corner that juts out from another's tells no curve.
+        # A square stands for marks of any shape: protruding corners do not identify a curve.
         marks = transform.transform(curve.get_xydata())
         pixels += [marks + half * np.array([i, j]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    found = np.concatenate(pixels)
-    return found[((found >= axes.bbox.min) & (found <= axes.bbox.max)).all(axis=1)]
+    drawn = np.concatenate(pixels)
+    return drawn[((drawn >= axes.bbox.min) & (drawn <= axes.bbox.max)).all(axis=1)]
 
 
 def _places(
     axes: Axes, order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array]
 ) -> dict[int, Array]:
-    """Place boxes of some sizes beside curves in turn; return their centres, none without room."""
+    """Place boxes of some sizes beside curves in turn; return their centres, none if one fails."""
     (low, high), taken, places = axes.bbox.get_points(), np.empty((0, 2)), {}
     around = np.array([(i, j) for i in range(-4, 5) for j in range(-4, 5)]) / 8.0
     sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
     for index in order:
-        size, own = sizes[index], curves[index]
-        centres = own[:: 1 + len(own) // _MOST_TRIED, None] + sides * (0.5 * size + 1.0)
+        size, curve = sizes[index], curves[index]
+        centres = curve[:: 1 + len(curve) // _MOST_TRIED, None] + sides * (0.5 * size + 1.0)
         inside = np.abs(centres - 0.5 * (low + high)) < 0.5 * (high - low - size)
         centres = centres[inside.all(axis=-1)]
-        others = [taken[:0], *(each for i, each in enumerate(curves) if i != index)]
-        # How far boxes are from the nearest pixel of each kind, 0 where they hold one.
+        others = [taken[:0], *(other for i, other in enumerate(curves) if i != index)]
+        # Distance of boxes from the nearest pixel of the curve, of other curves and of labels.
         near, foreign, label = (
             np.linalg.norm(
                 np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0), axis=2
             ).min(axis=1, initial=np.inf)
-            for pixels in (own, np.concatenate(others), taken)
+            for pixels in (curve, np.concatenate(others), taken)
         )
         cost = near - 0.6 * np.minimum(foreign, _CLEARANCE) - 0.1 * np.minimum(label, 12.0)
         possible = (near > 0.5) & (near < _REACH) & (label > 2.0)

@@ -69,14 +69,14 @@ ZONE_COLORS = {
     ContactState.SLIP: "#8cc5e3",
     ContactState.STICK: "#084a8c",
 }
-"""Light to dark: they can be told apart in grey too."""
+"""From light to dark, so that zones can be distinguished in grey too."""
 FEW_SNAPSHOTS = 12
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE: tuple[str, ...] = ("load", "tangential_ratio", "sliding_amplitude", "friction")
 _HEADLINE += ("roughness_amplitude", "plastic_limit")
 _COMPARED = ("pressure", "wear_depth", "wear_rate")
-# These are derived from others, or say little without them.
+# Coordinates derived from others, or hardly meaningful without them.
 _DERIVED = {"hertz_radius", "hertz_pressure", "tangential_load", "cell_x", "cell_y"}
 _DERIVED |= {"roughness_slope_x", "roughness_slope_y"}
 _MOST_TOLD = 4
@@ -105,10 +105,10 @@ _SCREEN_DPI = 120
 def overview(
     dataset: xr.Dataset, history: xr.Dataset | None = None, cycles: Cycles = None
 ) -> Figure:
-    """Draw pressure, shear, gap and wear along x, a map of the scar and the zones over cycles.
+    """Draw pressure, shear, gap and wear along x, a map of the scar, and the zones over the cycles.
 
-    The map is of the last snapshot of the case; a line contact has none, in its place is the slip
-    along x. The zones are those of the case's dense `history` or, without it, of the snapshots.
+    The map shows the last snapshot of the case; a line contact has the slip along x in its place.
+    The zones come from the dense `history` of the case or, without it, from the snapshots.
     """
     panels = [half_profiles(dataset, name, cycles) for name in _PANELS]
     colors = cycle_colors(panels[0].cycles)
@@ -135,7 +135,7 @@ def overview(
 
 
 def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
-    """Draw the half-widths of both zones of a case, or of its history; return their curves."""
+    """Draw the half-widths of contact and stick zone over the cycles; return their curves."""
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
     curves, highest = [], 0.0
     for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK)):
@@ -149,16 +149,16 @@ def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
 
 
 def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
-    """Return the parameters that identify a case, in symbols, each value once that blocks give."""
+    """Return the parameters that identify a case, in symbols; blocks may give several values."""
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or [{}]
     replaced = {name for block in blocks for key in block for name in replaced_by(key)}
-    told = []
-    for known in (case[name] for name in names if name in case.coords and name not in replaced):
-        name, unit = str(known.name), known.attrs.get("units", "")
-        values = dict.fromkeys(block.get(name, known.item()) for block in blocks)
+    texts = []
+    for coordinate in (case[n] for n in names if n in case.coords and n not in replaced):
+        name, unit = str(coordinate.name), coordinate.attrs.get("units", "")
+        values = dict.fromkeys(block.get(name, coordinate.item()) for block in blocks)
         first, *others = (in_unit(value, unit) for value in values)
-        told.append(" → ".join([symbol_text(name, first), *(value_text(name, n) for n in others)]))
-    return ", ".join(told)
+        texts.append(" → ".join([symbol_text(name, first), *(value_text(name, n) for n in others)]))
+    return ", ".join(texts)
 
 
 @styled
@@ -167,15 +167,15 @@ def compare_cases(
 ) -> Figure:
     """Superimpose two cases: profiles, widths and volume over the cycles, ratios.
 
-    The key calls the cases by their titles. Profiles and ratios are those of the last snapshot that
-    both have; `histories` are their dense histories by the same titles, without which snapshots are
-    joined by straight lines. More or fewer cases than two are a ValueError.
+    The key gives the titles of the cases. Profiles and ratios belong to the last snapshot that both
+    have. `histories` are the dense histories by the same titles; without them straight lines join
+    the snapshots. Any number of cases but two raises a ValueError.
     """
     check_cases(cases, *_COMPARED)
     if len(cases) != 2:
         raise ValueError(
-            f"Two cases are compared, not {len(cases)}; compare_profiles and compare_wear_maps "
-            "draw more in panels."
+            f"compare_cases takes two cases, not {len(cases)}; compare_profiles and "
+            "compare_wear_maps draw more in panels."
         )
     first, second = cases.values()
     cycles = compared_cycles(first, second)
@@ -186,21 +186,21 @@ def compare_cases(
     figure = JournalFigure(2, 118.0)
     (*profiles,), (widths, volumes, ratios) = figure.subplots(2, 3)
     for axes, name in zip(profiles, _COMPARED, strict=True):
-        # The first peak determines how much of a later, singular one is shown.
+        # The first peak limits how much of a later, singular one is shown.
         both = [
             half_profiles(case, name, sorted({int(case["cycle"][0]), cycle}))
             for case, cycle in zip(cases.values(), cycles, strict=True)
         ]
-        shown = [replace(each, cycles=each.cycles[-1:], values=each.values[-1:]) for each in both]
+        shown = [replace(half, cycles=half.cycles[-1:], values=half.values[-1:]) for half in both]
         frame = frame_of(both if is_traction(both[0].field) else shown)
-        highest = max(float(np.nanmax(each.values)) for each in shown)
+        highest = max(float(np.nanmax(half.values)) for half in shown)
         frame = replace(frame, top=min(frame.top, _ROOM_ABOVE * highest) or frame.top)
         for title, style, profile in zip(cases, styles, shown, strict=True):
             draw_curves(axes, profile, frame.unit, [{**style, "label": title}])
         frame.apply(axes, both[0].field)
     dense = [(histories or {}).get(title, case) for title, case in cases.items()]
     steps, worn = (
-        [each[name].values.astype(np.float64) for each in dense]
+        [history[name].values.astype(np.float64) for history in dense]
         for name in ("cycle", "wear_volume")
     )
     every = np.concatenate(steps), np.concatenate(worn)
@@ -222,8 +222,8 @@ def compare_cases(
     texts = {title: headline(case, names[:_MOST_TOLD]) for title, case in cases.items()}
     described = [f"{n}: {text}" if text not in ("", n) else n for n, text in texts.items()]
     outside_key(figure, [Line2D([], [], **style) for style in styles], described)
-    told = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
-    figure.suptitle(f"Profiles and ratios at cycle {told}", fontsize=7.5, x=0.99, ha="right")
+    compared = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
+    figure.suptitle(f"Profiles and ratios at cycle {compared}", fontsize=7.5, x=0.99, ha="right")
     return figure
 
 
@@ -254,14 +254,14 @@ def _draw_ratios(axes: Axes, first: xr.Dataset, second: xr.Dataset) -> None:
 
 
 class FfmpegMissingError(RuntimeError):
-    """An MP4 file was asked for where the program ffmpeg is not installed."""
+    """An MP4 file needs the program ffmpeg, which is not installed."""
 
 
 class CaseAnimation:
     """The snapshots of a case as pictures, one after the other.
 
-    Made by `fretwear.figures.animation`. Nothing is made up between the snapshots that the case
-    has: each picture is one of them and tells its cycle.
+    `fretwear.figures.animation` returns it. Each picture is a snapshot of the case and shows its
+    cycle; nothing is interpolated.
 
     Attributes
     ----------
@@ -270,8 +270,8 @@ class CaseAnimation:
     cycles : tuple of int
         The cycles shown.
     seconds : tuple of float
-        How long each is shown: by its distance from the next one on a logarithmic axis of cycles,
-        the last one longest.
+        How long each is shown: in proportion to the distance to the next one on a logarithmic axis
+        of cycles, within bounds; the last one longest.
     """
 
     @styled
@@ -311,7 +311,7 @@ class CaseAnimation:
         labels.append(f"pressure at cycle {cycle_text(self.cycles[0])}")
         outside_key(self.figure, [*handles, first], labels, "outside lower left", handlelength=1.2)
         self.show(self.cycles[-1])
-        # No mark comes to lie on a label: each curve has them everywhere while it is placed.
+        # Marks everywhere on the curves while labels are placed keep later marks off the labels.
         for curve in curves:
             curve.set(marker="o", markersize=_MARK)
         label_curves(widths, curves, [str(curve.get_label()) for curve in curves])
@@ -324,13 +324,13 @@ class CaseAnimation:
     def _add_profile(
         self, axes: Axes, shown: xr.Dataset, whole: xr.Dataset, name: str, reach: float
     ) -> None:
-        """Draw a profile along the whole x axis over a strip that tells its zones."""
+        """Draw a profile along the whole x axis over a strip that shows its zones."""
         half = half_profiles(shown, name, self.cycles)
         frame = replace(frame_of([half]), left=-reach, right=reach)
         x = MICROMETRE.of(whole["x"].values)
         curves, zones = (
-            line_near_the_middle(whole[each]).transpose("cycle", "x").values
-            for each in (name, "contact_state")
+            line_near_the_middle(whole[field]).transpose("cycle", "x").values
+            for field in (name, "contact_state")
         )
         values = frame.unit.of(curves.astype(np.float64))
         if name == "pressure":
@@ -366,12 +366,13 @@ class CaseAnimation:
         dots_per_inch: float = _SCREEN_DPI,
         progress: Callable[[int, int], None] = lambda _done, _total: None,
     ) -> Path:
-        """Write the animation as GIF or, where the program ffmpeg is installed, as MP4.
+        """Write the animation as GIF or, if the program ffmpeg is installed, as MP4.
 
-        The suffix of `path` decides; the file appears only when it is whole. The figure is 190 mm
-        wide: 120 `dots_per_inch` make it 897 pixels. `progress` is called with the number of each
-        picture, from 1, and that of all. Other names are a `ValueError`, MP4 without ffmpeg is an
-        `FfmpegMissingError`, a file that cannot be written a `DataFileError`.
+        The suffix of `path` decides; the file appears only when it is complete. The figure is
+        190 mm wide, which 120 `dots_per_inch` make 897 pixels. `progress` is called with the number
+        of each picture, from 1, and their total. Raises a `ValueError` for other suffixes, an
+        `FfmpegMissingError` for MP4 without ffmpeg, and a `DataFileError` if the file cannot be
+        written.
         """
         path = Path(path)
         check_format(path)
@@ -379,7 +380,7 @@ class CaseAnimation:
             pictures = self._pictures(dots_per_inch, progress)
             if path.suffix.lower() == ".gif":
                 first, *others = (n.quantize(_COLORS, dither=Image.Dither.NONE) for n in pictures)
-                times = {"duration": [round(1000 * each) for each in self.seconds], "loop": 0}
+                times = {"duration": [round(1000 * time) for time in self.seconds], "loop": 0}
                 first.save(temporary, "GIF", save_all=True, append_images=others, **times)
             else:
                 _write_mp4(temporary, pictures, self.seconds)
@@ -405,29 +406,30 @@ def animation(
 ) -> CaseAnimation:
     """Animate a case: pressure, wear depth and contact zones, snapshot after snapshot.
 
-    `cycles` left out are all snapshots; more of them make a smoother animation
-    (`well_spaced_cycles`). The half-widths over the cycles are those of the dense `history` or,
-    without it, of the snapshots. Save it by ``fretwear.figures.animation(case).save("wear.gif")``.
+    `cycles` are all snapshots by default; more of them make a smoother animation
+    (`well_spaced_cycles`). The half-widths over the cycles come from the dense `history` or,
+    without it, from the snapshots. Save it by
+    ``fretwear.figures.animation(case).save("wear.gif")``.
     """
     shown = snapshots(dataset, cycles, *_MOVING, default=list)
     return CaseAnimation(shown, dataset if history is None else history)
 
 
 def durations(cycles: Sequence[int]) -> tuple[float, ...]:
-    """Return the seconds that each snapshot is shown."""
+    """Return the seconds for which each snapshot is shown."""
     position = np.log10(1.0 + np.asarray(cycles, dtype=np.float64))
     until_next = np.clip(_SECONDS_PER_DECADE * np.diff(position), _SHORTEST, _LONGEST)
     return (*(float(seconds) for seconds in until_next), _LAST)
 
 
 def well_spaced_cycles(last: int) -> list[int]:
-    """Return about 30 round cycles for a smooth animation, evenly on a logarithmic axis."""
+    """Return about 30 round cycles for a smooth animation, evenly spaced on a logarithmic axis."""
     rounded = {int(float(f"{cycle:.2g}")) for cycle in np.geomspace(1.0, max(last, 2), 30)}
     return sorted({0, last, *(cycle for cycle in rounded if cycle < last)})
 
 
 def check_format(path: Path) -> None:
-    """Refuse names that end in neither .gif nor .mp4, and MP4 where there is no ffmpeg."""
+    """Refuse names that end in neither .gif nor .mp4, and MP4 if ffmpeg is not installed."""
     ending = path.suffix.lower()
     if ending not in (".gif", ".mp4"):
         raise ValueError(
@@ -444,7 +446,7 @@ def check_format(path: Path) -> None:
 def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
     """Have ffmpeg show each picture in as many frames as its time takes."""
     first = next(pictures)
-    # Many players know H.264 of even sizes with halved colours only.
+    # Many players accept only H.264 with even sizes and halved colour resolution.
     width, height = (side - side % 2 for side in first.size)
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
     coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]

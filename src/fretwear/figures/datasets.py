@@ -1,4 +1,4 @@
-"""What figures take from datasets: snapshots, a field along x, envelopes of rough profiles."""
+"""Data that figures take from datasets: snapshots, fields along x, envelopes of rough profiles."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from fretwear.data.stack import representative_cycles
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
-"""Which snapshots a figure shows: these, or a few of those there are."""
+"""The snapshots that a figure shows; None: a few representative ones."""
 Envelope = Callable[[Array, Array, float], Array]
 """Turns x, values and a wavelength into the values of a curve that can be read."""
 
 BEYOND_CONTACT = 1.12
-"""How far profiles are shown, in half-widths of the contact."""
+"""Distance to which profiles are shown, in half-widths of the contact."""
 
 _CELLS_PER_WAVE = 4.0
 _ALIKE = 1e-3
@@ -32,7 +32,7 @@ _PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
 
 @dataclass(frozen=True)
 class HalfProfiles:
-    """One field at several cycles along x > 0, or along all of x where it is not even; SI units."""
+    """One field at several cycles along x > 0, or along all of x if it is not even; SI units."""
 
     field: Variable
     x: Array  # n cell centres
@@ -40,13 +40,13 @@ class HalfProfiles:
     values: Array  # shape (k, n), at the k cycles
     contact_half_width: Array
     stick_half_width: Array
-    wavelength: float  # of the roughness along x, 0 where it is smooth along x
+    wavelength: float  # of the roughness along x, 0 if the surface is smooth along x
     is_capped: bool = False  # whether the pressure has a plastic limit
-    stick: Array | None = None  # centres that stick at the last cycle, where fields are not even
+    stick: Array | None = None  # centres that stick at the last cycle, if fields are not even
 
     @property
     def is_even(self) -> bool:
-        """Whether one side is all there is to show."""
+        """Whether one side shows everything."""
         return bool(self.x[0] > 0.0)
 
     @property
@@ -56,7 +56,7 @@ class HalfProfiles:
         return resolved and self.wavelength < 0.5 * float(np.nanmax(self.contact_half_width))
 
     def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
-        """Return the profiles or, where waves crowd them, an envelope that suits the field."""
+        """Return the profiles or, if waves crowd them, an envelope that suits the field."""
         if not self.is_wavy:
             return self
         smooth = envelope or envelope_of(self.field)
@@ -67,15 +67,15 @@ class HalfProfiles:
 def half_profiles(
     dataset: xr.Dataset, field: Variable | str, cycles: Cycles = None, reach: float = 0.0
 ) -> HalfProfiles:
-    """Take one field on the line nearest y = 0: along x > 0, or all of x where it is not even.
+    """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
-    The gap goes on to `reach`, m: beyond the cells stored it is computed from the pressure. Errors
-    are those of `snapshots`; a dataset that varies in more than cycle, x and y is a `ValueError`.
+    The gap extends to `reach`, m; beyond the cells stored it is computed from the pressure. Raises
+    the errors of `snapshots`, and a `ValueError` if a dataset varies in more than cycle, x and y.
     """
     check_dataset(dataset)
     field = field_of(field)
-    merged = (name for name, each in MERGED_PROFILES.items() if each.name == field.name)
-    name = next((each for each in (field.name, *merged) if each in dataset), field.name)
+    merged = (name for name, about in MERGED_PROFILES.items() if about.name == field.name)
+    name = next((name for name in (field.name, *merged) if name in dataset), field.name)
     picked = snapshots(dataset, cycles, name)
     if extra := set(picked[name].dims) - {"cycle", "x", "y"}:
         raise ValueError(
@@ -91,9 +91,9 @@ def half_profiles(
     if x[0] < 0.0 and "contact_state" in picked:
         state = line_near_the_middle(picked["contact_state"].isel(cycle=-1)).values
         stick = x[state == ContactState.STICK]
-    known = dataset.coords
-    slope = float(known.get("roughness_slope_x", 0.0))
-    height = 4.0 * float(known.get("roughness_amplitude", 0.0))
+    parameters = dataset.coords
+    slope = float(parameters.get("roughness_slope_x", 0.0))
+    height = 4.0 * float(parameters.get("roughness_amplitude", 0.0))
     wavelength = height / math.tan(slope) if slope > 0.0 else 0.0
     contact, stuck = (
         picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
@@ -101,7 +101,7 @@ def half_profiles(
     if math.isnan(field.outside):
         reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
         x, values = _with_gap_outside(picked, x, values, reach + wavelength)
-    is_capped = math.isfinite(float(known.get("plastic_limit", math.inf)))
+    is_capped = math.isfinite(float(parameters.get("plastic_limit", math.inf)))
     at = picked["cycle"].values.astype(np.float64)
     return HalfProfiles(field, x, at, values, contact, stuck, wavelength, is_capped, stick)
 
@@ -109,11 +109,11 @@ def half_profiles(
 def _with_gap_outside(
     dataset: xr.Dataset, x: Array, gaps: Array, reach: float
 ) -> tuple[Array, Array]:
-    """Continue gaps along x to a reach where the shape of the case and its pressure are known.
+    """Continue gaps along x to a reach, if the dataset has the shape of the case and its pressure.
 
-    There the surface is unworn: its gap, and by Boussinesq the displacement u = Σ p dA/πE*r of the
-    cells under pressure; in a line contact u = −Σ 2 p dx ln(r)/πE*. Both are counted from the last
-    cell stored; where that is loaded itself, r is its mean distance from itself.
+    The gap beyond the last cell stored is the gap of the unworn surfaces plus their displacement
+    under the pressure, by Boussinesq u = Σ p dA/πE*r, or u = −Σ 2 p dx ln(r)/πE* in a line contact.
+    Both are counted from the last cell stored; if this cell is loaded, r is a mean over the cell.
     """
     step = float(x[1] - x[0])
     more = np.arange(x[-1] + step, reach, step)
@@ -134,7 +134,7 @@ def _with_gap_outside(
     loaded = (pressure > 0.0).any(axis=0)
     forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
     grid = np.meshgrid(whole["x"].values, at_y, indexing="ij")
-    at_x, at_y = (each.ravel()[loaded] for each in grid)
+    at_x, at_y = (position.ravel()[loaded] for position in grid)
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
@@ -146,7 +146,7 @@ def _with_gap_outside(
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
         return np.asarray(changed[:, 1:] - changed[:, :1])
 
-    # What is lost at the last cell is not lost beyond it.
+    # Wear and plastic depth of the last cell do not extend beyond it.
     ends = gaps[:, [0, -1]]
     for name in {"wear_depth", "plastic_depth"} & set(dataset):
         lost = line_near_the_middle(dataset[name]).isel(x=[0, -1]).transpose("cycle", "x")
@@ -159,7 +159,7 @@ def _with_gap_outside(
 
 
 def field_of(quantity: Variable | str) -> Variable:
-    """Return a field by its name; a `ValueError` names those of which there are profiles."""
+    """Return a field by its name; a `ValueError` lists the fields that have profiles."""
     if isinstance(quantity, Variable):
         return quantity
     fields = {field.name: field for field in FIELDS if not field.flags}
@@ -171,12 +171,12 @@ def field_of(quantity: Variable | str) -> Variable:
 
 
 def variable_of(dataset: xr.Dataset, name: str) -> Variable:
-    """Return the variable of a result, which may be per length in a line contact."""
+    """Return the variable of a result, per length if the dataset has it so."""
     return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
 
 
 def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:
-    """Return the line of cells nearest y = 0 of a field, which may be that line already."""
+    """Return a field on the line of cells nearest y = 0; a field without y is returned as it is."""
     if "y" not in values.dims:
         return values
     return values.isel(y=int(np.abs(values["y"].values).argmin()))
@@ -205,10 +205,10 @@ def snapshots(
     *names: str,
     default: Callable[[list[int]], Sequence[int]] = representative_cycles,
 ) -> xr.Dataset:
-    """Return a dataset at the cycles asked for or, if left out, at those that `default` picks.
+    """Return a dataset at the given cycles or, without any, at the cycles that `default` picks.
 
-    What is not a dataset is a `TypeError`, one that lacks a cycle or one of the variables `names`
-    a `ValueError`.
+    Raises a `TypeError` for anything but a dataset, and a `ValueError` for a dataset that lacks a
+    cycle or one of the variables `names`.
     """
     check_dataset(dataset)
     require(dataset, *names)
@@ -216,28 +216,28 @@ def snapshots(
     available = available_cycles(dataset)
     if not available:
         raise ValueError("This point of the study is not done: it has no snapshot to draw.")
-    wanted = list(default(available)) if cycles is None else np.atleast_1d(cycles).tolist()
-    unknown = [cycle for cycle in wanted if cycle not in available]
-    if unknown or not wanted:
+    asked = list(default(available)) if cycles is None else np.atleast_1d(cycles).tolist()
+    unknown = [cycle for cycle in asked if cycle not in available]
+    if unknown or not asked:
         raise ValueError(
-            f"cycles = {wanted}: there is no snapshot at {unknown}; this dataset has {available}."
-            if wanted
+            f"cycles = {asked}: there is no snapshot at {unknown}; this dataset has {available}."
+            if asked
             else f"cycles = []: give some of the snapshots of this dataset, {available}."
         )
-    return dataset.sel(cycle=wanted)
+    return dataset.sel(cycle=asked)
 
 
 def envelope_of(field: Variable) -> Envelope:
-    """Return the envelope that suits a field: through its peaks where these carry the load."""
+    """Return the envelope that suits a field: through its peaks if these carry the load."""
     return peak_envelope if field.name in _PEAKS_MATTER else wave_mean
 
 
 def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
     """Return the curve through the highest value of every wave.
 
-    `x` are the n cell centres in m, `values` n values that are nowhere negative, and `wavelength`
-    is that along x in m. The n values returned are those of shape-preserving cubics through the
-    peaks: they overshoot none of them.
+    `x` are the n cell centres in m, `values` n values, none of them negative, and `wavelength` is
+    the wavelength along x in m. The n values returned lie on shape-preserving cubics through the
+    peaks, which overshoot none of them.
     """
     crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
     wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0))
@@ -250,7 +250,7 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
             heights.append(float(values[highest]))
     if len(knots) < 2:
         return values
-    from scipy.interpolate import PchipInterpolator  # studies without waves do without
+    from scipy.interpolate import PchipInterpolator  # only studies with waves need it
 
     inside = np.clip(x, knots[0], knots[-1])
     curve = np.asarray(PchipInterpolator(knots, heights)(inside))
@@ -260,9 +260,9 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
 def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
     """Return the running mean over a wave, for quantities whose peaks say little.
 
-    Parameters and result are those of `peak_envelope`. At x = 0 a profile of one side is continued
-    evenly; near an end, where the mean would need values beyond, the result is NaN. The mean of
-    the mean is taken: a single one leaves ripples where a wave is not a whole number of cells.
+    Parameters and result are as in `peak_envelope`. A profile of one side is continued evenly at
+    x = 0; near an end, where the mean would need values beyond, the result is NaN. The mean is
+    taken twice, because a single one leaves ripples if a wave is not a whole number of cells.
     """
     cells = max(1, round(wavelength / float(x[1] - x[0])))
     window = np.convolve(np.full(cells, 1.0 / cells), np.full(cells, 1.0 / cells))
@@ -291,10 +291,10 @@ def check_dataset(dataset: Any) -> None:
 
 
 def check_cases(cases: Any, *fields: str) -> None:
-    """Refuse what is not a mapping of titles to datasets, or has none, or lacks a field."""
+    """Refuse anything but a mapping of titles to datasets that have the fields, at least one."""
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(
-            f"Cases are given by their titles, not as a {type(cases).__name__}; "
+            f"Give cases by their titles, not as a {type(cases).__name__}; "
             'for example {"smooth": first, "rough": second}.'
         )
     if not cases:
@@ -305,11 +305,11 @@ def check_cases(cases: Any, *fields: str) -> None:
 
 
 def require(dataset: xr.Dataset, *names: str) -> None:
-    """Raise a `ValueError` for a dataset that lacks a variable, saying what to give instead."""
+    """Raise a `ValueError` if a dataset lacks a variable, saying what to give instead."""
     missing = next((name for name in names if name not in dataset), None)
     if missing is None:
         return
-    reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'none at all'}"
+    reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'no variables'}"
     if "step" in dataset.dims:
         reason = "it is the history of a case, which has no fields; open_case opens the case"
     elif "status" in dataset:

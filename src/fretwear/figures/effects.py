@@ -1,4 +1,4 @@
-"""What the parameters of a study do to its results: pairs, maps, Sobol indices, regimes of slip."""
+"""Effects of the parameters of a study: pairs of cases, maps, Sobol indices, regimes of slip."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _FEWEST = 16
 _TO_NONE = 0.5
 _LOGARITHMIC_FROM = 8.0
 
-# Varied parameters that a fretting map may have beside the load.
+# Varied parameters that a fretting map may have besides the load.
 WAYS = ("displacement_amplitude", "displacement_ratio")
 _REGIMES = {
     "partial slip": ("o", CATEGORICAL[0]),
@@ -71,17 +71,17 @@ _REGIMES = {
 }
 _LARGEST, _SMALLEST = 14.0, 2.5
 _APART = 0.7
-"""Widest dot over the distance of neighbours, of which diamonds touch."""
+"""Widest dot over the distance of neighbours; at this ratio diamonds touch."""
 
 
 @styled
 def effects(points: Points, quantities: Sequence[str] = HEADLINES) -> Figure:
-    """Draw final results of a study, a row each, against every parameter, a column each.
+    """Draw final results of a study in rows against its parameters in columns.
 
-    A thin line joins cases that differ in this parameter alone; its colour tells the value of the
-    other parameter on which the change depends most. The points of a sampled study and seeds,
-    which have no order, have no such lines: these are scatter plots. Results that no case has, or
-    that are zero in all, are left out.
+    A thin line joins cases that differ in this parameter alone; its colour shows the value of the
+    other parameter on which the change depends most. The points of a sampled study, and seeds,
+    which have no order, are drawn as scatter plots instead. Results that no case has, or that are
+    zero in all cases, are left out.
     """
     names = [n for n in quantities if np.nan_to_num(points.results.get(n, 0.0)).any()]
     down, across = len(names), len(points.levels)
@@ -92,8 +92,8 @@ def effects(points: Points, quantities: Sequence[str] = HEADLINES) -> Figure:
         for name in names
         for varied in points.levels
     }
-    # No two levels of the parameters that part lines look alike, as long as there are colours
-    # enough; a parameter beyond that has a ramp of colours and no marks.
+    # Every level of the parameters that part lines has its look as long as there are enough
+    # colours; a parameter beyond these has a ramp of colours and no marks.
     looks: dict[tuple[str, int], tuple[str, str]] = {}
     free = list(zip(CATEGORICAL, MARKERS, strict=False))
     for parting in filter(None, dict.fromkeys(dividers.values())):
@@ -142,7 +142,7 @@ def _draw_effect(
     looks: Mapping[tuple[str, int], tuple[str, str]],
 ) -> None:
     x, lines = _places(points, varied), points.lines[varied]
-    # What a seed does is chance: a line would look like a trend.
+    # The effect of a seed is chance, and a line would look like a trend.
     if not lines or varied == SEED:
         axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
         axes.margins(x=0.06)
@@ -151,23 +151,23 @@ def _draw_effect(
     is_none = np.isinf(_numbers(points, varied))[points.place(varied)]
     parts = [[row for row in line if is_none[row] == none] for line in lines for none in (0, 1)]
     place = points.place(divider).tolist() if divider else [0] * len(x)
-    look_of = [looks.get((divider, each), (MUTED, ".")) for each in place]
+    look_of = [looks.get((divider, level), (MUTED, ".")) for level in place]
     for color, mark in dict.fromkeys(look_of):
-        of = np.array([each == (color, mark) for each in look_of])
-        # One path with gaps: thousands of lines are drawn in the time of a few.
+        of = np.array([pair == (color, mark) for pair in look_of])
+        # One path with gaps draws thousands of lines in the time of a few.
         rows = [row for part in parts if part and of[part[0]] for row in (*part, -1)]
-        path_x, path_y = (np.append(each, np.nan)[rows] for each in (x, values))
+        path_x, path_y = (np.append(column, np.nan)[rows] for column in (x, values))
         axes.plot(path_x, path_y, color=color, lw=0.7, alpha=0.8, label="_lines")
         if len(x) <= _DENSE:
             axes.plot(x[of], values[of], mark or ".", markersize=2.0, color=color, label="_points")
     if divider and not looks[divider, 0][1]:
         low, high = (value_text(divider, points.levels[divider][end]) for end in (0, -1))
-        told = f"light: {parameter(divider).symbol} = {low}, dark: {high}"
-        axes.set_title(told, fontsize=5.0, pad=2.0)
+        ends = f"light: {parameter(divider).symbol} = {low}, dark: {high}"
+        axes.set_title(ends, fontsize=5.0, pad=2.0)
 
 
 def _places(points: Points, varied: str) -> Array:
-    """Return where the points stand on the axis of a parameter: its value, or its place."""
+    """Return the positions of the points on the axis of a parameter: its values or levels."""
     if points.lines[varied] or varied not in points.parameters:
         return _level_places(points, varied)[points.place(varied)]
     return np.asarray(parameter(varied).unit.of(points.parameters[varied]))
@@ -185,7 +185,7 @@ def _numbers(points: Points, varied: str) -> Array:
 
 
 def _scale(axis: Axis, values: Array) -> None:
-    """Make an axis of values logarithmic where these span much."""
+    """Make an axis logarithmic if its values span a wide range."""
     if values.min() > 0.0 and values.max() > _LOGARITHMIC_FROM * values.min():
         (axis.axes.set_xscale if axis is axis.axes.xaxis else axis.axes.set_yscale)("log")
         axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
@@ -193,7 +193,7 @@ def _scale(axis: Axis, values: Array) -> None:
 
 
 def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normalize]:
-    """Return the axis of a final result, its values in the unit of that, and their colours."""
+    """Return the axis of a final result, its values in the unit of the axis, and their colours."""
     values = points.results[quantity]
     axis = ValueAxis(points.variables[quantity], values[np.isfinite(values)])
     shown = axis.unit.of(values)
@@ -204,7 +204,7 @@ def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normaliz
 def effect_map(points: Points) -> Figure:
     """Draw the final wear volume of a grid as a heat map over the two parameters with most values.
 
-    There is a panel for each combination of the other parameters, of at most 6 of them.
+    Each combination of the other parameters, up to 6 of them, has a panel.
     """
     names = sorted(points.levels, key=lambda name: -len(points.levels[name]))[:2]
     # Rows, then columns, in the order of the study.
@@ -245,8 +245,8 @@ def effect_map(points: Points) -> Figure:
 def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
     """Draw the Sobol indices of results of a sample, and how they settle with more points.
 
-    Left are the indices of each parameter alone (full) and with its interactions (open) with 95 %
-    intervals; right, the latter against the number of points.
+    On the left are the indices of each parameter alone (full) and with its interactions (open),
+    with 95 % intervals; on the right, the indices with interactions against the number of points.
     """
     figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(quantities))
     grid = figure.subplots(len(quantities), 2, squeeze=False, sharex="col")
@@ -264,7 +264,7 @@ def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
             ):
                 bars.plot([at] * 2, [low[place], high[place]], color=color, lw=1.0)
                 bars.plot(at, middle[place], mark, color=color, fillstyle=fill, markersize=4.0)
-            curves.plot(counts, [each.total[place] for each in settled], marker=mark, color=color)
+            curves.plot(counts, [fit.total[place] for fit in settled], marker=mark, color=color)
         bars.axhline(0.0, color=MUTED, lw=0.5)
         title = points.variables[name].label + ", logarithm" * indices.of_logarithm
         bars.set_title(title, fontsize=6.5)
@@ -272,11 +272,11 @@ def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
         curves.set(ylim=(-0.03, 1.03))
         curves.set_xscale("log", base=2)
         curves.set_xticks(counts, [str(count) for count in counts])
-    grid[-1, 0].set_xticks(range(len(about)), [each.symbol for each in about])
+    grid[-1, 0].set_xticks(range(len(about)), [varied.symbol for varied in about])
     grid[-1, 1].set_xlabel("number of points")
     figure.supylabel("Sobol index", fontsize=7.5)
     handles = [Line2D([], [], color=color, marker=mark) for color, mark in looks]
-    outside_key(figure, handles, [f"{each.symbol}  {each.words}" for each in about])
+    outside_key(figure, handles, [f"{varied.symbol}  {varied.words}" for varied in about])
     return figure
 
 
@@ -288,8 +288,8 @@ def scatter_matrix(points: Points) -> Figure:
     """
     axis, shown, norm = _coloured(points, "wear_volume")
     columns = {name: _places(points, name) for name in points.levels}
-    # The first row has the second parameter over the first, the last the result over all.
-    rows = [(each, "\n".join(wrap(parameter_label(name), 18))) for name, each in columns.items()]
+    # The first row has the second parameter over the first, the last row the result over all.
+    rows = [(place, "\n".join(wrap(parameter_label(name), 18))) for name, place in columns.items()]
     rows = [*rows[1:], (shown, axis.wrapped_label)]
     figure = JournalFigure(2, _HEAD + 36.0 * len(rows))
     grid = figure.subplots(len(rows), len(rows), sharex="col", sharey="row", squeeze=False)
@@ -317,7 +317,7 @@ def scatter_matrix(points: Points) -> Figure:
 def parallel_coordinates(points: Points) -> Figure:
     """Draw every point of a study as a line over its parameters, coloured by the final wear volume.
 
-    Each parameter has an axis from its lowest to its highest value, and so has the wear volume.
+    Each parameter, and the wear volume, has an axis from its lowest to its highest value.
     """
     axis, shown, norm = _coloured(points, "wear_volume")
     rows = np.argsort(shown)
@@ -347,7 +347,7 @@ def parallel_coordinates(points: Points) -> Figure:
 
 
 def _scaled(values: Array) -> Array:
-    """Return values from 0 to 1, evenly in the logarithm where they span much; infinite ones 1."""
+    """Return values scaled to 0 to 1, by their logarithm if the range is wide; infinite ones 1."""
     finite = values[np.isfinite(values)]
     if finite.min() > 0.0 and finite.max() > _LOGARITHMIC_FROM * finite.min():
         values, finite = np.log(values), np.log(finite)
@@ -360,9 +360,9 @@ def _scaled(values: Array) -> Array:
 def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
 
-    `summary` is a merged study that varies the load and the displacement amplitude or ratio; of
-    other varied parameters the first value is shown. Slip that is partial in some snapshots and
-    gross in others is mixed. The width of a dot is in proportion to the cube root of the wear
+    `summary` is a merged study that varies the load and the displacement amplitude or ratio; other
+    varied parameters are shown at their first value. Slip that is partial in some snapshots and
+    gross in others is mixed. The width of a dot is proportional to the cube root of the wear
     volume.
     """
     across = next(name for name in WAYS if name in summary["status"].dims)
@@ -400,10 +400,10 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     largest = with_unit(f"{unit.of(greatest):.3g}", unit)
     note = f"width of dots: cube root of {worn.words}, largest {largest}"
     axes.set_title(note, fontsize="small", loc="left")
-    # How far apart neighbours are is known when the axes have their place.
+    # The distance of neighbours follows once the axes are laid out.
     figure.draw_without_rendering()
     pixels = axes.transData.transform(np.column_stack([way.ravel(), load.ravel()]))
-    x, y = (each.reshape(way.shape) * 72.0 / figure.dpi for each in pixels.T)
+    x, y = (along.reshape(way.shape) * 72.0 / figure.dpi for along in pixels.T)
     steps = np.abs([*np.diff(x[0]), *np.diff(y[:, 0])])
     widest = min(_LARGEST, _APART * float(steps.min(initial=np.inf)))
     widths = np.maximum(widest * np.cbrt(volume / greatest), _SMALLEST)

@@ -46,7 +46,7 @@ from fretwear.units import in_unit, listed
 from fretwear.vocabulary import RESULTS, Variable
 
 Levels = Mapping[str, tuple[Value, ...]]
-"""The different values of each varied name, in the study's order."""
+"""The different values of each varied name, in the order of the study."""
 
 HISTORIES = {
     "contact_half_width": "contact_half_width_x",
@@ -54,7 +54,7 @@ HISTORIES = {
     "wear_volume": "wear_volume",
     "dissipated_energy": "dissipated_energy",
 }
-"""The results that have a figure of their own, by its name."""
+"""The results that have a named figure, by its name."""
 
 _MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3, 4, 60, 8
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
@@ -64,51 +64,51 @@ _MOST_NAMED = 8
 _MOST_MARKS = 12
 # A result that every contact has at every cycle.
 _ALWAYS = "contact_half_width_x"
-# Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
+# This model neglects the worn shape and serves for comparison; another model is shown if possible.
 _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One point of a study, or the mean of those that differ in their seed, over the cycles."""
+    """One point of a study, or the mean of points that differ in their seed, over the cycles."""
 
     point: Mapping[str, int]  # its place along each dimension
-    values: Mapping[str, Value]  # of what the study varies
-    cycles: Array  # of every step where these are known, else of the snapshots
+    values: Mapping[str, Value]  # of the varied parameters
+    cycles: Array  # of every step if there is a history, else of the snapshots
     quantity: Array
-    marks: Array  # cycles and values at the snapshots, shape (2, k); none of a history alone
+    marks: Array  # cycles and values at the snapshots, shape (2, k); k = 0 for a history alone
     deviation: Array | None = None  # standard deviation of a mean
 
     @property
     def has_marks(self) -> bool:
-        """Whether its snapshots are few enough to be marked."""
+        """Whether the snapshots are few enough to be marked."""
         return bool(0 < self.marks.shape[1] <= _MOST_MARKS)
 
     @property
     def is_point(self) -> bool:
-        """Whether a logarithmic axis leaves a single snapshot of it, which is no line."""
+        """Whether a logarithmic axis leaves fewer than two values, which make no line."""
         return int(np.count_nonzero(self.quantity > 0.0)) < 2
 
 
 def study_curves(
     summary: xr.Dataset, variable: str, history: xr.Dataset | None = None
 ) -> list[Curve]:
-    """Return one line per finished point of a study, of a quantity such as ``wear_volume``.
+    """Return one line per finished point of a study for a quantity such as ``wear_volume``.
 
-    The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), that of
-    one case, or the history of either (…, ``step``, with ``cycle`` a variable). Its `history`
-    gives the lines every step. It is a `ValueError` when it lacks the quantity.
+    The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), one case,
+    or the history of either (…, ``step``, with ``cycle`` a variable). With its `history`, lines go
+    through every step. Raises a `ValueError` if the dataset lacks the quantity.
     """
     require(summary, variable)
     summary = with_cycles(summary)
     dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
     steps = summary if history is None or variable not in history else history
-    # What a contact has lost for some cycles, such as a stick zone, leaves a gap in its line.
+    # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
     may_lack = variable in RESULTS and RESULTS[variable].may_lack
     (cycles, quantities, _), (dense_cycles, dense, there) = (
         [
-            each.transpose(*dims, ...).values.astype(np.float64)
-            for each in xr.broadcast(
+            array.transpose(*dims, ...).values.astype(np.float64)
+            for array in xr.broadcast(
                 dataset["cycle"],
                 dataset[variable],
                 dataset[_ALWAYS if may_lack and _ALWAYS in dataset else variable],
@@ -128,8 +128,8 @@ def study_curves(
         values = {name: column[point[dim]] for name, (dim, column) in columns.items()}
         marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
         marks = marks if "cycle" in summary.dims else marks[:, :0]
-        known = np.isfinite(there[at])
-        lines.append(Curve(point, values, dense_cycles[at][known], dense[at][known], marks))
+        stored = np.isfinite(there[at])
+        lines.append(Curve(point, values, dense_cycles[at][stored], dense[at][stored], marks))
     return lines
 
 
@@ -144,8 +144,8 @@ def _means(lines: Sequence[Curve], summary: xr.Dataset) -> list[Curve]:
         values = {n: v for n, v in group[0].values.items() if SEED not in summary[n].dims}
         cycles = np.unique(np.concatenate([line.cycles for line in group]))
         marked = np.unique(np.concatenate([line.marks[0] for line in group]))
-        each = np.stack([np.interp(cycles, line.cycles, line.quantity) for line in group])
-        mean, deviation = each.mean(axis=0), each.std(axis=0, ddof=1) if len(group) > 1 else None
+        table = np.stack([np.interp(cycles, line.cycles, line.quantity) for line in group])
+        mean, deviation = table.mean(axis=0), table.std(axis=0, ddof=1) if len(group) > 1 else None
         marks = np.stack([marked, np.interp(marked, cycles, mean)])
         means.append(Curve(point, values, cycles, mean, marks, deviation))
     return means
@@ -157,7 +157,7 @@ def _levels(lines: Sequence[Curve]) -> Levels:
 
 
 def _telling(levels: Levels, lines: Sequence[Curve]) -> str | None:
-    """Return the name that explains most of points drawn at random: by rank correlation."""
+    """Return the drawn parameter of highest rank correlation; None with fewer than two drawn."""
     drawn = [
         name
         for name, values in levels.items()
@@ -173,20 +173,20 @@ def _telling(levels: Levels, lines: Sequence[Curve]) -> str | None:
 
 
 def _independent(levels: Levels, lines: Sequence[Curve]) -> tuple[list[str], dict[str, str]]:
-    """Part the varied names into those that vary on their own, and those that another one tells."""
+    """Return the independent varied names, and for the others a name that determines each."""
     kept: list[str] = []
-    told_by: dict[str, str] = {}
+    leaders: dict[str, str] = {}
     for name in (name for name, values in levels.items() if len(values) > 1):
         for other in kept:
             pairs = {(line.values[other], line.values[name]) for line in lines}
-            # A colour bar is no use for a few values.
+            # A colour bar does not help to read a few values.
             readable = len(levels[other]) <= _MOST_KEYED or len(levels[name]) > _MOST_STYLES
             if readable and len(pairs) == len(levels[other]):
-                told_by[name] = other
+                leaders[name] = other
                 break
         else:
             kept.append(name)
-    return kept, told_by
+    return kept, leaders
 
 
 @styled
@@ -201,23 +201,23 @@ def scalar_history(
     """Draw any scalar result, such as ``wear_volume``, against the cycles.
 
     With `history`, the dense history of the study or case from `fretwear.open_history`, curves go
-    through every step, and marks are snapshots; without it, and for results that it does not hold,
-    snapshots are joined by straight lines. Points of a study that are not done (NaN) are left out.
-    Values that span more than a factor of 30 are on a logarithmic axis where the result may be;
-    cycle 0, without wear, is not on it. Panels, colours and line styles are for what the study
-    varies; `ax` is a ValueError where that takes more panels than one.
+    through every step, and marks are snapshots; without it, and for results that it lacks, straight
+    lines join the snapshots. Points of a study that are not done (NaN) are left out. Values that
+    span more than a factor of 30 have a logarithmic axis if the result allows one; cycle 0, without
+    wear, is not on it. Panels, colours and line styles stand for the varied parameters; `ax` raises
+    a ValueError if they take more than one panel.
     """
     check_dataset(dataset)
     return CyclePlot(dataset, quantity, history).draw(columns, ax)
 
 
 contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
-    of_quantity(scalar_history, *each) for each in HISTORIES.items()
+    of_quantity(scalar_history, name, result) for name, result in HISTORIES.items()
 )
 
 
 class CyclePlot:
-    """A figure of a result over the cycles; a `ValueError` where no point has a value."""
+    """A figure of a result over the cycles; a `ValueError` if no point has a value."""
 
     def __init__(
         self, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
@@ -227,33 +227,33 @@ class CyclePlot:
         if not lines:
             raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
         points = dataset["status"].size if "status" in dataset else len(lines)
-        self._cases = f"{len(lines)} of {points} cases, those done"
+        self._cases = f"the {len(lines)} of {points} cases that are done"
         if points == len(lines):
             self._cases = "one case" if points == 1 else f"all {points} cases"
         seeds = dataset[variable.name].sizes.get(SEED, 0)
         self._seeds = seeds if seeds >= LEAST_SEEDS else 0
         if self._seeds:
-            # Seeds are chance: their mean is shown, and how far they are from it.
+            # Seeds differ by chance, so their mean and deviation are shown.
             lines = _means(lines, dataset)
         self._choose_places(lines)
         self._colors, self._norm = self._palette()
         self.lines = [
-            each for each in lines if all(each.values[n] in self.levels[n] for n in self.thinned)
+            line for line in lines if all(line.values[n] in self.levels[n] for n in self.thinned)
         ]
-        cycles, known = _joined(self.lines)
-        self._axis = ValueAxis(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
+        cycles, values = _joined(self.lines)
+        self._axis = ValueAxis(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
         self._is_dense = history is not None
 
     def _choose_places(self, lines: Sequence[Curve]) -> None:
         """Choose panels, colours and line styles for the names that the lines vary.
 
-        Colour tells the roughness amplitude or, if that is fixed, the name with most values; the
-        line style the plastic limit or another name with few values, unless many lines crowd a
-        panel; the remaining names make panels. Of a name with more values than can be shown, some
-        are left out, evenly.
+        Colour stands for the roughness amplitude or, if that is fixed, the name with most values;
+        line style for the plastic limit or another name with few values, unless many lines crowd a
+        panel; panels for the remaining names. If a name has more values than can be shown, evenly
+        spaced ones remain.
         """
         levels = _levels(lines)
-        names, told_by = _independent(levels, lines)
+        names, leaders = _independent(levels, lines)
         self.style = None
         if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
             few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
@@ -264,7 +264,7 @@ class CyclePlot:
         preferred = [name for name in _PREFERRED_COLOR if name in rest]
         finest = max(preferred[:1] or rest, key=lambda name: len(levels[name]), default=None)
         self.color = _telling(levels, lines) or finest
-        if self.color not in rest and self.color is not None:  # each of them tells the others
+        if self.color not in rest and self.color is not None:  # it determines all others
             rest, self.style = [self.color], None
         facets = [name for name in rest if name != self.color]
         self.rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
@@ -272,16 +272,16 @@ class CyclePlot:
         most: dict[str | None, int] = {self.color: _MOST_COLORS}
         most |= dict.fromkeys(self.rows, _MOST_ROWS)
         most |= dict.fromkeys(self.across, _MOST_PANELS_ACROSS * (1 if self.rows else _MOST_ROWS))
-        self.levels = dict(levels)  # those that are shown
+        self.levels = dict(levels)  # the levels that are shown
         for name, values in levels.items():
             if len(values) > most.get(name, math.inf):
                 picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
                 self.levels[name] = tuple(values[index] for index in np.unique(picks))
         self.levels |= {name: levels[name][-1:] for name in held}
-        # How many a name has of which only some are shown.
+        # Numbers of levels of the names of which only some levels are shown.
         self.thinned = {n: len(levels[n]) for n in names if len(self.levels[n]) < len(levels[n])}
-        # Names whose value that of the colour tells, as in paired lists.
-        self.paired = [name for name, leader in told_by.items() if leader == self.color]
+        # Names whose values follow from the colour, as in paired lists.
+        self.paired = [name for name, leader in leaders.items() if leader == self.color]
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
@@ -293,7 +293,7 @@ class CyclePlot:
         across = math.prod(len(self.levels[name]) for name in self.across)
         across = across if self.rows else min(across, 2 * columns)
         if ax is None:
-            titles = [", ".join(symbol_text(*each) for each in facet.items()) for facet in contents]
+            titles = [", ".join(symbol_text(n, v) for n, v in facet.items()) for facet in contents]
             row = 46.0 if len(contents) > across else 56.0
             figure, panels = make_panels(columns, titles, across, (16.0, row), "row")
         elif len(contents) == 1:
@@ -346,11 +346,11 @@ class CyclePlot:
         return figure
 
     def _level(self, name: str | None, line: Curve) -> int:
-        """Return the place of a line's value among those shown of `name`, 0 for no name."""
+        """Return the place of a line's value among the levels shown of `name`, 0 for no name."""
         return 0 if name is None else self.levels[name].index(line.values[name])
 
     def _palette(self) -> tuple[Sequence[Any], Normalize | None]:
-        """Return the colours of the levels, and the scale of a bar if they are many for a key."""
+        """Return the colours of the levels, and the scale of a colour bar if a key is too long."""
         levels = self.levels[self.color] if self.color else ("",)
         if isinstance(levels[0], str):
             return [look(place)[0] for place in range(len(levels))], None
@@ -386,55 +386,55 @@ class CyclePlot:
         return curve
 
     def _key_texts(self, name: str | None) -> list[str]:
-        """Return the key of a name's values, with those of the names that it tells."""
+        """Return texts of a name's values, with the values of the names that follow from it."""
         if name is None:
             return []
         names = (name, *self.paired) if name == self.color else (name,)
         texts = []
         for value in self.levels[name]:
             line = next(line for line in self.lines if line.values[name] == value)
-            texts.append(", ".join(symbol_text(each, line.values[each]) for each in names))
+            texts.append(", ".join(symbol_text(paired, line.values[paired]) for paired in names))
         return texts
 
     @property
     def caption(self) -> str:
-        """What the figure shows, in words."""
+        """The caption of the figure."""
         axis, is_keyed = self._axis, self._norm is None
-        told = [f"{axis.variable.label} against the number of cycles, {self._cases}."]
+        sentences = [f"{axis.variable.label} against the number of cycles, {self._cases}."]
         if self._seeds:
-            told.append(f"Mean and standard deviation over {self._seeds} seeds.")
+            sentences.append(f"Mean and standard deviation over {self._seeds} seeds.")
         if self.rows or self.across:
-            told.append(f"Panels: {_names([*self.rows, *self.across])}.")
+            sentences.append(f"Panels: {_names([*self.rows, *self.across])}.")
         if self.color:
             with_it = f", with {_names(self.paired)}" if self.paired and is_keyed else ""
-            told.append(f"Colour: {parameter(self.color).words}{with_it}.")
+            sentences.append(f"Colour: {parameter(self.color).words}{with_it}.")
         if self.paired and not is_keyed:
             verb = "changes" if len(self.paired) == 1 else "change"
-            told.append(f"From line to line, {_names(self.paired)} {verb} too.")
+            sentences.append(f"From line to line, {_names(self.paired)} {verb} too.")
         if self.style:
-            told.append(f"Line and filling of marks: {parameter(self.style).words}.")
+            sentences.append(f"Line and filling of marks: {parameter(self.style).words}.")
         for name, total in self.thinned.items():
             words, shown = parameter(name).words, len(self.levels[name])
-            told.append(f"Of {total} values of {words}, {shown} are shown.")
+            sentences.append(f"The figure shows {shown} of {total} values of {words}.")
         is_marked = is_keyed and any(line.has_marks for line in self.lines)
         is_marked = is_marked or any(line.is_point for line in self.lines)
         if self._is_dense:
             marks = "; marks are snapshots" if is_marked else ""
-            told.append(f"Lines go through every step{marks}.")
+            sentences.append(f"Lines go through every step{marks}.")
         elif is_marked:
-            told.append("Marks are snapshots, joined by straight lines.")
+            sentences.append("Marks are snapshots, joined by straight lines.")
         cycles, values = _joined(self.lines)
         positive = cycles[((cycles == 0.0) | (cycles >= 1.0)) & (values > 0.0)]
         is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
         if not axis.is_logarithmic:
             broken = "The axis of cycles is logarithmic to the right of the break."
-            told.append(broken if is_wide else "The axes are linear.")
+            sentences.append(broken if is_wide else "The axes are linear.")
         elif not is_wide:
-            told.append("The vertical axis is logarithmic.")
+            sentences.append("The vertical axis is logarithmic.")
         else:
-            broken = ", that of cycles to the right of the break" if 0.0 in positive else ""
-            told.append(f"Both axes are logarithmic{broken}.")
-        return " ".join(told)
+            broken = ", the axis of cycles to the right of the break" if 0.0 in positive else ""
+            sentences.append(f"Both axes are logarithmic{broken}.")
+        return " ".join(sentences)
 
 
 def _joined(lines: Sequence[Curve]) -> tuple[Array, Array]:
@@ -448,7 +448,7 @@ def _names(names: Sequence[str]) -> str:
 
 def _matching(lines: Sequence[Curve], panels: Sequence[Mapping[str, Any]]) -> list[Curve]:
     """Return the lines that belong to any of the panels."""
-    return [line for line in lines if any(each.items() <= line.values.items() for each in panels)]
+    return [line for line in lines if any(p.items() <= line.values.items() for p in panels)]
 
 
 @dataclass(frozen=True)
@@ -456,18 +456,18 @@ class RepresentativeCases:
     """Cases that differ in some names and agree, where possible, in the others."""
 
     contrasts: tuple[str, ...]  # the names in which they differ
-    ids: dict[str, str]  # by title, as ``smooth, elastic``; a single case has none
-    common: str  # in words, the other values that all have
-    left_out: str  # a sentence that tells values in between, with a space before it
+    ids: dict[str, str]  # by title, such as ``smooth, elastic``; empty for a single case
+    common: str  # other values, shared by all, in words
+    left_out: str  # a sentence on values that are not shown, after a space; may be empty
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     """Return up to four finished cases of a merged study that has some, reproducibly.
 
     They span the extremes of roughness amplitude and plastic limit, or else of the first two other
-    names. All other names have their last value for which most of the cases are done; the slip
-    model is that of the worn shape. Points drawn at random have no others alike: of them those of
-    least and most wear are taken.
+    names. All other names have the last values with which most of these cases are done, preferably
+    with a slip model that follows the worn shape. If points were drawn at random, no two agree in
+    the other names, and the cases of least and most wear are taken.
     """
     lines = study_curves(summary, "wear_volume")
     levels = _levels(lines)

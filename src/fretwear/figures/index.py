@@ -1,4 +1,4 @@
-"""The index of a folder of figures: what each is called and shows. It takes no matplotlib."""
+"""The index of a folder of figures: their names and captions. It does not need matplotlib."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MOST_BYTES = 10_000_000
 
 @dataclass(frozen=True)
 class FigureEntry:
-    """What the index of a folder of figures tells of each."""
+    """The entry of a figure in the index of its folder."""
 
     name: str
     caption: str
@@ -33,13 +33,13 @@ class FigureEntry:
     def __post_init__(self) -> None:
         # A name with a path would fetch any file into the report.
         if not (_NAME.fullmatch(self.name) and isinstance(self.caption + self.category, str)):
-            raise ValueError(f"{self.name!r} is no name of a figure.")
+            raise ValueError(f"{self.name!r} is not a valid name of a figure.")
 
 
 def read_figure_index(folder: Path) -> list[FigureEntry]:
-    """Return what `write_study_figures` has written to a folder, in the same order.
+    """Return the figures that `write_study_figures` has written to a folder, in the same order.
 
-    It raises a `DataFileError` when the index is not there or is none.
+    Raises a `DataFileError` if the index is missing or not a list of figures.
     """
     index = folder / INDEX_NAME
     try:
@@ -52,23 +52,24 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
 def captions(folder: Path) -> dict[str, str]:
     """Return captions as reStructuredText for Snakemake's report; none before they are drawn.
 
-    The template that puts them in place comes with the package: one that lay among the results
-    could come from anywhere, and a template can run whatever it likes.
+    The template that shows them comes with the package: a template among the results could come
+    from anyone, and templates can run any code.
     """
     try:
-        texts = {each.name: " ".join(each.caption.split()) for each in read_figure_index(folder)}
+        entries = read_figure_index(folder)
     except DataFileError:
         return {}
-    # Text in which reStructuredText finds no markup.
+    texts = {entry.name: " ".join(entry.caption.split()) for entry in entries}
+    # Escape everything that could be markup.
     return {name: re.sub(r"([^\w\s]|_)", r"\\\1", text) for name, text in texts.items()}
 
 
 def figure_category(folder: Path, name: str) -> str:
-    """Return the category of a figure by its name."""
+    """Return the category of a named figure."""
     return {entry.name: entry.category for entry in read_figure_index(folder)}[name]
 
 
 def figure_labels(folder: Path, name: str) -> dict[str, str]:
-    """Return the labels of a figure in a list: its name and the first sentence of its caption."""
+    """Return the labels of a figure: its name and the first sentence of its caption."""
     caption = {entry.name: entry.caption for entry in read_figure_index(folder)}[name]
     return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}

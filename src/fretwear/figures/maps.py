@@ -66,9 +66,9 @@ def wear_map(
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
-    It is that after `cycle` or, if left out, after the last snapshot, over x and y in µm. The edges
-    are circles of the half-widths where the surface is smooth and the contact even, else contours
-    around the cells in the zone: spots of contact each have one.
+    The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. Edges of a
+    smooth, even contact are ellipses through its half-widths; other edges are contours around the
+    cells of a zone, one for each spot of contact.
     """
     scar = take_wear_map(dataset, cycle)
     figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
@@ -87,8 +87,8 @@ def compare_wear_maps(
 ) -> Figure:
     """Draw `wear_map` for several cases, by the titles of their panels, with one scale of depth.
 
-    Where one scar is more than four times as deep as another, colours vary as the square root of
-    the depth, so that both are visible.
+    If one scar is more than four times as deep as another, colours vary as the square root of the
+    depth, so that both are visible.
     """
     check_cases(cases)
     scars = [take_wear_map(case, cycle) for case in cases.values()]
@@ -96,7 +96,7 @@ def compare_wear_maps(
     row = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
     figure, panels = make_panels(columns, list(cases), across, (20.0, row))
     keys = _draw_scars(figure, panels, scars)
-    # The panels have one frame, which shows the largest scar.
+    # All panels share the frame of the largest scar.
     limit = MICROMETRE.of(max(scar.reach for scar in scars))
     panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
     outside_key(figure, keys, list(_EDGES))
@@ -125,7 +125,7 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
         angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
         circle = np.column_stack([np.cos(angle), np.sin(angle)])
         widths = ([float(state[f"{z}_half_width_{n}"]) for n in "xy"] for z in ("contact", "stick"))
-        contact, stick = (circle * each if min(each) > 0.0 else circle[:0] for each in widths)
+        contact, stick = (circle * axes if min(axes) > 0.0 else circle[:0] for axes in widths)
     else:
         contact = _outline(x, y, zone != ContactState.OPEN)
         stick = _outline(x, y, zone == ContactState.STICK)
@@ -133,7 +133,7 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
-    """Return colours for scars of these depths: by their square root where they differ much."""
+    """Return colours for scars of these depths, by the square root if the depths differ much."""
     highest = float(np.max(deepest)) or 1.0
     is_unequal = float(np.min(deepest)) < highest / _UNEQUAL
     return PowerNorm(_SQUARE_ROOT, 0.0, highest) if is_unequal else Normalize(0.0, highest)
@@ -142,7 +142,7 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
     values = unit.of(scar.depth)
-    # Few cells are kept as they are, also in a vector file.
+    # A few cells stay sharp, even in a vector file.
     kind = "none" if max(values.shape) <= _MOST_CELLS else "antialiased"
     options: dict[str, Any] = {"norm": scale, "cmap": depth_colormap(), "interpolation": kind}
     image = draw_map(axes, scar.x, scar.y, values, scar.reach, **options)
@@ -175,7 +175,7 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
 def add_scale(
     figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, **options: Any
 ) -> None:
-    """Add a colour bar beside axes; `options` are those of `colorbar`."""
+    """Add a colour bar beside axes; `options` go to `colorbar`."""
     options = {"aspect": 30, "fraction": 0.05, "pad": 0.02} | options
     bar = figure.colorbar(image, ax=axes, label=label, **options)
     bar.outline.set_visible(False)

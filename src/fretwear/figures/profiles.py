@@ -51,7 +51,7 @@ PROFILES = {
     "wear_rate_profiles": "wear_rate",
     "wear_profiles": "wear_depth",
 }
-"""The fields that have a figure of their own, by its name."""
+"""The fields that have a named figure, by its name."""
 
 _DOWNWARD = ("wear_depth", "plastic_depth")
 _BEFORE_EDGE = 0.75
@@ -81,9 +81,9 @@ def field_profiles(
 
     Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Where roughness
     crowds a profile, a thin line is the profile and a thick one its envelope, or its mean over a
-    wave. A triangle at the top is the peak of a traction that continues above: in elastic bodies
-    the one at the edge of the stick zone grows with a finer grid, without end, and more than three
-    times the first peak is not shown.
+    wave. A triangle at the top marks a traction that continues above: in elastic bodies its peak at
+    the edge of the stick zone grows without bound as the grid is refined, and axes end at three
+    times the first peak.
     """
     profiles = half_profiles(dataset, quantity, cycles)
     figure, panel = one_panel(columns, 66.0 if columns == 1 else 90.0, ax)
@@ -101,7 +101,7 @@ def field_profiles(
 
 
 pressure_profiles, shear_profiles, gap_profiles, wear_rate_profiles, wear_profiles = (
-    of_quantity(field_profiles, *each) for each in PROFILES.items()
+    of_quantity(field_profiles, name, field) for name, field in PROFILES.items()
 )
 
 
@@ -116,7 +116,7 @@ def compare_profiles(
     """Draw `field_profiles` of several cases, by the titles of their panels.
 
     Panels of a row have the same axes. Each of the `cycles` is drawn in the cases that have it; a
-    cycle that none of them has, and a case that has none of them, is a ValueError.
+    cycle that no case has, or a case that has none of the cycles, raises a ValueError.
     """
     check_cases(cases)
     field = field_of(quantity)
@@ -157,7 +157,7 @@ def compare_profiles(
 
 @dataclass(frozen=True)
 class Frame:
-    """Limits of profiles: x and largest value in SI units, with the unit of the y axis."""
+    """Limits of profiles, x and largest value, in SI units, with the unit of the y axis."""
 
     left: float
     right: float
@@ -165,7 +165,7 @@ class Frame:
     unit: Unit
 
     def apply(self, axes: Axes, field: Variable) -> None:
-        """Give axes of a field these limits, and their labels."""
+        """Give axes these limits and the labels of a field."""
         top = float(self.unit.of(self.top))
         axes.set_xlim(MICROMETRE.of(self.left), MICROMETRE.of(self.right))
         axes.set_ylim((top, 0.0) if field.name in _DOWNWARD else (0.0, top))
@@ -184,19 +184,19 @@ def is_traction(field: Variable) -> bool:
 
 
 def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
-    """Return the frame that shows all of some panels of one field.
+    """Return a frame that fits several panels of one field.
 
     A field that vanishes inside a smooth contact is shown around its edge, up to the values of the
-    last cycle, the tractions of elastic bodies up to three times their first peak: the later one at
-    the stick edge grows without bound as the grid is refined, and would hide the rest.
+    last cycle. Tractions of elastic bodies are shown up to three times their first peak: the later
+    peak at the stick edge grows without bound as the grid is refined, and would hide the rest.
     """
     field, is_even = panels[0].field, all(panel.is_even for panel in panels)
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
     if at_edge(field):
-        # A merged study holds the gap only as far as it is stored.
+        # A merged study holds the gap only within the window.
         right = min(right, max(float(panel.x[-1]) for panel in panels))
     if field.name in ("wear_depth", "wear_rate"):
-        # Over a stroke wear extends beyond the contact.
+        # The wear of a stroke extends beyond the contact.
         for panel in panels:
             deepest = panel.values.max(axis=0)
             worn = np.abs(panel.x[deepest > _WORN * deepest.max()])
@@ -222,7 +222,7 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
 
 
 def cycle_colors(cycles: Sequence[float] | np.ndarray[Any, Any]) -> dict[int, str]:
-    """Return a colour for each cycle, the later the darker."""
+    """Return a colour for each cycle, darker for later ones."""
     colours = sequential_colours(len(cycles))
     return {int(cycle): colour for cycle, colour in zip(cycles, colours, strict=True)}
 
@@ -234,9 +234,9 @@ def draw_profiles(
     frame: Frame | None = None,
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw profiles in colours by cycle with the last stick zone, in a frame that panels may share.
+    """Draw profiles in colours by cycle with the last stick zone, and return their curves.
 
-    The curves are returned.
+    Panels may share a `frame`; by default it fits these profiles.
     """
     frame = frame or frame_of([profiles])
     shade_stick(axes, profiles)
@@ -245,7 +245,7 @@ def draw_profiles(
     for curve in curves if is_traction(profiles.field) else ():
         x, values = (np.asarray(data) for data in curve.get_data())
         if np.nanmax(values) > frame.unit.of(frame.top):
-            # The triangle says that the curve continues above the axes.
+            # A triangle marks a curve that continues above the axes.
             mark: dict[str, Any] = {
                 "transform": axes.get_xaxis_transform(),
                 "color": curve.get_color(),
@@ -273,7 +273,7 @@ def draw_curves(
     styles: Sequence[Mapping[str, Any]],
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw one curve per cycle in its style, over a thin one where waves crowd the profile."""
+    """Draw one curve per cycle in its style, over a thin one if waves crowd the profile."""
     x, readable, curves = MICROMETRE.of(profiles.x), profiles.readable(envelope), []
     for values, shown, style in zip(profiles.values, readable.values, styles, strict=True):
         if profiles.is_wavy:
@@ -305,7 +305,7 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
 def cycle_key(
     figure: Figure, colors: Mapping[int, str], place: Place = "outside upper left"
 ) -> None:
-    """Add the key of colours that tell cycles, above the axes of a figure or elsewhere."""
+    """Add the key of the colours of cycles, above the axes of a figure or elsewhere."""
     lines = [Line2D([], [], color=color) for color in ("none", *colors.values())]
     labels = ["cycle", *(cycle_text(cycle) for cycle in colors)]
     outside_key(figure, lines, labels, place, handlelength=1.4)
@@ -315,13 +315,13 @@ def cycle_key(
 def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = None) -> Figure:
     """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
 
-    The scar, after `cycle` or the last snapshot, is that of the whole contact, as a profilometer
-    crosses it. It is a ValueError where the case has one wear coefficient for both bodies together.
+    The scar of the whole contact, after `cycle` or the last snapshot, is shown as a profilometer
+    crosses it. A case with one wear coefficient for both bodies together raises a ValueError.
     """
     names = [field.name for field in BODY_FIELDS]
     if isinstance(dataset, xr.Dataset) and names[0] not in dataset:
         raise ValueError(
-            "the wear of each body is not known: give wear_coefficient as [indenter, flat]"
+            "the dataset has no wear of each body: give wear_coefficient as [indenter, flat]"
         )
     line = mirrored(snapshots(dataset, cycle, *names)[names].isel(cycle=-1))
     figure, axes = one_panel(1, 66.0, ax)
@@ -341,12 +341,12 @@ def fretting_loops(
 ) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
-    `loops` are those of `fretwear.open_loops`; `cycles` left out are all of them.
+    `fretwear.open_loops` returns `loops`; `cycles` are all of them by default.
     """
-    shown = snapshots(loops, cycles, *(each.name for each in LOOP), default=list)
-    force, way = (shown[each.name] for each in LOOP)
-    known = LOOP[0].in_units(force.attrs.get("units", LOOP[0].si_unit))
-    unit = readable_unit(force, known.si_unit)
+    shown = snapshots(loops, cycles, *(variable.name for variable in LOOP), default=list)
+    force, way = (shown[variable.name] for variable in LOOP)
+    about_force = LOOP[0].in_units(force.attrs.get("units", LOOP[0].si_unit))
+    unit = readable_unit(force, about_force.si_unit)
     figure, axes = one_panel(1, 66.0, ax)
     axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
@@ -357,7 +357,7 @@ def fretting_loops(
     )
     curves = [axes.plot(*xy, color=c)[0] for *xy, c in zip(x, y, colors.values(), strict=True)]
     axes.margins(x=0.03)
-    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{known.label} ({unit.name})")
+    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{about_force.label} ({unit.name})")
     first, *others = map(cycle_text, colors)
     label_or_key(axes, curves, [f"cycle {first}", *others], ax)
     return figure
@@ -366,11 +366,11 @@ def fretting_loops(
 def bearing_heights(
     dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
 ) -> dict[int, Array]:
-    """Return the heights of the surfaces at some cycles, the first and the last if left out.
+    """Return the heights of the surfaces at some cycles, by default the first and the last.
 
-    See `Roughness.in_contact`. A dataset does not record where the file of a measured surface is;
-    its case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
-    file that is not there.
+    See `Roughness.in_contact`. A dataset does not record the place of the file of a measured
+    surface; its `case` from a study does. Raises a `ValueError` if the case is smooth, or the file
+    of its surface is missing.
     """
     states = snapshots(
         dataset, cycles, "wear_depth", "plastic_depth", default=lambda n: sorted({n[0], n[-1]})
@@ -393,9 +393,9 @@ def bearing_area(
 ) -> Figure:
     """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
 
-    The height, that of the roughness less wear and plastic depth, is drawn over the share of the
-    contact that lies above it; `cycles` left out are the first and the last snapshot. It is a
-    ValueError when the case is smooth, or its surface is in a file that is not there.
+    The height of the roughness less wear and plastic depth is drawn over the share of the contact
+    that lies above it; `cycles` are by default the first and the last snapshot. Raises a ValueError
+    if the case is smooth, or the file of its surface is missing.
     """
     heights = bearing_heights(dataset, cycles)
     figure, panel = one_panel(columns, 66.0, ax)
@@ -408,25 +408,26 @@ def bearing_area(
 @styled
 def compare_bearing_areas(
     cases: Mapping[str, xr.Dataset],
-    known: Mapping[str, Case] | None = None,
+    cases_by_id: Mapping[str, Case] | None = None,
     *,
     columns: Columns = 2,
 ) -> Figure:
     """Draw bearing-area curves of several cases, by title, on one scale of heights.
 
-    `known` are the cases of the study by id, which know the files of measured surfaces.
+    `cases_by_id` are the cases of the study, which name the files of measured surfaces.
     """
     check_cases(cases)
     heights = [
-        bearing_heights(each, None, (known or {}).get(each.attrs["case_id"]))
-        for each in cases.values()
+        bearing_heights(dataset, None, (cases_by_id or {}).get(dataset.attrs["case_id"]))
+        for dataset in cases.values()
     ]
     across = min(len(cases), columns)
     figure, panels = make_panels(columns, list(cases), across, (16.0, 50.0))
     label, (*_, lines) = _draw_bearing_areas(panels, heights)
     figure.supylabel(label, fontsize=7.5)
-    ends = [sorted({list(own)[end] for own in heights}) for end in (0, -1)]
-    outside_key(figure, lines, [f"cycle {span(each, cycle_text)}" for each in ends][: len(lines)])
+    ends = [sorted({list(by_cycle)[end] for by_cycle in heights}) for end in (0, -1)]
+    labels = [f"cycle {span(cycles, cycle_text)}" for cycles in ends]
+    outside_key(figure, lines, labels[: len(lines)])
     return figure
 
 
@@ -434,11 +435,11 @@ def _draw_bearing_areas(
     panels: Sequence[Axes], heights: Sequence[Mapping[int, Array]]
 ) -> tuple[str, list[list[Line2D]]]:
     """Draw curves by cycle into each panel; return the label of their heights, and the curves."""
-    unit = readable_unit(np.concatenate([h for each in heights for h in each.values()]), "m")
+    unit = readable_unit(np.concatenate([h for panel in heights for h in panel.values()]), "m")
     for panel, curves in zip(panels, heights, strict=True):
         colors = cycle_colors(list(curves))
-        for cycle, each in curves.items():
-            share = 100.0 * (np.arange(each.size) + 0.5) / each.size
-            panel.plot(share, unit.of(each), color=colors[cycle], label=cycle_text(cycle))
+        for cycle, height in curves.items():
+            share = 100.0 * (np.arange(height.size) + 0.5) / height.size
+            panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
         panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
     return f"Height ({unit.name})", [list(panel.get_lines()) for panel in panels]

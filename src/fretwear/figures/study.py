@@ -66,13 +66,14 @@ def study_figures(
     summary: xr.Dataset,
     cases: Path,
     history: xr.Dataset | None = None,
-    known: Callable[[], Mapping[str, Case]] = dict,
+    cases_by_id: Callable[[], Mapping[str, Case]] = dict,
 ) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    They are the effects of the parameters, results over the cycles, at every step of the `history`,
-    and profiles, bearing areas and maps of a few representative cases. `known` returns the cases of
-    the study by id, for the heights of rough surfaces. Without finished points there are none.
+    They show the effects of the parameters, results over the cycles, at every step of the
+    `history`, and profiles, bearing areas and maps of a few representative cases. `cases_by_id`
+    returns the cases of the study, for the heights of rough surfaces. A study without finished
+    points has no figures.
     """
     if not study_curves(summary, "wear_volume"):
         return
@@ -98,13 +99,13 @@ def study_figures(
             caption = _profile_caption(field_of(quantity), where, opened) + chosen.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        waves = any(each.fretwear.case.rough for each in opened.values())
-        # Making all cases of a study takes a while; they know where the files of surfaces are.
-        surfaces = known() if waves else {}
+        is_rough = any(dataset.fretwear.case.rough for dataset in opened.values())
+        # The cases of a study, which take a while to make, name the files of surfaces.
+        surfaces = cases_by_id() if is_rough else {}
         rough = {
-            title: each
-            for title, each in opened.items()
-            if (case := surfaces.get(each.attrs["case_id"]))
+            title: dataset
+            for title, dataset in opened.items()
+            if (case := surfaces.get(dataset.attrs["case_id"]))
             and case.rough is not None
             and case.rough.is_known
         }
@@ -115,7 +116,7 @@ def study_figures(
             )
             figure = compare_bearing_areas(rough, surfaces)
             yield StudyFigure(f"bearing_area{suffix}", caption, MAP_CATEGORY, figure)
-        # A line contact has no map: it is the same all along y.
+        # A line contact is uniform along y and has no map.
         if all("y" in case.dims for case in opened.values()):
             caption, figure = _map_caption(where, opened), compare_wear_maps(opened)
             yield StudyFigure(f"wear_map{suffix}", caption + chosen.left_out, MAP_CATEGORY, figure)
@@ -127,16 +128,16 @@ def write_study_figures(
     folder: Path,
     extra: Iterable[StudyFigure] = (),
     history: xr.Dataset | None = None,
-    known: Callable[[], Mapping[str, Case]] = dict,
+    cases_by_id: Callable[[], Mapping[str, Case]] = dict,
 ) -> list[FigureEntry]:
     """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
-    `extra` figures follow; each is drawn only when it is written. The returned entries are those of
+    `extra` figures follow; each is drawn only when it is written. Returns the entries of the index,
     ``index.json``, which is written last.
     """
     entries = []
     for name, caption, category, figure in chain(
-        study_figures(summary, cases, history, known), extra
+        study_figures(summary, cases, history, cases_by_id), extra
     ):
         save_figure(figure, folder / name)
         entries.append(FigureEntry(name, caption, category))
@@ -151,7 +152,7 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     if not points.levels:
         return
     volume = points.variables["wear_volume"]
-    depends = "; colours are those of the other parameter on which the change depends most"
+    depends = "; colours show the other parameter on which the change depends most"
     paired = (
         "Final results against each parameter. A line joins cases that differ in this parameter "
         f"alone{depends if len(points.levels) > 1 else ''}."
@@ -179,13 +180,13 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         caption = (
             "Sobol indices of final results. Left: each parameter alone (full marks) and with its "
             "interactions (open), with 95 % intervals from the covariance of the emulator's "
-            "coefficients. Right: the latter against the number of points."
+            "coefficients. Right: indices with interactions against the number of points."
         )
         yield StudyFigure("sobol_indices", caption, ANSWER_CATEGORY, sensitivity(points, good))
     if len(points.levels) > 1:
         caption = (
             "Every point over every two parameters, and its result against each of them; colours "
-            f"are those of the final {volume.words}."
+            f"show the final {volume.words}."
         )
         yield StudyFigure("scatter_matrix", caption, ANSWER_CATEGORY, scatter_matrix(points))
     caption = f"Every point as a line over its parameters; its colour is the final {volume.words}."
@@ -194,34 +195,36 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
 
 
 def _profile_caption(field: Variable, where: str, cases: Mapping[str, xr.Dataset]) -> str:
-    is_map, is_edge = all("y" in each.dims for each in cases.values()), at_edge(field)
+    is_map, is_edge = all("y" in case.dims for case in cases.values()), at_edge(field)
     on_line = " on the line nearest y = 0" if is_map else ""
-    told = [f"{field.label} along the direction of slip{on_line} at several cycles{where}."]
+    sentences = [f"{field.label} along the direction of slip{on_line} at several cycles{where}."]
     if is_edge:
-        told.append("Around the edge of the contact.")
-    # Where the whole contact slides nothing sticks, and the pressure has no peak.
+        sentences.append("Around the edge of the contact.")
+    # A contact that slides as a whole has no stick zone, and its pressure no peak.
     sticks = any(float(case["stick_half_width_x"].max()) > 0.0 for case in cases.values())
     if any(float(case["stick_half_width_x"][-1]) > 0.0 for case in cases.values()):
-        told.append(f"Grey{', where visible' if is_edge else ''}: stick zone at the last cycle.")
+        sentences.append(
+            f"Grey{', where visible' if is_edge else ''}: stick zone at the last cycle."
+        )
     limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
     if sticks and is_traction(field) and max(limits) == math.inf:
-        told.append(
+        sentences.append(
             "Triangles: peaks of elastic bodies that continue above; they grow without bound as "
             "the grid is refined."
         )
     if _any_rough(cases):
         has_peaks = envelope_of(field) is peak_envelope
-        told.append(
+        sentences.append(
             "Where waves crowd a profile, the thin line is the profile and the thick one its "
             f"{'envelope through the peak of every wave' if has_peaks else _MEAN_WORDS}."
         )
-    return " ".join(told)
+    return " ".join(sentences)
 
 
 def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
     sentences = [f"Wear depth of both bodies over the contact after the last cycle{where}."]
     if _any_rough(cases, "roughness_rms_height"):
-        sentences.append("On rough surfaces spots in contact and spots that stick are outlined.")
+        sentences.append("Outlines on rough surfaces surround spots in contact and in stick.")
     deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
     if isinstance(depth_scale(deepest), PowerNorm):
         sentences.append("Colours vary as the square root of the depth.")

@@ -52,7 +52,7 @@ _LIGHTEST, _DARKEST = 0.8, 0.0
 _LEAST_CONTRAST = 4.5
 
 _OPTIONS: dict[str, dict[str, Any]] = {
-    # Runs of equal bytes compressed: in two thirds of the time, hardly larger.
+    # Run-length compression takes two thirds of the time, and files are hardly larger.
     ".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}},
     ".svg": {"metadata": {"Date": None, "Creator": "fretwear"}},
     ".pdf": {"metadata": {"CreationDate": None, "Creator": "fretwear", "Producer": None}},
@@ -76,7 +76,7 @@ class JournalFigure(Figure):
         FigureCanvasAgg(self)
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Save as matplotlib does, in fretwear's style whatever the user's settings are."""
+        """Save as matplotlib does, in fretwear's style whatever the user's settings."""
         with style_context(), laid_out(self):
             super().savefig(fname, **options)
 
@@ -87,25 +87,25 @@ class JournalFigure(Figure):
 
 
 def root_figure(axes: Axes) -> Figure:
-    """Return the figure that axes belong to, including those in a subfigure."""
+    """Return the figure to which axes, or the subfigure around them, belong."""
     figure = axes.get_figure(root=True)
     if figure is None:
-        raise ValueError("The axes belong to no figure: they have been removed from it.")
+        raise ValueError("The axes do not belong to a figure: they have been removed from it.")
     return figure
 
 
 def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
-    """Return a new figure, `height` mm high, and its axes, or the given axes and their figure."""
+    """Return a new figure, `height` mm high, with its axes, or the figure of the given axes."""
     axes = ax or JournalFigure(columns, height).subplots()
     return root_figure(axes), axes
 
 
 @contextmanager
 def laid_out(figure: Figure) -> Iterator[None]:
-    """Lay a figure out, once for all that is drawn in the context.
+    """Lay a figure out, once for all files written in the context.
 
-    Otherwise matplotlib lays it out and draws it twice for each file, and measures ticks, which are
-    shorter than the space between axes, and axes without numbers and labels.
+    Without it, matplotlib lays the figure out and draws it twice for each file. It also measures
+    ticks, which are shorter than the space between axes, and axes without numbers and labels.
     """
     engine = figure.get_layout_engine()
     if engine is None:
@@ -133,7 +133,7 @@ def laid_out(figure: Figure) -> Iterator[None]:
 
 
 def place_label(axis: Axis) -> None:
-    """Place the label of an axis beyond numbers of five figures, so that none are measured."""
+    """Place the label of an axis beyond numbers of five figures, without measuring them."""
     axes = axis.axes
     left, below = (-_TO_LABEL / 72.0, 0.0) if axis is axes.yaxis else (0.0, -_TO_LABEL / 144.0)
     beyond = ScaledTranslation(left, below, root_figure(axes).dpi_scale_trans)
@@ -141,7 +141,7 @@ def place_label(axis: Axis) -> None:
 
 
 def style_context() -> Any:
-    """Return a context in which matplotlib draws by fretwear's style sheet."""
+    """Return a context in which matplotlib draws in fretwear's style."""
     return matplotlib.style.context(["default", str(STYLE_SHEET)])
 
 
@@ -154,7 +154,7 @@ def styled(function: F) -> F:
 def of_quantity(
     draw: Callable[Concatenate[xr.Dataset, Q, P], Figure], name: str, quantity: Q
 ) -> Callable[Concatenate[xr.Dataset, P], Figure]:
-    """Return the figure of one result or field: `draw` with its quantity, under a name."""
+    """Return the figure function of one result or field: `draw` with its quantity, under a name."""
 
     def figure(dataset: xr.Dataset, *args: P.args, **kwargs: P.kwargs) -> Figure:
         return draw(dataset, quantity, *args, **kwargs)
@@ -164,7 +164,7 @@ def of_quantity(
     figure.__signature__ = whole.replace(parameters=[dataset, *others])  # type: ignore[attr-defined]
     figure.__name__ = figure.__qualname__ = name
     figure.__doc__ = f"Draw the {RESULTS[str(quantity)].words} as `{draw.__name__}` does."
-    return figure  # type: ignore[return-value]  # its name is that of the dataset everywhere
+    return figure  # type: ignore[return-value]  # the dataset may be given by name
 
 
 def save_figure(
@@ -173,19 +173,18 @@ def save_figure(
     """Write a figure once per format; each file appears only when it is complete.
 
     `stem` is folder and name of the files without their endings, the `formats`, such as ``svg``,
-    ``png`` (300 dots per inch) and ``pdf``. The files carry no date, and their inner names depend
-    on the content alone: the same data always give the same bytes.
+    ``png`` (300 dots per inch) and ``pdf``. The files have no date, and their inner names depend on
+    the content alone, so the same data always give the same bytes.
     """
     with laid_out(figure):
         return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
-    """Write a figure to one file, see `save_figure`; a `ValueError` for an unknown suffix."""
+    """Write a figure to one file; see `save_figure`. `ValueError` for an unknown suffix."""
     path = Path(path)
     ending = path.suffix.lower()
-    known = figure.canvas.get_supported_filetypes()
-    if ending.removeprefix(".") not in known:
+    if ending.removeprefix(".") not in figure.canvas.get_supported_filetypes():
         raise ValueError(
             f"{path.name}: {ending or 'no ending'} is not a format for figures; "
             "end the name in .png, .svg or .pdf."
@@ -193,14 +192,14 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
     with style_context(), laid_out(figure), atomic_path(path) as temporary:
         figure.savefig(temporary, format=ending.removeprefix("."), **_OPTIONS.get(ending, {}))
         if ending == ".svg":
-            # A hundredth of a point is finer than any line; matplotlib writes a millionth.
+            # A hundredth of a point is finer than any line; matplotlib writes millionths.
             drawn = temporary.read_bytes()
-            temporary.write_bytes(_PATH.sub(lambda found: _DIGITS.sub(rb"\1", found[0]), drawn))
+            temporary.write_bytes(_PATH.sub(lambda path: _DIGITS.sub(rb"\1", path[0]), drawn))
     return path
 
 
 def text_colour(color: str) -> str:
-    """Return a colour for text, darkened as far as reading on white paper requires."""
+    """Return a colour for text, darkened until it is readable on white paper."""
     shade = np.asarray(matplotlib.colors.to_rgb(color))
     while True:
         # Relative luminance and contrast of WCAG 2.
@@ -211,27 +210,28 @@ def text_colour(color: str) -> str:
 
 
 def look(place: int) -> tuple[str, str]:
-    """Return colour and mark of the first, second … of some things without an order."""
+    """Return the colour and the mark of the first, second … item of an unordered set."""
     return CATEGORICAL[place % len(CATEGORICAL)], MARKERS[place % len(MARKERS)]
 
 
 def sequential_colours(count: int) -> list[str]:
-    """Return `count` colours of one perceptual ramp, the last the darkest."""
+    """Return `count` colours of a perceptual ramp, the last one darkest."""
     shades = sequential_colormap()(np.linspace(1.0, 0.0, count)[::-1])
     return [matplotlib.colors.to_hex(shade) for shade in shades]
 
 
 def sequential_colormap() -> matplotlib.colors.Colormap:
-    """Return the ramp, inferno without its light end, which is lost on white paper.
+    """Return the ramp: inferno without its light end, which is lost on white paper.
 
-    Six colours of it are farther apart than those of viridis, also with red-green colour blindness.
+    Six colours of this ramp are farther apart than six of viridis, even to people who confuse red
+    and green.
     """
     colors = matplotlib.colormaps["inferno"](np.linspace(_LIGHTEST, _DARKEST, 256))
     return matplotlib.colors.ListedColormap(colors, name="fretwear_sequence")
 
 
 def depth_colormap() -> matplotlib.colors.Colormap:
-    """Return the colours of a depth: white for zero, then those of `sequential_colormap`."""
+    """Return the colours of a depth: white for zero, then the `sequential_colormap`."""
     ramp = sequential_colormap()(np.linspace(0.0, 1.0, 200))
     fading = np.linspace(1.0, 0.0, 56, endpoint=False)[:, None]
     colors = np.concatenate([fading + (1.0 - fading) * ramp[0], ramp])
