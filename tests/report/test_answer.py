@@ -339,7 +339,7 @@ def check_lines(answer, table):
     for line in answer.lines:
         if line.parameter == "roughness_seed":
             continue
-        contents = [claim.content() for claim in line.told]
+        contents = [claim.content() for claim in line.claims]
         ends = {(content["from"], content["to"]) for content in contents}
         for group in lines[line.parameter]:
             levels = [table.level(row, line.parameter) for row in group]
@@ -555,10 +555,10 @@ def test_a_parameter_that_fixes_a_result_by_definition_is_no_finding():
     volume, dissipated = answers(study)
     assert volume.lines == dissipated.lines == ()
     assert dissipated.rest == (
-        "What is imposed makes it proportional to the coefficient of friction and proportional to "
-        "the normal load."
+        "Imposed quantities make it proportional to the coefficient of friction and proportional "
+        "to the normal load."
     )
-    assert volume.rest.startswith("What is imposed makes it inversely proportional to the")
+    assert volume.rest.startswith("Imposed quantities make it inversely proportional to the")
 
 
 def test_the_slope_of_a_smooth_surface_changes_nothing_and_nothing_is_said_of_it():

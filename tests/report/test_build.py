@@ -144,7 +144,7 @@ def test_figures_reasons_and_how_it_was_computed_are_on_the_page(parsed, finishe
     assert "Q must be less than µP = 4 N" in parsed.text
     assert parsed.text.count("it did not converge in cycle 7") == 1
     done = [p for p in finished.plan.points if p.case is not None and p.id != finished.failed]
-    assert f"Of 16 points, {len(done)} have results." in parsed.text
+    assert f"Results exist for {len(done)} of 16 points." in parsed.text
     for words in ("Tolerance of the wear integration", "Convolutions", "fretwear 0.1"):
         assert words in parsed.text
     assert parsed.count("math") > 10

@@ -62,7 +62,7 @@ def test_verdict_is_what_all_cases_say_or_in_part(cases, answers):
     judgement = replace(judgement, findings=findings)
     first, second = (answer.value for answer in answers)
     told = f"elastic: {first}, plastic: {second}" if first != second else ""
-    assert (judgement.verdict, judgement.told) == (expected, told)
+    assert (judgement.verdict, judgement.by_subject) == (expected, told)
 
 
 def test_what_holds_in_a_real_run(cases):

@@ -1,4 +1,4 @@
-"""The report of a study: one HTML file that needs nothing else, and its claims in numbers."""
+"""The report of a study: one self-contained HTML file, and its claims in numbers."""
 
 from fretwear.report.answer import answer_text, answers
 from fretwear.report.build import build_report

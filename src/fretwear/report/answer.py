@@ -1,7 +1,7 @@
-"""What a study found: claims in numbers, and the sentences that are rendered from them.
+"""The answer of a study: claims in numbers, and the sentences rendered from them.
 
 A claim compares the final results of cases that differ in one parameter alone, at two of its
-levels. Its factors are those of the result at the last of these over that at the first.
+levels. Its factors are ratios of the result at the last level to the result at the first.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ _EXACT = 1e-6
 _DIGITS = 3
 _MOST_RUNS, _MOST_PARTS = 4, 3
 
-_STICK = "stick"  # in the names of results of the stick zone, which may not be there
+_STICK = "stick"  # in the names of results of the stick zone, which may not exist
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What m pairs of cases say of a result between two levels of a parameter."""
+    """The change of a result between two levels of a parameter, in m pairs of cases."""
 
     effect: Effect  # the parameter, the result and the m pairs, all between the same two levels
-    where: Mapping[str, Value] = field(default_factory=dict)  # other levels that it is limited to
+    where: Mapping[str, Value] = field(default_factory=dict)  # other levels that limit the claim
 
     @property
     def ends(self) -> tuple[Value, Value]:
@@ -57,27 +57,27 @@ class Claim:
 
     @property
     def factors(self) -> Array:
-        """The factors of the pairs that have one."""
-        return _known(self.effect.factors)
+        """The factors of the pairs in which it is defined."""
+        return _finite(self.effect.factors)
 
     @property
     def is_one_way(self) -> bool:
-        """Whether the result grows in all pairs, falls in all or stays in all, as far as known."""
+        """Whether the result grows, falls or stays in all pairs alike, as far as it is defined."""
         return (
             len({way for pair in zip(*self.effect.values, strict=True) for way in _steps(pair)}) < 2
         )
 
     @property
     def between(self) -> str:
-        """Where the result goes another way between the levels than from end to end."""
+        """Words on pairs in which the result goes another way between the levels; may be empty."""
         points, name = self.effect.points, self.effect.parameter
         place = points.place(name)
         values = points.results[self.effect.result]
         ways = set(_ways(self.factors).tolist())
         if len(ways) != 1 or not all(map(_is_number, self.ends)):
             return ""
-        (way,), count, known = ways, 0, np.isfinite(self.effect.factors)
-        ends = dict(zip(self.effect.low[known], place[self.effect.high[known]], strict=True))
+        (way,), count, defined = ways, 0, np.isfinite(self.effect.factors)
+        ends = dict(zip(self.effect.low[defined], place[self.effect.high[defined]], strict=True))
         for line in points.lines[name]:
             here = [row for row in line if row in ends]
             inside = [row for row in line for low in here if place[low] <= place[row] <= ends[low]]
@@ -107,17 +107,17 @@ class Claim:
 
     @property
     def text(self) -> str:
-        """The claim in words, of which the result is the subject, or its stick zone."""
+        """The claim in words; the subject is the result ("it") or the stick zone."""
         where = [_where(name, value) for name, value in self.where.items()]
         start = f"where {listed(where)}, " if where else ""
         change = _change(self.effect.parameter, *self.ends)
-        own = [*self._verbs()]
-        first, *others = [f"it {own[0]}", *own[1:], *self._of_zone()] if own else self._of_zone()
-        others = [each.replace(f" of {len(self.effect.low)} pairs", "") for each in others]
+        verbs, zone = [*self._verbs()], [*self._of_zone()]
+        first, *others = [f"it {verbs[0]}", *verbs[1:], *zone] if verbs else zone
+        others = [phrase.replace(f" of {len(self.effect.low)} pairs", "") for phrase in others]
         return f"{start}from {change} {listed([first, *others])}{self.between}"
 
     def _verbs(self) -> Iterator[str]:
-        """Yield how the result goes in some of the pairs each."""
+        """Yield the changes of the result, each with the pairs in which it occurs."""
         before, after = self.effect.values
         ways = _ways(self.factors)
         for way in (1, -1, 0):
@@ -129,8 +129,8 @@ class Claim:
                 yield f"rises from zero to {self._size(after[appears])}{self._among(appears)}"
             if vanishes.any():
                 yield f"falls from {self._size(before[vanishes])} to zero{self._among(vanishes)}"
-            if (nothing := (before == 0.0) & (after == 0.0)).any():
-                yield f"is zero{self._among(nothing)}"
+            if (both_zero := (before == 0.0) & (after == 0.0)).any():
+                yield f"is zero{self._among(both_zero)}"
         unknown = np.isnan(before) | np.isnan(after)
         if unknown.any():
             slides = np.logical_or(*self._slides)[unknown]
@@ -138,7 +138,7 @@ class Claim:
             yield f"is undefined{self._among(unknown)}{why}"
 
     def _of_zone(self) -> Iterator[str]:
-        """Yield in how many pairs a stick zone appears, vanishes or is not there."""
+        """Yield in how many pairs a stick zone appears, vanishes or does not exist."""
         before, after = self.effect.values
         if not self.is_of_stick:
             return
@@ -153,17 +153,17 @@ class Claim:
             regime *= bool((slides & ~slid)[vanishes].all())
             size = self._size(before[vanishes])
             yield f"the stick zone ({size}) vanishes{self._among(vanishes)}{regime}"
-        if (nothing := (before == 0.0) & (after == 0.0)).any():
-            yield f"nothing sticks{self._among(nothing)}"
+        if (both_zero := (before == 0.0) & (after == 0.0)).any():
+            yield f"nothing sticks{self._among(both_zero)}"
 
     @property
     def is_of_stick(self) -> bool:
-        """Whether the result is one of the stick zone, which may not be there."""
+        """Whether the result belongs to the stick zone, which may not exist."""
         return _STICK in self.effect.result
 
     @property
     def _slides(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which cases at the first and at the last level are known to slide as a whole."""
+        """Which cases at the first and at the last level slide as a whole."""
         points = self.effect.points
         regime = points.results.get("regime", np.full(len(points.ids), np.nan))
         return regime[self.effect.low] == 1.0, regime[self.effect.high] == 1.0
@@ -180,14 +180,14 @@ class Claim:
 
 
 class Chance(NamedTuple):
-    """What a seed does to a result: one value of it is as good as another."""
+    """The scatter of a result over seeds, none of which is better than another."""
 
     effect: Effect
 
     def content(self) -> dict[str, Any]:
-        """Return the claim as ``answer.json`` has it: factors are those to the mean of all seeds.
+        """Return the claim as ``answer.json`` has it, with factors relative to the mean over seeds.
 
-        Levels are null, since the order of seeds means nothing.
+        Levels are null, since the order of seeds has no meaning.
         """
         shares = np.concatenate([line / line.mean() for line in self._ensembles()] or [[]])
         factors = self.effect.factors
@@ -208,7 +208,7 @@ class Chance(NamedTuple):
 
     @property
     def text(self) -> str:
-        """How much results vary with the seed: the quadratic mean over the ensembles."""
+        """The scatter in words: the quadratic mean of the deviations in the ensembles."""
         squares = [line.var(ddof=1) / line.mean() ** 2 for line in self._ensembles()]
         if not squares:
             return "it is undefined or zero for all seeds but one"
@@ -216,18 +216,18 @@ class Chance(NamedTuple):
         return f"it varies by chance, with a standard deviation of {deviation}\u00a0%"
 
     def _ensembles(self) -> list[Array]:
-        """Return the results of each ensemble, without what is zero or undefined."""
+        """Return the results of each ensemble, without zero and undefined ones."""
         points = self.effect.points
         lines = [points.results[self.effect.result][line] for line in points.lines[SEED]]
         return [line[line > 0.0] for line in lines if np.count_nonzero(line > 0.0) > 1]
 
 
 class Influence(NamedTuple):
-    """What one parameter does to one result."""
+    """The influence of one parameter on one result."""
 
     parameter: str
-    told: Sequence[Claim | Chance]  # in order; together they are about all levels
-    details: Sequence[Claim] = ()  # the same by the levels of the parameter that divides them most
+    claims: Sequence[Claim | Chance]  # in order; together they cover all levels
+    details: Sequence[Claim] = ()  # the claims at each level of the parameter that divides them
 
     @property
     def name(self) -> str:
@@ -237,26 +237,25 @@ class Influence(NamedTuple):
 
     @property
     def text(self) -> str:
-        """All that is told, in one sentence."""
-        return "; ".join(claim.text for claim in self.told)
+        """All claims in one sentence."""
+        return "; ".join(claim.text for claim in self.claims)
 
 
 class Answer(NamedTuple):
-    """What a study says of one result."""
+    """The answer of a study for one result."""
 
     name: str
     label: str
     values: str  # its range after the last cycle
     lines: tuple[Influence, ...]  # one for each parameter, the most important first
-    headline: str = ""  # of a sampled study: which parameter matters most
-    rest: str = ""  # more about it, which a narrow screen leaves out
+    headline: str = ""  # in a sampled study, the parameter that matters most
+    rest: str = ""  # details that a narrow screen leaves out
 
 
 def answers(summary: Merged) -> Iterator[Answer]:
-    """Yield what a merged study says of each of `HEADLINES`.
+    """Yield the answers of a merged study for the `HEADLINES`.
 
-    A result that no case has, or that is zero in all, such as a stick zone in gross slip, is left
-    out.
+    A result that no case has, or that is zero in all cases, as without a stick zone, is left out.
     """
     points = Points.of(summary)
     _, cases = np.unique(points.ids, return_index=True)
@@ -265,14 +264,16 @@ def answers(summary: Merged) -> Iterator[Answer]:
         results = points.results.get(name, np.array([np.nan]))
         if not np.nan_to_num(results).any():
             continue
-        varied = [] if points.drawn else [each for each in points.levels if points.lines[each]]
-        varied.sort(key=lambda each: points.importance(each, name), reverse=True)
-        effects = [points.effect(each, name) for each in varied]
-        # What is true by definition is no finding.
-        imposed = {each.parameter: word for each in effects if (word := _proportion(each))}
-        lines = tuple(_line(each) for each in effects if each.parameter not in imposed)
-        told = [f"{word} to the {parameter(each).words}" for each, word in imposed.items()]
-        headline, rest = "", f"What is imposed makes it {listed(told)}." if told else ""
+        varied = [] if points.drawn else [key for key in points.levels if points.lines[key]]
+        varied.sort(key=lambda key: points.importance(key, name), reverse=True)
+        effects = [points.effect(key, name) for key in varied]
+        # An exact proportion follows from imposed quantities and is not a finding.
+        imposed = {effect.parameter: word for effect in effects if (word := _proportion(effect))}
+        lines = tuple(_line(effect) for effect in effects if effect.parameter not in imposed)
+        proportions = [f"{word} to the {parameter(key).words}" for key, word in imposed.items()]
+        headline = rest = ""
+        if proportions:
+            rest = f"Imposed quantities make it {listed(proportions)}."
         if points.drawn and name in indices and indices[name].quality >= GOOD:
             headline, rest = _by_indices(points, indices[name])
         elif points.drawn:
@@ -285,19 +286,19 @@ def answers(summary: Merged) -> Iterator[Answer]:
         yield Answer(name, variable.label, values, lines, headline, rest)
 
 
-def answer_text(found: Iterable[Answer]) -> str:
+def answer_text(all_answers: Iterable[Answer]) -> str:
     """Return every claim of the answers as JSON, for ``answer.json``."""
-    claims = [
+    contents = [
         claim.content()
-        for answer in found
+        for answer in all_answers
         for line in answer.lines
-        for claim in (*line.told, *line.details)
+        for claim in (*line.claims, *line.details)
     ]
-    return json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(contents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def regimes(summary: Merged) -> str:
-    """Say in which regimes of slip the cases are after the last cycle; nothing of partial slip."""
+    """Return the regimes of slip after the last cycle in words; empty if all slip partially."""
     points = Points.of(summary)
     _, cases = np.unique(points.ids, return_index=True)
     empty = np.full(len(points.ids), np.nan)
@@ -317,18 +318,18 @@ def regimes(summary: Merged) -> str:
 
 
 def _line(effect: Effect) -> Influence:
-    """Return what a parameter does to a result."""
+    """Return the influence of a parameter on a result."""
     if effect.parameter == SEED:
         return Influence(SEED, [Chance(effect)])
-    told = [*claims(effect)]
-    details = [part for claim in told if not claim.where for part in _divided(claim)]
-    return Influence(effect.parameter, told, details)
+    on_effect = [*claims(effect)]
+    details = [part for claim in on_effect if not claim.where for part in _divided(claim)]
+    return Influence(effect.parameter, on_effect, details)
 
 
 def claims(effect: Effect) -> Iterator[Claim]:
-    """Yield what is said of an effect, as little as tells in which way it goes.
+    """Yield claims on an effect, as few as show which way it goes.
 
-    Levels that are no numbers, such as no limit at all, are compared with the last number alone.
+    Levels that are not numbers, such as "no limit", are compared with the last number alone.
     """
     levels = effect.points.levels[effect.parameter]
     numbers = [place for place, level in enumerate(levels) if _is_number(level)]
@@ -340,10 +341,10 @@ def claims(effect: Effect) -> Iterator[Claim]:
 
 
 def _of_levels(effect: Effect, low: int, high: int) -> Iterator[Claim]:
-    """Yield claims on what happens from one level to another, usually one."""
+    """Yield the claims on a change from one level to another, usually one."""
     points, name = effect.points, effect.parameter
     numeric = [_is_number(level) for level in points.levels[name]]
-    # Where cases are missing some lines begin or end at a level between the two.
+    # If cases are missing, some lines begin or end at a level between the two.
     ends: set[tuple[int, int]] = set()
     for line in (points.place(name)[line].tolist() for line in points.lines[name]):
         if numeric[high]:
@@ -356,20 +357,20 @@ def _of_levels(effect: Effect, low: int, high: int) -> Iterator[Claim]:
     for first, last in sorted(ends):
         claim = Claim(effect.select(effect.between(first, last)))
         parts = [] if claim.is_one_way else [*_divided(claim)]
-        is_told = 0 < len(parts) <= _MOST_PARTS and all(part.is_one_way for part in parts)
-        yield from parts if is_told else [claim]
+        is_clear = 0 < len(parts) <= _MOST_PARTS and all(part.is_one_way for part in parts)
+        yield from parts if is_clear else [claim]
 
 
 def _runs(effect: Effect, count: int) -> Iterator[tuple[int, int]]:
-    """Yield ranges of the first `count` levels over which the result keeps its way, if few."""
+    """Yield ranges of the first `count` levels in which a result is monotonic, or one if many."""
     place = effect.points.place(effect.parameter)
     values = effect.points.results[effect.result]
     steps: list[set[int]] = [set() for _ in range(count - 1)]
     for line in effect.points.lines[effect.parameter]:
-        known = [row for row in line if place[row] < count and not np.isnan(values[row])]
-        for (low, high), way in zip(pairwise(known), _steps(values[known]), strict=True):
-            for each in steps[place[low] : place[high]]:
-                each.add(way)
+        rows = [row for row in line if place[row] < count and not np.isnan(values[row])]
+        for (low, high), way in zip(pairwise(rows), _steps(values[rows]), strict=True):
+            for ways in steps[place[low] : place[high]]:
+                ways.add(way)
     runs, start, now = [], 0, {0}
     for number, ways in enumerate(steps):
         if ways - {0} and now - {0} and ways - {0} != now - {0}:
@@ -378,7 +379,7 @@ def _runs(effect: Effect, count: int) -> Iterator[tuple[int, int]]:
         now |= ways
     if count > 1:
         runs.append((start, count - 1))
-    # Where the case at a turn is missing, what lies beyond it belongs to the same pair.
+    # If the case at a turn is missing, both sides of the turn belong to one pair.
     lines = [place[line] for line in effect.points.lines[effect.parameter]]
     turns = [turn for turn, _ in runs[1:]]
     is_broken = any(t not in line and line[0] < t < line[-1] for t in turns for line in lines)
@@ -396,16 +397,16 @@ def _divided(claim: Claim) -> Iterator[Claim]:
 def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-indices.total)
-    # What the intervals do not tell apart is not ranked.
+    # Parameters with overlapping intervals are not ranked.
     low, high = indices.total_range
     leading = [i for i in order if high[i] >= low[order[0]]]
     of = "the variance of its logarithm" if indices.of_logarithm else "its variance"
     if len(leading) > 1:
-        told = " and the ".join(names[i] for i in leading)
-        text = f"The {told} matter most, and their order is uncertain. Alone they explain "
+        several = " and the ".join(names[i] for i in leading)
+        text = f"The {several} matter most, and their order is uncertain. Alone they explain "
     else:
         text = f"The {names[order[0]]} matters most: alone it explains "
-    first, low, high = (100.0 * each for each in (indices.first, *indices.first_range))
+    first, low, high = (100.0 * share for share in (indices.first, *indices.first_range))
     shares = [f"{first[i]:.0f} ({low[i]:.0f} to {high[i]:.0f})\u00a0%" for i in leading]
     others = [f"{names[i]} {100.0 * indices.total[i]:.0f}\u00a0%" for i in order]
     rest = f"With interactions: {', '.join(others)}."
@@ -413,25 +414,25 @@ def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
 
 
 def _by_ranks(points: Points, results: Array) -> str:
-    known = np.isfinite(results)
-    if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
+    defined = np.isfinite(results)
+    if defined.sum() < len(points.levels) + 2 or np.ptp(results[defined]) == 0.0:
         return "There are too few points to compare, or they are all the same."
-    lacking = int((~known).sum())
+    lacking = int((~defined).sum())
     why = f"it is undefined at {lacking} of" if lacking else "no emulator is good enough with"
-    correlations = rank_correlations(points.unit[known], results[known, None])[:, 0]
+    correlations = rank_correlations(points.unit[defined], results[defined, None])[:, 0]
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-np.abs(correlations))
     ranks = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
     return (
         f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(ranks)}. "
-        f"There are no Sobol indices, because {why} its {known.size} points."
+        f"There are no Sobol indices, because {why} its {defined.size} points."
     )
 
 
 def _proportion(effect: Effect) -> str:
-    """Say whether a result is exactly proportional to the parameter, or inversely, in all pairs.
+    """Return how a result is exactly proportional to the parameter in all pairs; else empty.
 
-    What is imposed makes it so: no integral over many steps is so exact by chance.
+    Imposed quantities make it so: no integral over many steps is so exact by chance.
     """
     levels = effect.points.levels[effect.parameter]
     if effect.parameter == SEED or not all(_is_number(v) and v > 0.0 for v in levels):
@@ -450,10 +451,10 @@ def _ways(factors: Array) -> NDArray[np.int_]:
 
 
 def _steps(values: Sequence[float] | Array) -> list[int]:
-    """Return how a result goes from each of its known values to the next."""
-    known = np.asarray(values)
-    known = known[~np.isnan(known)]
-    before, after = known[:-1], known[1:]
+    """Return the ways, as `_ways`, from each defined value of a result to the next."""
+    defined = np.asarray(values)
+    defined = defined[~np.isnan(defined)]
+    before, after = defined[:-1], defined[1:]
     factors = np.divide(after, before, out=1.0 + np.sign(after), where=before > 0.0)
     return _ways(factors).tolist()  # type: ignore[no-any-return]
 
@@ -472,7 +473,7 @@ def _where(name: str, value: Value) -> str:
 
 
 def _by(factors: Array) -> str:
-    """Say by how much results grow or fall or that they stay, all of them one way."""
+    """Return by how much results grow or fall, or that they stay; all go one way."""
     low, high = float(factors.min()), float(factors.max())
     if not _ways(factors).any():
         is_same = max(high - 1.0, 1.0 - low) < _EXACT
@@ -505,16 +506,16 @@ def _is_number(value: Value) -> bool:
 
 
 def _plain(value: Value) -> float | str:
-    """Return a level as JSON and study files have it."""
+    """Return a level as in JSON and study files."""
     return value if isinstance(value, str) else "none" if math.isinf(value) else float(value)
 
 
-def _known(values: Array) -> Array:
+def _finite(values: Array) -> Array:
     return values[np.isfinite(values)]
 
 
 def _range(variable: Variable, values: Array) -> str:
-    known = _known(values)
-    unit = variable.unit or readable_unit(known, variable.si_unit)
-    text = span(unit.of(known).tolist(), lambda value: number_text(value, _DIGITS))
+    finite = _finite(values)
+    unit = variable.unit or readable_unit(finite, variable.si_unit)
+    text = span(unit.of(finite).tolist(), lambda value: number_text(value, _DIGITS))
     return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)

@@ -1,4 +1,4 @@
-"""The report of a study, put together from its sections."""
+"""The report of a study, assembled from its sections."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
 def build_report(
     plan: Plan, summary: Merged, folder: Path, *, sections: Iterable[Section] = ()
 ) -> str:
-    """Build the report of a study as one self-contained HTML page, which loads nothing.
+    """Build the report of a study as one self-contained HTML page, which loads no other file.
 
-    `folder` is that of the results: the merged study; the case files in ``cases``; the figures with
-    their index, from `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they
-    are there, ``logs`` and ``benchmarks``. More `sections` come after the figures.
+    The results `folder` holds the merged study; the case files in ``cases``; the figures with their
+    index, from `fretwear.figures.study.write_study_figures`, in ``figures``; and perhaps ``logs``
+    and ``benchmarks``. More `sections` come after the figures.
 
-    It is a `DataFileError` when the summary is not that of the plan's study as it is now, or a file
-    is missing.
+    Raises a `DataFileError` if a file is missing, or the summary belongs to another study or to an
+    earlier state of the study of the plan.
     """
     reasons = {
         case_id: f"{reason} (log: {LOGS}/{case_id}.log)"
@@ -134,40 +134,40 @@ def build_report(
 
 
 def _answer(plan: Plan, summary: Merged, results: Sequence[PointResult]) -> tuple[Any, ...]:
-    """Return what is doubtful, remarks on it, what the study found, and a note on all of that."""
-    found, together = list(answers(summary)), regimes(summary)
-    if len(results) > 1 and not any(answer.headline or answer.lines for answer in found):
+    """Return doubts, remarks, the answers of the study, and a note on the regimes of slip."""
+    by_result, together = list(answers(summary)), regimes(summary)
+    if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):
         together = f"There are no two cases that differ in one parameter alone. {together}".strip()
     remarks: list[str] = summary.attrs.get("warnings", "").splitlines()
     errors = [
         (error, name, result.id) for result in results for name, error in result.errors.items()
     ]
-    if marked := [each for each in errors if each[0] > SMALL_ERROR]:
+    if marked := [entry for entry in errors if entry[0] > SMALL_ERROR]:
         error, name, case_id = max(marked)
         remarks.append(
             f"{len(marked)} of {len(errors)} key results have estimated errors above "
             f"{100.0 * SMALL_ERROR:g} %: marked in the table of cases. The largest is "
-            f"{100.0 * error:.0f} %, of the {RESULTS[name].words} of {case_id}; "
+            f"{100.0 * error:.0f} %, in the {RESULTS[name].words} of {case_id}; "
             f"{finer(plan.study.cases()[case_id], error)} would reduce it"
         )
-    return plan.doubts, remarks, found, together
+    return plan.doubts, remarks, by_result, together
 
 
 def _kinds(cases: Iterable[Case]) -> set[str]:
-    """Return the kinds of cases of which texts differ."""
-    known: set[str] = set()
+    """Return the kinds of cases that need texts of their own."""
+    kinds: set[str] = set()
     for case in cases:
-        known.add("debris" if case.debris_fraction else "no debris")
-        known.add(case.roughness.kind if case.roughness else "smooth")
-        known.add("line" if case.indenter.is_line else "point")
-        known.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
+        kinds.add("debris" if case.debris_fraction else "no debris")
+        kinds.add(case.roughness.kind if case.roughness else "smooth")
+        kinds.add("line" if case.indenter.is_line else "point")
+        kinds.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
         if not case.indenter.is_line:
-            known.add("rings" if case.is_on_rings else "grid")
-    return known
+            kinds.add("rings" if case.is_on_rings else "grid")
+    return kinds
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
-    """Return what was run, in a sentence or two."""
+    """Return the cases that were run, in a sentence or two."""
     words = [parameter(axis.coordinate).words for axis in plan.study.axes]
     varied = ""
     if words and plan.study.design.kind == "grid":
@@ -177,7 +177,7 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     elif words:
         varied = f", in which {listed(words)} {'vary' if len(words) > 1 else 'varies'}"
     done = sum(result.done for result in results)
-    rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
+    rest = "" if done == len(results) else f" Results exist for {done} of {len(results)} points."
     cycles = span({case.cycles for case in plan.study.cases().values()}, cycle_text)
     return f"{len(results)} case{'s' * (len(results) > 1)} of {cycles} cycles{varied}.{rest}"
 
@@ -216,9 +216,9 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         if case.indenter.is_hertzian:
             what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
             stick.setdefault(what, {})[case.stick_radius] = None
-    rows += [ParameterRow(*named, _listed(named[0], [*known])) for named, known in values.items()]
+    rows += [ParameterRow(*named, _listed(named[0], [*given])) for named, given in values.items()]
     rows += [ParameterRow("", what, text) for what, text in plan.derived()]
-    rows += [ParameterRow("", w, _listed("hertz_radius", [*known])) for w, known in stick.items()]
+    rows += [ParameterRow("", w, _listed("hertz_radius", [*radii])) for w, radii in stick.items()]
     return rows
 
 
@@ -234,15 +234,15 @@ def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str
 
 
 def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
-    """Return the columns of the table of cases, its rows, how many there are, and means over seeds.
+    """Return the columns and rows of the table of cases, their number, and means over seeds.
 
-    A cell has a number as it is shown, as its column is sorted by it, and its uncertainty.
+    A cell has the text of a number, the value that sorts its column, and its uncertainty.
     """
     units = display_units(results) if any(result.done for result in results) else {}
-    nothing = ("–", "", "")
+    undefined = ("–", "", "")
     rows = []
     for result in results[:_MOST_ROWS]:
-        cells = [nothing] * len(units)
+        cells = [undefined] * len(units)
         for place, (name, unit) in enumerate(units.items() if result.done else ()):
             value, error = result.values[name], result.errors.get(name, 0.0)
             mark = f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
@@ -253,17 +253,17 @@ def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
     for ensemble in over_seeds(results):
         cells = []
         for name, unit in units.items():
-            shown, deviation = (unit.of(each) for each in ensemble.spread[name])
+            shown, deviation = (unit.of(value) for value in ensemble.spread[name])
             part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
             text = f"{with_error(shown, deviation)}{part}"
-            cells.append(nothing if math.isnan(shown) else (text, "", ""))
+            cells.append(undefined if math.isnan(shown) else (text, "", ""))
         ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))
     columns = [(result_variable(name, results).label, unit.name) for name, unit in units.items()]
     return columns, rows, len(results), ensembles
 
 
 def _time_facts(folder: Path) -> dict[str, str]:
-    """Return what the simulations took, as far as it was measured."""
+    """Return the time and memory of the simulations, as far as measured."""
     spent = spent_on_simulations(folder)
     if spent is None:
         return {}
@@ -282,7 +282,7 @@ def _time_facts(folder: Path) -> dict[str, str]:
 
 
 def study_text(study: Study) -> str:
-    """Return the study file as it stands, or its content where that was changed when loaded."""
+    """Return the study file as it stands, or its content if loading changed it."""
     with suppress(OSError, UnicodeDecodeError, StudyError):
         if read_document(study.file).data == study.content:
             return study.file.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The explorer's data: which cases it holds, and what its script draws of each."""
+"""The data of the explorer: the cases it holds, with the curves and maps that its script draws."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from fretwear.units import MICROMETRE, Unit, readable_unit
 from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, SYMMETRIES, ContactState, X, Y
 
 Packed = dict[str, Any]
-"""What the script reads, as JSON has it."""
+"""Data that the script reads, as in JSON."""
 
 EXPLORED_PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
-"""Fields along x, a panel of the explorer each."""
+"""Fields along x, one in each panel of the explorer."""
 MAPS = ("pressure", "wear_depth")
-"""Fields over x and y of contacts that are not even, a map of the explorer each."""
+"""Fields over x and y of contacts that are not even, one in each map of the explorer."""
 EXPLORED_HISTORIES = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
-"""Results over the cycles; those of a panel differ in their first word."""
+"""Results over the cycles, by panel; results of a panel differ in their first word."""
 
 _MOST_CASES = 200
 _MOST_SNAPSHOTS = 60
@@ -47,22 +47,22 @@ _NAMES = {field.name: name for name, field in MERGED_PROFILES.items()}
 
 
 class Explorer(NamedTuple):
-    """What the page needs for its explorer."""
+    """The explorer of a page."""
 
-    data: str  # what its script reads
+    data: str  # the data of its script
     axes: list[Packed]  # the words of each parameter that can be chosen, and its levels
-    alone: str  # what its only point is called; empty where there is a choice
-    numbers: frozenset[int]  # of the points that can be shown
-    note: str  # on the points it holds if not all
+    alone: str  # the title of its only point; empty if there is a choice
+    numbers: frozenset[int]  # numbers of the points that can be shown
+    note: str  # a note on the points it holds, unless it holds all
 
 
 def build_explorer(
     plan: Plan, results: Sequence[PointResult], folder: Path, most: int = _MOST_CASES
 ) -> Explorer | None:
-    """Pack what can be explored of a study, at most so many points; None when no case is done.
+    """Pack at most `most` points of a study for the explorer; None if no case is done.
 
-    `folder` has the merged study, ``summary.nc``, and the files of its ``cases``. It is a
-    `DataFileError` when one is missing or damaged.
+    `folder` has the merged study, ``summary.nc``, and the files of its ``cases``. Raises a
+    `DataFileError` if one is missing or damaged.
     """
     if not any(result.done for result in results):
         return None
@@ -72,22 +72,24 @@ def build_explorer(
     # Depths and gaps are compared by eye.
     units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
     units |= {name: RESULTS[name].unit or units[name] for name in EXPLORED_PROFILES}
-    known = {plan.points[place].id: plan.points[place] for place in places if results[place].done}
+    done = {plan.points[place].id: plan.points[place] for place in places if results[place].done}
     cases: list[Packed] = []
     with opened_summary(folder / "summary.nc") as file:
         numbers = {name: file[name][...] for name in HEADLINES}
-        for case_id, planned in known.items():
+        for case_id, planned in done.items():
             assert planned.case is not None
             packed = _curves(file, planned.place, numbers, units)
             path = folder / "cases" / f"{case_id}.nc"
             packed |= {"id": case_id, **_surfaces(path, planned.case, packed["cycles"], units)}
             is_constant = isinstance(planned.case.friction, float) and not planned.case.blocks
             cases.append({**packed, "friction": planned.case.friction if is_constant else None})
-    heights = [one for each in cases for one in each["heights"] or ()]
+    heights = [curve for case in cases for curve in case["heights"] or ()]
     height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
-    for each in cases:
-        each["heights"] = each["heights"] and [_short(height.of(one)) for one in each["heights"]]
-    ids, axes = list(known), _axes(plan, places)
+    for case in cases:
+        case["heights"] = case["heights"] and [
+            _short(height.of(curve)) for curve in case["heights"]
+        ]
+    ids, axes = list(done), _axes(plan, places)
     header = {
         "words": _words(units, height, results),
         "profiles": EXPLORED_PROFILES,
@@ -106,14 +108,14 @@ def build_explorer(
             for place, result in zip(places, held, strict=True)
         ],
         "cases": cases,
-        # There is most to see in the case with the largest wear.
+        # The case with the largest wear shows most.
         "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
     }
     single = [(result.number, f"{result.number}: {result.title}") for result in held]
     text = json.dumps(header, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     note = (
         f"This page holds {len(held)} of the {len(results)} points of the study, evenly spread; "
-        "summary.nc has the profiles of all."
+        "summary.nc has the profiles of all points."
     )
     return Explorer(
         compressed(text.encode("utf-8")),
@@ -138,13 +140,13 @@ def _curves(
     snapshots = np.searchsorted(cycles, kept)
     numbers = {name: values[snapshots] for name, values in numbers.items()}
     reach = _AROUND_PROFILE * float(numbers["contact_half_width_x"].max())
-    # Outside the window of the case the gap is not known.
+    # The gap is unknown outside the window of the case.
     is_stored = np.isfinite(file[_NAMES["gap"]][position][snapshots[-1]])
     inside = np.flatnonzero(is_stored & (np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min()))))
 
     def profiles(field: str) -> Array:
-        found = file[_NAMES[field]][position][np.ix_(snapshots, inside)]
-        return np.asarray(found, dtype=np.float64)
+        values = file[_NAMES[field]][position][np.ix_(snapshots, inside)]
+        return np.asarray(values, dtype=np.float64)
 
     history = {
         name: file[HISTORY_GROUP][name][position]
@@ -168,19 +170,19 @@ def _curves(
             name: [delta_coded(units[name].of(row)) for row in profiles(name)]
             for name in EXPLORED_PROFILES
         },
-        "numbers": {name: _short(units[name].of(each)) for name, each in numbers.items()},
+        "numbers": {name: _short(units[name].of(values)) for name, values in numbers.items()},
         "history": {
-            name: _short(units[name].of(each[taken]) if name in units else each[taken])
-            for name, each in history.items()
+            name: _short(units[name].of(values[taken]) if name in units else values[taken])
+            for name, values in history.items()
         },
     }
 
 
 def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[str, Unit]) -> Packed:
-    """Read maps of a contact that is not even, and a rough one's heights, m, before and after.
+    """Read maps of a contact that is not even, and heights, m, of a rough one before and after.
 
-    Each is None where there is nothing to show. Of the heights are those above which each per cent
-    of the contact lies.
+    Either is None if it does not apply. The heights are those above which 0, 1, … 100 % of the
+    contact lie.
     """
     is_seen = not (case.indenter.is_line or all(case.even))
     is_rough = case.rough is not None and case.rough.is_known
@@ -196,13 +198,13 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
             half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
             lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
             worn = np.stack([np.zeros_like(lost), lost])
-            found = case.rough.in_contact(axes, half_widths, worn)
-            heights = [each[evenly(each.size, _SHARES)] for each in found]
+            surfaces = case.rough.in_contact(axes, half_widths, worn)
+            heights = [surface[evenly(surface.size, _SHARES)] for surface in surfaces]
     return {"view": view, "heights": heights}
 
 
 def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
-    """Means of the fields over squares of cells, to a little beyond the contact."""
+    """Return means of the fields over squares of cells, to a little beyond the contact."""
     touching = file["contact_state"][places[-1]] > ContactState.OPEN
     at, cells = [], []
     for axis, is_even in enumerate(SYMMETRIES[file.getncattr("symmetry")]):
@@ -214,7 +216,7 @@ def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, U
             along, kept = np.r_[-along[::-1], along], np.r_[kept[::-1], kept]
         step = -(-kept.size // _MOST_SQUARES)
         squares = kept.size // step
-        # What is over at the ends is dropped.
+        # Excess cells at the ends are dropped.
         first = (kept.size - squares * step) // 2
         cells.append(kept[first : first + squares * step])
         at.append(along[first : first + squares * step].reshape(squares, step).mean(axis=1))
@@ -225,7 +227,7 @@ def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, U
         field = file[name][place].astype(np.float64)[np.ix_(*cells)].reshape(shape)
         rows = units[name].of(field.mean(axis=(1, 3))).T
         fields[name].append([delta_coded(row) for row in rows])
-    lines = (MICROMETRE.of(each) for each in at)
+    lines = (MICROMETRE.of(along) for along in at)
     ranges = [[x[0], (x[-1] - x[0]) / max(1, x.size - 1), x.size] for x in lines]
     return {"x": ranges[0], "y": ranges[1], "fields": fields}
 
@@ -235,29 +237,29 @@ def _short(values: Array) -> list[float | None]:
 
 
 def delta_coded(row: Array) -> Packed:
-    """Round a row to a 10 000th of its largest value; neighbours differ by small integers then.
+    """Round a row to a 10 000th of its largest value, so that neighbours differ by small integers.
 
-    A value is ``scale`` times the sum of all ``steps`` up to its own, None where it is NaN.
+    A value is ``scale`` times the sum of all ``steps`` up to its own; the step of a NaN is None.
     """
-    known = np.isfinite(row)
-    scale = float(np.abs(row[known]).max(initial=0.0)) / _LEVELS
+    finite = np.isfinite(row)
+    scale = float(np.abs(row[finite]).max(initial=0.0)) / _LEVELS
     steps = np.full(row.shape, None)
-    steps[known] = np.diff(np.rint(row[known] / (scale or 1.0)), prepend=0.0).astype(int)
+    steps[finite] = np.diff(np.rint(row[finite] / (scale or 1.0)), prepend=0.0).astype(int)
     return {"scale": scale, "steps": steps.tolist()}
 
 
 def stretches(inside: NDArray[np.bool_], x: Array, half: float) -> list[list[float | None]]:
-    """Return where stretches of cells begin and end; `x` are their centres, `half` half a cell."""
+    """Return the ends of stretches of cells with centres `x`; `half` is half a cell."""
     ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
     return [_short(np.array([x[a] - half, x[b - 1] + half])) for a, b in ends]
 
 
 def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CASES) -> list[int]:
-    """Select points that span the study evenly and whose profiles are not too long together.
+    """Select points that span the study evenly, and whose profiles are not too long together.
 
-    They are increasing positions in ``plan.points``, at least one of a point that is done. A grid
-    stays one: its axes are thinned, the longest first, and keep their ends, so that every
-    combination of the remaining values is there.
+    Returns increasing positions in ``plan.points``, at least one of a point that is done. A grid
+    remains a grid: its axes are thinned, the longest first, and keep their ends, so that every
+    combination of the remaining values is present.
     """
     count = len(plan.points)
     in_maps = len(MAPS) * _MOST_SQUARES**2
@@ -297,7 +299,7 @@ def evenly(count: int, most: int) -> list[int]:
 
 
 def _axes(plan: Plan, places: Sequence[int]) -> list[Packed]:
-    """Return the varied parameters of a grid with the values that are held; else nothing."""
+    """Return the varied parameters of a grid with the values that are held; empty otherwise."""
     axes = []
     for position, axis in enumerate(plan.study.axes if plan.study.design.kind == "grid" else ()):
         levels = sorted({plan.points[place].index[position] for place in places})
@@ -310,14 +312,14 @@ def _axes(plan: Plan, places: Sequence[int]) -> list[Packed]:
 def _words(
     units: Mapping[str, Unit], height: Unit, results: Sequence[PointResult]
 ) -> dict[str, dict[str, str]]:
-    """Return words, label and unit of all that is shown, by name."""
+    """Return words, label and unit of every quantity shown, by name."""
     shown = {name: result_variable(name, results) for name in units}
     rows = [
         *((axis.name, axis.words, axis.name, MICROMETRE.name) for axis in (X, Y)),
         (CYCLE.name, CYCLE.words, CYCLE.label, ""),
         ("height", "height", "Height", height.name),
         ("bearing_area", "bearing area", "Bearing area", "% of the contact"),
-        *((name, each.words, each.label, units[name].name) for name, each in shown.items()),
+        *((name, about.words, about.label, units[name].name) for name, about in shown.items()),
     ]
     return {
         name: {"words": words, "label": f"{label} ({unit})" if unit else label, "unit": unit}

@@ -1,4 +1,4 @@
-"""What a self-contained page is made of: sections, images, scripts, and the policy on scripts."""
+"""The parts of a self-contained page: sections, images, scripts, and the policy on scripts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Section:
 
     id: str  # anchor of the section, unique in the page
     title: str  # its heading
-    body: Markup  # its content; what comes from outside must have been escaped
+    body: Markup  # its content, in which text from outside is escaped
     entry: str = ""  # its entry in the contents; empty: the title
 
 
@@ -60,14 +60,14 @@ class Image(NamedTuple):
 
     entry: FigureEntry
     uri: str  # of its data
-    share: float  # its width over that of a journal page: text has one size in all figures
+    share: float  # its width over the page width, so that text has one size in all figures
 
 
 def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
-    """Return figures as parts of the page, those of a category together.
+    """Return figures as parts of the page, grouped by category.
 
-    `folder` holds each figure as SVG and PNG. A vector file of more than 1 MB gives way to its
-    bitmap if that is smaller. It is a `DataFileError` when a figure is missing or empty.
+    `folder` holds every figure as SVG and PNG. A bitmap replaces a vector file of more than 1 MB if
+    it is smaller. Raises a `DataFileError` if a figure is missing or empty.
     """
     order = list(dict.fromkeys(entry.category for entry in entries))
     images = []
@@ -77,8 +77,8 @@ def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
         share = float(width[1]) * _MM_PER_POINT / PAGE_WIDTH if width else 1.0
         if len(content) > _LARGE:
             bitmap = _read(folder / f"{entry.name}.png")
-            content, kind = min((content, kind), (bitmap, "png"), key=lambda each: len(each[0]))
-        # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
+            content, kind = min((content, kind), (bitmap, "png"), key=lambda file: len(file[0]))
+        # Separate images, because the ids inside two inlined SVGs would collide.
         uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
         images.append(Image(entry, uri, round(min(1.0, share), 3)))
     return images
@@ -94,12 +94,12 @@ def _read(path: Path) -> bytes:
 
 
 class Scripts(NamedTuple):
-    """What runs in a page."""
+    """The scripts of a page."""
 
     texts: list[Markup]  # the scripts, in the order in which they run
-    plotly: str  # what the explorer draws with, as `compressed` returns it; empty without one
+    plotly: str  # the library of the explorer, as `compressed` returns it; empty without one
     licence: str  # of plotly
-    policy: Markup  # content security: only these scripts run, and nothing is loaded
+    policy: Markup  # content security: only these scripts run, and no file is loaded
 
 
 @cache
@@ -110,7 +110,7 @@ def page_scripts(*, with_explorer: bool) -> Scripts:
     texts = [(folder / name).read_bytes() for name in names]
     allowed, plotly, licence = list(texts), "", ""
     if with_explorer:
-        # Importing the package itself would take longer than reading its script.
+        # Importing the package would take longer than reading its script.
         spec = find_spec("plotly")
         assert spec is not None
         assert spec.origin is not None
@@ -118,13 +118,14 @@ def page_scripts(*, with_explorer: bool) -> Scripts:
         plotly = compressed(allowed[-1])
         about = distribution("plotly")
         licence = about.read_text("licenses/LICENSE.txt") or about.read_text("LICENSE.txt") or ""
-    digests = [base64.b64encode(hashlib.sha256(each).digest()).decode("ascii") for each in allowed]
+    hashes = (hashlib.sha256(script).digest() for script in allowed)
+    digests = [base64.b64encode(digest).decode("ascii") for digest in hashes]
     policy = _NOTHING_ELSE + " ".join(f"'sha256-{digest}'" for digest in digests)
     return Scripts(
-        [Markup(each.decode("utf-8")) for each in texts], plotly, licence, Markup(policy)
+        [Markup(text.decode("utf-8")) for text in texts], plotly, licence, Markup(policy)
     )
 
 
 def compressed(content: bytes) -> str:
-    """Return bytes as base64 of a gzip stream without a date: the same bytes, the same text."""
+    """Return bytes as base64 of a gzip stream without a date: equal bytes give equal text."""
     return base64.b64encode(gzip.compress(content, 6, mtime=0)).decode("ascii")

@@ -52,29 +52,29 @@ class Level(NamedTuple):
 class Ensemble(NamedTuple):
     """Random surfaces of one spectrum."""
 
-    levels: Mapping[str, Level]  # of their parameters but the seed
-    seeds: int  # how many there are
+    levels: Mapping[str, Level]  # of their parameters except the seed
+    seeds: int  # number of seeds
     spread: Mapping[str, tuple[float, float]]  # mean and standard deviation of each key result
 
 
 @dataclass(frozen=True)
 class PointResult:
-    """What became of one point of a study."""
+    """The outcome of one point of a study."""
 
     number: int  # place in the study, from 1
-    id: str  # of the case, empty when invalid
+    id: str  # of the case, empty if invalid
     status: PointStatus
     reason: str  # why it is not done
     levels: Mapping[str, Level]  # varied values by the name of their parameter
-    # The `HEADLINES` after the last cycle in SI units, and their relative errors as far as known;
-    # empty when not done.
+    # The `HEADLINES` after the last cycle in SI units, and their estimated relative errors; empty
+    # if not done.
     values: Mapping[str, float]
     errors: Mapping[str, float]
     in_line: bool  # a line contact, whose volumes and energies are per length
 
     @property
     def done(self) -> bool:
-        """Whether there are results."""
+        """Whether the point has results."""
         return self.status == PointStatus.DONE
 
     @property
@@ -86,14 +86,14 @@ class PointResult:
 def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> list[PointResult]:
     """Return the key results of every point, in the order of the study.
 
-    `failures` are reasons by case id. It is a `DataFileError` when the summary is not that of the
-    plan's study as it is now.
+    `failures` are reasons by case id. Raises a `DataFileError` if the summary belongs to another
+    study, or to an earlier state of the study of the plan.
     """
     study, file = plan.study, Path("summary.nc")
     status, ids = (summary.variables[name] for name in ("status", "case_id"))
     sizes = dict(zip(status.dims, status.values.shape, strict=True))
     if [*sizes.items()] != [*study.sizes.items()]:
-        problem = f"its points are {sizes}, those of the study {study.name!r} {study.sizes}"
+        problem = f"it has points {sizes}, but the study {study.name!r} has {study.sizes}"
         raise DataFileError(file, problem, _RUN_AGAIN)
     final = final_results(summary)
     columns = {name: final[name] for name in HEADLINES}
@@ -105,9 +105,9 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
             now = point.id or "an invalid point"
             problem = f"it has case {ids.values[place]} where the study {study.name!r} has {now}"
             raise DataFileError(file, problem, _RUN_AGAIN)
-        found = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
+        outcome = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
         reason, values, errors = point.problem, {}, {}
-        if found == PointStatus.DONE:
+        if outcome == PointStatus.DONE:
             values = {name: float(column[place]) for name, column in columns.items()}
             for name, value in values.items():
                 error = final.get(RESULTS[name].error.name)
@@ -119,7 +119,7 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
         in_line = bool(values and point.case and point.case.indenter.is_line)
         number = len(results) + 1
         results.append(
-            PointResult(number, point.id, found, reason, of_point, values, errors, in_line)
+            PointResult(number, point.id, outcome, reason, of_point, values, errors, in_line)
         )
     return results
 
@@ -134,9 +134,9 @@ def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
     ensembles = []
     for group in groups.values():
         levels = {name: level for name, level in group[0].levels.items() if name != SEED}
-        columns = {name: [each.values[name] for each in group] for name in group[0].values}
+        columns = {name: [point.values[name] for point in group] for name in group[0].values}
         if len(group) >= LEAST_SEEDS:
-            # What one of them lacks has no mean over all.
+            # The mean of a result is NaN if a seed lacks it.
             spread = {n: (float(np.mean(v)), float(np.std(v, ddof=1))) for n, v in columns.items()}
             ensembles.append(Ensemble(levels, len(group), spread))
     return ensembles
@@ -146,7 +146,7 @@ def levels_of(axis: Axis) -> list[Level]:
     """Return the values of a varied parameter for people, in the order of the study."""
     levels = []
     for place, (value, written) in enumerate(zip(axis.values, axis.labels, strict=True)):
-        # What is no single number stays as the study file has it.
+        # A value that is not a single number stays as in the study file.
         is_number = isinstance(value, float | int) and not isinstance(value, bool)
         shown = value if is_number else written
         texts = value_text(axis.coordinate, shown), words_text(axis.coordinate, shown)
@@ -157,15 +157,17 @@ def levels_of(axis: Axis) -> list[Level]:
 
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit in which each key result is shown, the same for all points."""
-    known = {name: result_variable(name, results) for name in HEADLINES}
-    return {
-        name: each.unit or readable_unit([r.values[name] for r in results if r.done], each.si_unit)
-        for name, each in known.items()
-    }
+    done = [result for result in results if result.done]
+    units = {}
+    for name in HEADLINES:
+        about = result_variable(name, results)
+        values = [result.values[name] for result in done]
+        units[name] = about.unit or readable_unit(values, about.si_unit)
+    return units
 
 
 def result_variable(name: str, results: Sequence[PointResult]) -> Variable:
-    """Return what a key result is: in a line contact it may be per length."""
+    """Return the variable of a key result, per length in a line contact where this applies."""
     in_line = any(result.in_line for result in results)
     return RESULTS[name].per_length if in_line else RESULTS[name]
 
@@ -173,36 +175,35 @@ def result_variable(name: str, results: Sequence[PointResult]) -> Variable:
 class Residuals(NamedTuple):
     """How well stored fields meet the equations."""
 
-    load: float  # by how much the integral of the pressure misses P, relative to it
-    tangential_load: float  # and that of the shear traction Q
-    # Largest product of pressure and gap in a cell, relative to the peak pressure times the Hertz
-    # approach a²/R: that of rough bodies may be zero.
+    load: float  # relative deviation of the integral of the pressure from P
+    tangential_load: float  # relative deviation of the integral of the shear traction from Q
+    # Largest product of pressure and gap in a cell, over the peak pressure times the Hertz approach
+    # a²/R, since the approach of rough bodies may be zero.
     complementarity: float
 
 
 def examine(path: Path) -> dict[str, Any]:
-    """Read how a case was computed from its file; `DataFileError` when that is damaged.
+    """Read how a case was computed from its file; `DataFileError` if the file is damaged.
 
-    Returned are its parameters that are numbers, the ``source`` of the file, its ``cells``,
-    ``steps``, ``convolutions``, the largest ``error`` of a step, and the ``residuals`` of the worst
-    snapshot.
+    Returns its parameters that are numbers, the ``source`` of the file, its ``cells``, ``steps``,
+    ``convolutions``, the largest ``error`` of a step, and the ``residuals`` of the worst snapshot.
     """
     with opened_case(path, values=True) as file:
-        found: dict[str, Any] = {
+        parameters: dict[str, Any] = {
             name: float(variable[...])
             for name, variable in file.variables.items()
             if not variable.dimensions and variable.dtype.kind == "f"
         }
         copies = 1 << sum(SYMMETRIES[file.getncattr("symmetry")])
-        # A load that is not held, and a force that is not imposed, are results.
+        # The load is a result if it is not held, the force if it is not imposed.
         forces = zip(file["normal_force"][:], file["tangential_force"][:], strict=True)
         missed = []
         for place, (normal, tangential) in enumerate(forces):
             fields = {name: file[name][place] for name in _EXAMINED}
             now = {"load": float(normal), "tangential_load": float(tangential)}
-            missed.append(residuals(fields, found | now, copies))
+            missed.append(residuals(fields, parameters | now, copies))
         errors = file[HISTORY_GROUP][ERROR_ESTIMATE.name][:]
-        return found | {
+        return parameters | {
             "source": file.getncattr("source"),
             "cells": fields["gap"].size,
             "steps": max(0, errors.size - 1),
@@ -217,12 +218,12 @@ def residuals(
 ) -> Residuals:
     """Integrate and multiply the fields of one snapshot: pressure, shear traction and gap.
 
-    They are SI, of shape (nx, ny), or (nx,) in a line contact; so many `copies` of the stored part
-    make the whole contact.
+    Fields are in SI units, of shape (nx, ny), or (nx,) in a line contact; `copies` is the number of
+    copies of the stored part in the whole contact.
     """
     pressure, shear, gap = (fields[name].astype(np.float64) for name in _EXAMINED)
     area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
-    # For other bodies than a sphere: the largest gap in the window.
+    # Bodies other than a sphere have the largest gap in the window instead of the approach.
     radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
     approach = parameters.get("hertz_radius", np.nan) ** 2 / radius
     approach = approach if np.isfinite(approach) else float(gap.max())
@@ -234,16 +235,16 @@ def residuals(
 
 
 def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[str, str]:
-    """Return what there is to say about the numerics of the cases examined, of `done` in all."""
+    """Return facts on the numerics of the cases examined, out of `done` cases."""
 
     def of(name: str, size: float = 1.0) -> str:
-        return span((each[name] / size for each in examined), lambda value: number_text(value, 4))
+        return span((case[name] / size for case in examined), lambda value: number_text(value, 4))
 
     facts: dict[str, str] = {}
     if examined:
-        worst = np.max([each["residuals"] for each in examined], axis=0)
+        worst = np.max([case["residuals"] for case in examined], axis=0)
         load, other, gap = (number_text(value, 2) for value in worst)
-        in_line = all("cell_y" not in each for each in examined)
+        in_line = all("cell_y" not in case for case in examined)
         normal, shear = ("∫p dx", "∫q dx") if in_line else ("∬p dA", "∬q dA")
         for axis in "x" if in_line else "xy":
             facts[f"Grid spacing along {axis}"] = f"{of(f'cell_{axis}', MICROMETRE.size)} µm"
@@ -261,6 +262,7 @@ def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[
         }
         if len(examined) < done:
             facts["Cases examined"] = f"{len(examined)} of {done}, evenly spread"
-        facts["Simulated with"] = "; ".join(dict.fromkeys(each["source"] for each in examined))
-    made = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
-    return facts | {"Report made with": ", ".join([*made, f"Python {platform.python_version()}"])}
+        facts["Simulated with"] = "; ".join(dict.fromkeys(case["source"] for case in examined))
+    programs = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
+    programs.append(f"Python {platform.python_version()}")
+    return facts | {"Report made with": ", ".join(programs)}

@@ -1,4 +1,4 @@
-"""The cases of the source study: which points of a study they are, and each over its cycles."""
+"""The cases of the source study: the points of a study that they are, and measures over cycles."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 Selection = tuple[NDArray[np.bool_], ...]
 
 RUN_IN = 7000
-"""Cycles after which, the study says, rough and smooth contacts are alike."""
+"""Cycles after which, according to the study, rough and smooth contacts are alike."""
 PLASTIC_LIMIT = 4500e6
 """Plastic limit of the study, Pa."""
 TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
-"""What the four cases of the study are called, in this order."""
+"""The titles of the four cases of the study, in this order."""
 
 _RADIUS = 0.01
 _FEWEST_CELLS = 12  # in contact on an asperity
-_MOST_NEWTONS, _BISECTIONS = 10.0, 50  # more than a tip carries
+_MOST_NEWTONS, _BISECTIONS = 10.0, 50  # a load above any that a tip carries
 _SHAPE_DEPENDENT = "jaeger"
 _SHARED = {
     "load": 50.0,
@@ -111,12 +111,12 @@ class StudyCase:
 
     @cached_property
     def roughness(self) -> WavyRoughness:
-        """Its waves; those of a smooth case have no amplitude."""
+        """The waves of the case, without amplitude if it is smooth."""
         return WavyRoughness(*[self.parameter(name) for name in _ROUGH])  # type: ignore[arg-type]
 
     @property
     def wavenumbers(self) -> tuple[float, float]:
-        """Those of its waves along x and y, rad/m."""
+        """Wavenumbers of the waves along x and y, rad/m."""
         return self.roughness.wavenumber_x, self.roughness.wavenumber_y
 
     @cached_property
@@ -129,14 +129,15 @@ class StudyCase:
         """The stick and slip zones at a snapshot."""
         state, half_cell = self.field("contact_state", cycle), 0.5 * max(self.sides)
         inside = [self.radius[state >= least] for least in (ContactState.STICK, ContactState.SLIP)]
-        edges = [float(each.max()) + half_cell if each.size else 0.0 for each in inside]
+        edges = [float(radii.max()) + half_cell if radii.size else 0.0 for radii in inside]
         return Zones(self.radius, *edges)
 
     def rings(self, field: Array, within: Mask) -> tuple[Array, Array, Array]:
         """Average a field over rings around the middle, which averages waves out.
 
-        Rings are two cells wide, or half a wave where that is wider; only cells within the mask
-        count.  Of each ring that has some: their mean radius, m, the field's mean, their number.
+        Rings are two cells wide, or half a wave if that is wider; only cells within the mask
+        count.  Returns the mean radius, m, the mean of the field and the number of cells of each
+        ring that has cells.
         """
         width = 2.0 * max(self.sides)
         if wavenumber := max(self.wavenumbers):
@@ -160,7 +161,7 @@ class Zones:
     """The stick zone as a disc and the slip zone as the ring around it.
 
     On a smooth sphere this is exact. On a rough one the disc is the smallest around all cells that
-    stick, and the ring ends at the outermost cell in contact: valleys belong to both.
+    stick, and the ring ends at the outermost cell in contact, so that both contain valleys.
     """
 
     radius: Array  # distance of every cell from the middle, m, shape (nx, ny)
@@ -173,22 +174,22 @@ class Zones:
         return np.less_equal(self.radius, self.stick_radius)
 
     def slip(self, start: float = 0.0, end: float = 1.0) -> Mask:
-        """Cells of the slip zone, or of it from one fraction of its width to another."""
+        """Cells of the slip zone from one fraction of its width to another, by default of all."""
         fraction = self.place(self.radius)
         return np.greater(fraction, start) & np.less_equal(fraction, end)
 
     def place(self, radius: Array) -> Array:
-        """Where a radius, m, lies in the slip zone: 0 at the edge of stick, 1 at its rim."""
+        """Place of a radius, m, in the slip zone: 0 at the edge of stick, 1 at the outer rim."""
         return np.divide(radius - self.stick_radius, self.contact_radius - self.stick_radius)
 
 
 def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float, Cases]]:
-    """Yield slip models, sphere radii, m, and cases of a merged study with the source's parameters.
+    """Yield slip model, sphere radius, m, and cases of a merged study with the source's parameters.
 
-    These are the models and radii of which all four cases are done. First come those used for
-    figures and verdicts: with the radius nearest 10 mm, which stands for the study's own, and slip
-    that follows the worn shape; second, if there are any, those of the same radius with other slip;
-    then the rest in the order of the study.
+    All four cases of such a group are done. The first group serves for figures and verdicts: it has
+    the radius nearest 10 mm, which stands for the unknown radius of the source study, and slip that
+    follows the worn shape. Groups of the same radius with other slip follow, then all others in the
+    order of the study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
     if not needed <= set(summary.variables):
@@ -199,13 +200,13 @@ def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float,
     is_source = _all_near(points, _SHARED) & (points["status"] == PointStatus.DONE)
     is_source &= smooth | _all_near(points, _ROUGH)
     is_source &= elastic | _all_near(points, {"plastic_limit": PLASTIC_LIMIT})
-    found: dict[tuple[str, float], dict[str, Path]] = {}
+    files_of: dict[tuple[str, float], dict[str, Path]] = {}
     for index in np.flatnonzero(is_source):
         group = str(points["slip_model"][index]), float(points["radius"][index])
         surface = "smooth" if smooth[index] else "rough"
         title = f"{surface} {'elastic' if elastic[index] else 'plastic'}"
-        found.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
-    whole = [group for group, files in found.items() if len(files) == len(TITLES)]
+        files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
+    whole = [group for group, files in files_of.items() if len(files) == len(TITLES)]
 
     def rank(group: tuple[str, float]) -> tuple[bool, float]:
         return group[0] != _SHAPE_DEPENDENT, abs(math.log(group[1] / _RADIUS))
@@ -214,16 +215,16 @@ def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float,
     for group in sorted(whole, key=lambda group: (group != first, group[1] != first[1])):
         cases = {}
         for title in TITLES:
-            file = found[group][title]
+            file = files_of[group][title]
             with open_case(file) as case, open_history(file) as history:
                 cases[title] = StudyCase(case.load(), history.load())
         yield *group, cases
 
 
-def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -> Mask:
+def _all_near(points: Mapping[str, NDArray[Any]], parameters: Mapping[str, float]) -> Mask:
     """Return which points have all of the given values; text never matches."""
     near: Mask = np.ones_like(points["status"], dtype=bool)
-    for name, value in wanted.items():
+    for name, value in parameters.items():
         numbers = [np.nan if isinstance(given, str) else given for given in points[name]]
         near &= np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0)
     return near
@@ -232,7 +233,7 @@ def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -
 def zone_means(case: StudyCase, name: str) -> tuple[Array, Array]:
     """Means of a field over the first stick disc and over the ring around it, each (ncycles,).
 
-    The disc is that of cycle 0 at every snapshot; the ring ends with the contact of the snapshot.
+    Every snapshot has the disc of cycle 0; its ring ends with its own contact.
     """
     disc = case.zones(0).stick
     means = []
@@ -249,8 +250,8 @@ def differences(
 ) -> tuple[float, float, float]:
     """Difference between rough and smooth in their common slip zone.
 
-    Returned are, in the unit of the field, the mean of |rough − smooth|, and the mean and the
-    largest value of the smooth one.
+    Returns, in the unit of the field, the mean of |rough − smooth|, and the mean and the largest
+    value of the smooth case.
     """
     both = [smooth.zones(cycle), rough.zones(cycle)]
     inner = max(zones.stick_radius for zones in both)
@@ -258,7 +259,7 @@ def differences(
     zone = (rough.radius > inner) & (rough.radius <= outer)
     if not zone.any():
         return math.nan, math.nan, math.nan
-    # Linear between the cells of the smooth case; nearer the middle its first value holds.
+    # Linear between the cells of the smooth case, constant nearer the middle.
     given = smooth.dataset[field].sel(cycle=cycle).astype(float)
     places = {n: rough.dataset[n].clip(given[n].min(), given[n].max()) for n in ("x", "y")}
     reference = given.interp(places).transpose("x", "y").values[zone]
@@ -278,7 +279,7 @@ def largest_on_rings(case: StudyCase, name: str, cycle: int) -> tuple[float, flo
 
 
 def unevenness(case: StudyCase, cycle: int, start: float = 0.0, end: float = 1.0) -> float:
-    """Standard deviation of the wear of one cycle over the slip zone, of its mean.
+    """Standard deviation over mean of the wear of one cycle in the slip zone.
 
     `start` and `end` choose a part of the zone, in fractions of its width.
     """
@@ -290,9 +291,9 @@ def unevenness(case: StudyCase, cycle: int, start: float = 0.0, end: float = 1.0
 
 
 def amplitude_left(case: StudyCase, cycle: int, zone: Mask) -> float:
-    """Amplitude of the waves on the worn and yielded surface in a zone, of the first one's.
+    """Amplitude of the waves on the worn and yielded surface in a zone, over the first amplitude.
 
-    Means over rings are taken off both, so that the wear scar itself does not count.
+    Means over rings are subtracted from both, so that the wear scar does not count.
     """
     amplitude = case.parameter("roughness_amplitude")
     changed = case.field("wear_depth", cycle) + case.field("plastic_depth", cycle)
@@ -309,7 +310,7 @@ def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
     """Yield the cells of each asperity of a rough case, and their distance from its tip.
 
     An asperity is half a wave by half a wave around a tip, with enough cells in contact in cycle 0
-    to have a profile. The distance is in half-axes of the tip's contact by Hertz under 1 N.
+    to have a profile. The distance is in half-axes of the Hertz contact of the tip under 1 N.
     """
     pressure, whole = case.field("pressure", 0), 1.0 / case.parameter("radius")
     half_axes, _ = tip_contact(case)
@@ -322,7 +323,7 @@ def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
         numbers.append(number)
     for i, j in np.ndindex(int(numbers[0].max()) + 1, int(numbers[1].max()) + 1):
         cells = np.ix_(numbers[0] == i, numbers[1] == j)
-        # Where the sum is even there is a valley, as in the middle of the contact.
+        # An even sum belongs to a valley, as in the middle of the contact.
         if (i + j) % 2 and (pressure[cells] > 0.0).sum() >= _FEWEST_CELLS:
             yield cells, np.hypot(lines[0][cells[0]], lines[1][cells[1]])
 
@@ -330,7 +331,7 @@ def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
 def tip_contact(case: StudyCase) -> tuple[tuple[float, float], float]:
     """Half-axes along x and y, m, and peak pressure, Pa, of a tip under 1 N by Hertz.
 
-    The curvatures of wave and sphere add up.
+    The curvature of a tip is the sum of the curvatures of wave and sphere.
     """
     amplitude, whole = case.roughness.amplitude, 1.0 / case.parameter("radius")
     x, y = (1.0 / (amplitude * wavenumber**2 + whole) for wavenumber in case.wavenumbers)
@@ -344,10 +345,10 @@ def tip_contact(case: StudyCase) -> tuple[tuple[float, float], float]:
 
 
 def deviation_from_hertz(case: StudyCase) -> float:
-    """How far the pressure of asperities is from Hertz's in cycle 0: mean weighted by their load.
+    """Deviation of the pressure of asperities from Hertz in cycle 0, a mean weighted by load.
 
-    Of each asperity it is the root mean square of the difference from the smooth contact of its
-    curvatures under its load, limited to the plastic limit, relative to that of its pressure.
+    For one asperity it is the root mean square of the difference from the smooth contact with its
+    curvatures and its load, cut at the plastic limit, over the root mean square of its pressure.
     """
     pressure, limit = case.field("pressure", 0), case.parameter("plastic_limit")
     _, peak = tip_contact(case)
@@ -355,7 +356,7 @@ def deviation_from_hertz(case: StudyCase) -> float:
     for cells, distance in asperities(case):
         here, low, high = pressure[cells], 0.0, _MOST_NEWTONS
         load, smooth = here.sum(), here
-        # Half-axes and peak pressure grow alike, so one number gives the contact of any load.
+        # Half-axes and peak pressure grow alike, so one number sets the contact under any load.
         for _ in range(_BISECTIONS):
             size = 0.5 * (low + high)
             smooth = peak * np.sqrt(np.maximum(size**2 - distance**2, 0.0))
@@ -367,10 +368,10 @@ def deviation_from_hertz(case: StudyCase) -> float:
 
 
 def asperities_like_the_whole(case: StudyCase, cycle: int) -> tuple[float, float]:
-    """Share of the load on asperities that both stick and slip, and how much of it behaves.
+    """Share of the load on asperities that both stick and slip, and the part of it that behaves.
 
-    Loads and zones are those of cycle 0. An asperity behaves as a smooth contact if, up to the
-    given cycle, the mean pressure rises where it stuck and falls where it slipped.
+    Loads and zones are taken in cycle 0. An asperity behaves as a smooth contact if, up to the
+    given cycle, its mean pressure rises where it stuck and falls where it slipped.
     """
     before, now = case.field("pressure", 0), case.field("pressure", cycle)
     state = case.field("contact_state", 0)

@@ -1,4 +1,4 @@
-"""The claims of the source study, in its words, how each is read, and whether it holds."""
+"""The claims of the source study: its words, how each is read, and whether it holds."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ class Verdict(Enum):
 
 
 class Finding(NamedTuple):
-    """The verdict of one case, or of a smooth and a rough one together, on a claim."""
+    """The verdict on a claim by one case, or by a smooth and a rough one together."""
 
     answer: Verdict
-    numbers: Mapping[str, str]  # what it rests on: each with its unit, by what was measured
-    remark: str  # why the claim does not hold, or what of it does; empty where it holds
+    numbers: Mapping[str, str]  # the measured numbers behind it, with units, by their words
+    remark: str  # why the claim does not hold, or which part does; empty if it holds
 
 
 @dataclass(frozen=True)
@@ -79,19 +79,22 @@ class PublishedClaim:
 
     number: int
     words: str
-    criterion: str  # how the words are read: fixed by them, not by the result
-    subjects: Mapping[str, Sequence[str]]  # what is judged: the titles of each one's cases
+    criterion: str  # how the words are read, fixed without regard to the result
+    subjects: Mapping[str, Sequence[str]]  # titles of the cases of each subject of judgement
     measure: Callable[..., Finding]  # takes the cases of one subject
 
     def judge(self, cases: Cases) -> Judgement:
         """Judge the claim by the four cases."""
-        subjects = self.subjects.items()
-        return Judgement(self, {s: self.measure(*(cases[t] for t in each)) for s, each in subjects})
+        findings = {
+            subject: self.measure(*(cases[title] for title in titles))
+            for subject, titles in self.subjects.items()
+        }
+        return Judgement(self, findings)
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A claim and the finding of each of its subjects."""
+    """A claim with the findings of its subjects."""
 
     claim: PublishedClaim
     findings: Mapping[str, Finding]
@@ -108,8 +111,8 @@ class Judgement:
         return answers.pop() if len(answers) == 1 else Verdict.IN_PART
 
     @property
-    def told(self) -> str:
-        """The answer of each subject in words if they differ, else empty."""
+    def by_subject(self) -> str:
+        """The answers of the subjects in words if they differ, else empty."""
         differ = len({*self.answers.values()}) > 1
         return ", ".join(f"{s}: {answer.value}" for s, answer in self.answers.items() if differ)
 
@@ -133,7 +136,7 @@ def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]
 
 
 def _steps(values: Array) -> Array:
-    """Whether a series rises (1), falls (-1) or stays (0) from each snapshot to the next."""
+    """Return whether a series rises (1), falls (-1) or stays (0) from each snapshot to the next."""
     change = np.diff(values)
     steps: Array = np.where(np.abs(change) > _NOISE * abs(values[0]), np.sign(change), 0.0)
     return steps
@@ -157,9 +160,9 @@ _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "pla
     PublishedClaim,
     1,
     "Pressure increases within the stick zone and decreases inside the slip zones.",
-    "From every snapshot to the next the mean pressure over the first stick disc rises, and "
-    "that over the ring from there to the edge of the contact falls; changes by less than "
-    "0.1 % of the first mean count as none. In part: from the first snapshot to the last.",
+    "From every snapshot to the next the mean pressure rises over the first stick disc and falls "
+    "over the ring from there to the edge of the contact; changes by less than 0.1 % of the first "
+    "mean do not count. In part: from the first snapshot to the last.",
     _EACH,
 )
 def _pressure_moves_inward(case: StudyCase) -> Finding:
@@ -205,9 +208,9 @@ def _peak_at_stick_edge(case: StudyCase) -> Finding:
     f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
     "of a smooth surface after the same number.",
     f"At the snapshot nearest cycle {RUN_IN}, over the slip zone that both have in common, the "
-    "mean difference of pressure and that of slip are at most 5 % of the smooth contact's "
-    "mean. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
-    "slip, as good as equal in a figure.",
+    "mean differences of pressure and of slip are at most 5 % of the means of the smooth "
+    "contact. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
+    "slip, indistinguishable in a figure.",
     _PAIRS,
 )
 def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
@@ -279,7 +282,7 @@ def _stick_zone(case: StudyCase) -> Finding:
     "the beginning of the process (smooth).",
     "In cycle 0 wear, averaged over rings, is largest in the middle third of the slip zone. The "
     "closed form of the unworn contact has the largest product of pressure and slip at 0.76 of its "
-    "width for Q/µP = 0.8. Where the deepest wear is later is told beside it.",
+    "width for Q/µP = 0.8. The place of the deepest wear later is given too.",
     _SMOOTH,
 )
 def _wears_most_in_the_middle(case: StudyCase) -> Finding:
@@ -326,8 +329,8 @@ def _even_wear(case: StudyCase) -> Finding:
     7,
     "Rough: wear is first on the asperities with the biggest pressures; after about "
     f"{RUN_IN} cycles the asperities on the slip area are worn.",
-    "In cycle 0 at least 90 % of the wear is on the half of the surface that stands out, and "
-    "pressure is higher there than in the slip zone on average; at the snapshot nearest cycle "
+    "In cycle 0 at least 90 % of the wear is on the higher half of the surface, where pressure "
+    "is higher than in the slip zone on average; at the snapshot nearest cycle "
     f"{RUN_IN} at most 10 % of the amplitude of the waves is left in the slip zone. In part: "
     "one of the two, or at most 10 % in its middle half.",
     _ROUGH,
@@ -389,8 +392,8 @@ def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Findi
     PublishedClaim,
     9,
     "Shear tractions exhibit a similar behaviour.",
-    "From snapshot to snapshot the means of shear over the two zones of claim 1 rise where "
-    "those of pressure rise, and fall where they fall. In part: more often than not.",
+    "From snapshot to snapshot the mean shear over the two zones of claim 1 rises where the mean "
+    "pressure rises, and falls where it falls. In part: more often than not.",
     _EACH,
 )
 def _shear_like_pressure(case: StudyCase) -> Finding:
@@ -399,7 +402,7 @@ def _shear_like_pressure(case: StudyCase) -> Finding:
     against, steps = int(np.sum(opposite)), np.size(opposite)
     numbers = {
         **_last_to_first(*shear),
-        "changes against those of pressure": f"{against} of {steps}",
+        "changes against the pressure": f"{against} of {steps}",
     }
     remark = f"{against} of {steps} changes go the other way"
     return _finding(not against, against < steps // 2, remark, numbers)
@@ -409,8 +412,8 @@ def _shear_like_pressure(case: StudyCase) -> Finding:
     PublishedClaim,
     10,
     "Wear has higher values at the beginning for rough bodies.",
-    f"From cycle 1 to {RUN_IN} wear volume and largest depth of the rough contact exceed those "
-    "of the smooth one. In part: one of them, or at some snapshots.",
+    f"From cycle 1 to {RUN_IN} the rough contact exceeds the smooth one in wear volume and largest "
+    "depth. In part: in one of them, or at some snapshots.",
     _PAIRS,
 )
 def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
@@ -439,11 +442,11 @@ def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
     "On a macro-scale the results are comparable to a smooth surface, and on a micro-scale the "
     "pressure profile of each asperity behaves as a smooth surface.",
     "The micro-scale; claims 3, 8 and 10 compare the whole. In cycle 0 the pressure of asperities "
-    "(half a wave by half a wave around a tip) differs from that of a smooth contact of the tip's "
-    "curvatures, load and limit by at most 10 % (root mean square, mean weighted by load). Up to "
-    f"the snapshot nearest cycle {RUN_IN}, on asperities with 90 % of the load of those that both "
-    "stick and slip, mean pressure rises where they stuck and falls where they slipped, as it does "
-    "on the whole of a smooth contact. In part: one of the two.",
+    "(half a wave by half a wave around a tip) differs by at most 10 % (root mean square, mean "
+    "weighted by load) from the pressure of a smooth contact with the curvatures, load and limit "
+    f"of the tip. Up to the snapshot nearest cycle {RUN_IN}, mean pressure rises where asperities "
+    "stuck and falls where they slipped, as on the whole of a smooth contact: on asperities that "
+    "carry 90 % of the load of all that both stick and slip. In part: one of the two.",
     _ROUGH,
 )
 def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
@@ -457,7 +460,7 @@ def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
     }
     alike, behave = apart <= _ALIKE, behaving >= _MOST_ASPERITIES
     against = [
-        "pressure profiles are not those of smooth contacts" if not alike else "",
+        "pressure profiles differ from smooth contacts" if not alike else "",
         "pressure does not move from slip to stick" if not behave else "",
     ]
     remark = " and ".join(filter(None, against))
@@ -477,31 +480,31 @@ CLAIMS = (
     _more_wear_when_rough,
     _asperities_behave_as_smooth,
 )
-"""All claims, in the order of their numbers; 10 and 11 are of the study's conclusions."""
+"""All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
 
 
 def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
-    """Yield the sections on the source study, of a merged study's case files.
+    """Yield the sections on the source study from a merged study's case files.
 
-    There are none where the study does not hold the four cases of the source study. Else they are
-    the claims, judged at one radius and compared with others if there are, and what the simpler
-    slip model costs, where the study has both.
+    A study without the four cases of the source study has none. The first section judges the claims
+    at one radius and compares others if present; the second, if the study has both slip models,
+    says what the simpler one costs.
     """
     judged: dict[tuple[str, float], list[Judgement]] = {}
     models: list[Cases] = []
     for model, at, cases in reference_cases(summary, folder):
         judged[model, at] = [claim.judge(cases) for claim in CLAIMS]
-        # Those of other radii are not needed any more.
+        # Cases of other radii are not needed any more.
         models += [cases] if at == next(iter(judged))[1] else []
     if not judged:
         return
     radius = next(iter(judged))[1]
-    columns = {model: each for (model, at), each in sorted(judged.items()) if at == radius}
+    columns = {model: group for (model, at), group in sorted(judged.items()) if at == radius}
     others = sorted(judged.items()) if len(judged) > len(columns) else []
     rows = [
         [
-            (each[i], each[i].answers != columns.get(model, each)[i].answers)
-            for (model, _), each in others
+            (group[i], group[i].answers != columns.get(model, group)[i].answers)
+            for (model, _), group in others
         ]
         for i in range(len(CLAIMS) if others else 0)
     ]
@@ -531,7 +534,7 @@ def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
 
 
 def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
-    """Results of the simple model as multiples of the others', a column for each case."""
+    """Results of the simple model over results of the other one, a column for each case."""
     from fretwear.data.dataset import compared_results
 
     rows: dict[str, list[str]] = {}
@@ -549,10 +552,10 @@ def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
 
 
 def excess_shear(case: StudyCase, cycle: int) -> float:
-    """Share of the tangential load that a case would carry against Coulomb's law.
+    """Share of the tangential load by which shear cut to Coulomb's law exceeds it.
 
-    Shear beyond −µp, in valleys without pressure too, is cut to that, and the rest adds up to more
-    than Q: by this share of it. The slip of the worn shape has none.
+    Shear beyond −µp, also in valleys without pressure, is cut to −µp; the remaining shear adds up
+    to more than Q, by this share of Q. Slip of the worn shape has no excess.
     """
     shear = case.field("shear_traction", cycle)
     copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])

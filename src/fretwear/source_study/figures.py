@@ -1,4 +1,4 @@
-"""The figures of the source study, made from our own datasets, under its numbers."""
+"""The figures of the source study, drawn from our datasets under their original numbers."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ _ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
         "in the middle of the slip zone",
     ),
 }
-"""Middle of the two waves that a figure enlarges, m, and what its caption says of the place."""
+"""The middle, m, of the two waves that a figure enlarges, and this place in its caption."""
 
 
 def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
-    """Yield the figures of the source study, numbered as there, of a merged study's case files.
+    """Yield the figures of the source study, numbered as there, from a merged study's case files.
 
-    There are none where the study does not hold the four cases of the source study.
+    A study without the four cases of the source study has none.
     """
     groups = reference_cases(summary, folder)
     model, radius, cases = next(groups, ("", 0.0, {}))
@@ -88,29 +88,29 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
         {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
         {name: case.history for name, case in both.items()},
     )
-    told = (
+    text = (
         f"The {title} contact with slip of the worn shape, and with the constant slip of the "
         f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
-        "volume over the cycles, and by which factor results differ."
+        "volume over the cycles, and ratios of the results."
     )
-    yield StudyFigure("slip_models", told, CATEGORY, figure)
+    yield StudyFigure("slip_models", text, CATEGORY, figure)
 
 
 @styled
 def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     """Draw a field of smooth cases side by side, or of rough ones in rows with a zoom."""
-    # Cycles that all four cases have; where these are few of the study's, all of them.
+    # The study's cycles that all four cases have; if these are few, all common cycles.
     common = set.intersection(*(set(case.cycles) for case in cases.values()))
     cycles = [cycle for cycle in SHOWN_CYCLES if cycle in common]
     cycles = cycles if len(cycles) > 2 else sorted(common)
     surface, body = titles[0].split()
     is_rough, both = surface == "rough", len(titles) > 1
     if is_rough and both and field is _PRESSURE:
-        # The study compares elastic and plastic pressures of rough bodies up to there.
+        # The study compares elastic and plastic pressures of rough bodies up to this cycle.
         cycles = [cycle for cycle in cycles if cycle <= RUN_IN]
     profiles = [half_profiles(cases[title].dataset, field, cycles) for title in titles]
     friction = cases[titles[0]].parameter("friction") if field is _SHEAR else 1.0
-    tops = [_top(each, friction) for each in profiles]
+    tops = [_top(profile, friction) for profile in profiles]
     down, across = (len(titles), 2) if is_rough else (1, len(titles))
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
@@ -134,12 +134,12 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     bodies = ": elastic, and with a plastic limit" if both else ""
     caption = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
     caption.append(
-        "Around the edge of the contact, as far as the window of the case goes."
+        "Around the edge of the contact, within the window of the case."
         if at_edge(field) and not is_rough
         else "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
     )
     if is_rough:
-        # Cells in a row that are in contact at first, as the middle one of all tips has them.
+        # The median number of consecutive cells in contact at first.
         touches = half_profiles(cases[titles[0]].dataset, _PRESSURE, 0).values[0] > 0.0
         ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
         caption.append(
@@ -149,8 +149,8 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
         )
     if is_traction(field):
         caption.append(
-            "Curves that leave at the top are elastic: their peak at the edge of the stick zone "
-            "grows without bound as the grid is refined."
+            "Curves that leave the panel at the top are elastic: their peak at the edge of the "
+            "stick zone grows without bound as the grid is refined."
         )
     return figure, caption
 
@@ -187,7 +187,7 @@ def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) ->
 
 @styled
 def _plastic_pressures(cases: Cases) -> Drawn:
-    """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip."""
+    """Draw the pressure of both contacts with a plastic limit, whole and enlarged in slip."""
     smooth, rough = cases["smooth plastic"], cases["rough plastic"]
     run_in = smooth.nearest(RUN_IN)
     shown = [(smooth, run_in, "smooth"), (rough, run_in, "rough")]
@@ -213,16 +213,15 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     return figure, [
         f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
         f"{run_in} cycles and smooth after {smooth.last}; right: the same, enlarged.",
-        f"Of the rough one the thin line is the profile, the thick one its {_MEAN}.",
+        f"A thin line is the profile of the rough contact, the thick one its {_MEAN}.",
     ]
 
 
 @styled
 def _widths(cases: Cases, *, zoom: bool) -> Drawn:
-    """Draw the half-widths over the cycles from the middle outwards, or the edge of the contact.
+    """Draw the half-widths of both zones over the cycles or, as a zoom, the edge of the contact.
 
-    The edge is drawn with early cycles spread out, and the whole range of elastic cases; others
-    may leave at the top.
+    The zoom spreads early cycles out and fits the elastic cases; others may leave at the top.
     """
     figure = JournalFigure(2, _WIDTH_HEIGHT)
     axes = figure.subplots()
@@ -265,7 +264,7 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
 
 
 def _style(title: str) -> dict[str, Any]:
-    """How a case is drawn: colour tells roughness, the line style whether bodies yield."""
+    """The style of a case: colour shows roughness, line style plasticity."""
     return {
         "color": CATEGORICAL["rough" in title],
         "linestyle": LINE_STYLES["plastic" in title],
@@ -286,4 +285,4 @@ _FIGURES: dict[str, Callable[[Cases], Drawn]] = {
     "fig15_contact_half_width": partial(_widths, zoom=False),
     "fig16_contact_half_width_zoom": partial(_widths, zoom=True),
 }
-"""The figures by name, with what draws them."""
+"""The functions that draw the figures, by name."""
