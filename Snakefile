@@ -7,7 +7,7 @@
 #     snakemake --cores 8 --config threads=4
 #                                  gives each case four of the eight cores
 #
-# The study is checked here, before any job; the jobs are calls of the command `fretwear`.
+# The study is checked here, before any job; the jobs call the command `fretwear`.
 import shlex
 import sys
 from pathlib import Path
@@ -32,7 +32,7 @@ if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER)
 # Snakemake reports a locked folder, but not the command that unlocks it.
 if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
     print(
-        "fretwear: this folder is locked, by another running Snakemake or by one that was killed; "
+        "fretwear: this folder is locked, by a running Snakemake or by one that was killed; "
         "if none is running: snakemake --unlock, then the same command again",
         file=sys.stderr,
     )
@@ -42,7 +42,7 @@ RESULTS = JOBS.folder
 FIGURES = FOLDER / "figures"
 BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]
 KEEP_OLDER = "--keep-older" if JOBS.keep_older else ""
-# The command of this environment, also where its folder is not on the PATH.
+# The command of this environment, whose folder may not be on the PATH.
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
 
@@ -51,8 +51,8 @@ wildcard_constraints:
 
 
 # The steps after the simulation take seconds, less than a cluster takes to start a job. Their
-# outputs are marked as local, so that they stay in the folder of the results where Snakemake passes
-# the files of jobs through remote storage.
+# outputs are marked as local, so that they stay in the folder of the results even if Snakemake
+# passes the files of jobs through remote storage.
 localrules:
     all,
     merge,
@@ -83,8 +83,8 @@ rule all:
         "Done: {input[0]}"
 
 
-# A batch is a job that runs several cases in one process, each to its own file; finished cases are
-# kept. Snakemake tracks the record that a batch leaves at its end, not the case files, which it
+# A batch is a job that runs several cases in one process, each into its file, and keeps finished
+# cases. Snakemake tracks the record that a batch leaves at its end, not the case files, which it
 # would remove before running a batch again.
 rule simulate:
     output:
@@ -98,15 +98,16 @@ rule simulate:
     resources:
         mem_mb=lambda wildcards: JOBS.job(wildcards.batch).memory_mb,
         runtime=lambda wildcards: JOBS.job(wildcards.batch).minutes,
-    # The name of a batch contains everything its files depend on. The position of its points in the
-    # study is no reason to run it again, so Snakemake derives these parameters from the output.
+    # The name of a batch contains everything that its files depend on. The position of its points
+    # in the study is no reason to run it again, so Snakemake derives these parameters from the
+    # output.
     params:
         points=lambda wildcards, output: JOBS.job(wildcards.batch).points,
         title=lambda wildcards, output: JOBS.job(wildcards.batch).title,
     message:
         "Simulating {params.title}"
-    # `exec` leaves no shell in between: it would end as soon as the job is asked to stop, and the
-    # scheduler would then kill the command before it has written its checkpoint.
+    # `exec` replaces the shell, which would end as soon as the job is asked to stop; the scheduler
+    # would then kill the command before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
         "--threads {threads} {KEEP_OLDER} "

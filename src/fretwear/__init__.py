@@ -44,7 +44,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    # Numerics and labelled arrays take about a second to import: only who needs them pays.
+    # Numerics and labelled arrays take about a second to import, and are imported when used.
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     if name == "figures":

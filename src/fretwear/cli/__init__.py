@@ -1,6 +1,6 @@
-"""The command line: processes that are asked to stop, are killed or crash, and what they leave.
+"""The command line: processes that are asked to stop, are killed or crash, and their messages.
 
-Nothing heavy is imported before a command needs it, so that help and plans appear at once.
+No large library is imported before a command needs it, so that help and plans appear at once.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ _WORDS = {
     signal.SIGHUP: "because its terminal was closed",
 }
 
-# A terminal and a workflow may both ask a process to stop; only a later signal counts as a second
-# one.
+# A terminal and a workflow may both ask a process to stop; only a later signal is a second request.
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
 _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
@@ -33,7 +32,7 @@ _WHY = "out of memory, or a failing disk? The same command resumes from what is 
 class Stopped(BaseException):
     """The process was asked to stop; not an error, so that no error handler catches it.
 
-    Its exit status is the one that shells give to a process ended by the signal.
+    Its exit status is the status that shells give to a process ended by the signal.
     """
 
     def __init__(self, number: int) -> None:
@@ -42,12 +41,12 @@ class Stopped(BaseException):
 
 
 def main(*, watched: bool = True) -> None:
-    """Run the command line, in a process that another one watches, and leave with its status."""
+    """Run the command line in a watched process, and exit with its status."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # Libraries count on both.
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123
     try:
-        # From here on, because a signal to stop may arrive while the process is still starting.
+        # A signal to stop may arrive while the process is still starting.
         with stopping():
             if watched:
                 watch()
@@ -62,7 +61,7 @@ def main(*, watched: bool = True) -> None:
 
 @contextmanager
 def stopping() -> Iterator[None]:
-    """Raise `Stopped` wherever the process is when asked to stop, so that it cleans up."""
+    """Raise `Stopped` wherever a request to stop reaches the process, so that it cleans up."""
     # A process started by nohup must outlive its terminal.
     heard = [number for number in _WORDS if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, _stop) for number in heard}
@@ -74,42 +73,42 @@ def stopping() -> Iterator[None]:
 
 
 def _stop(number: int, _frame: FrameType | None) -> NoReturn:
-    begun, told = time.monotonic(), "stopped: at once, without cleaning up"
+    begun, message = time.monotonic(), "stopped: at once, without cleaning up"
 
     def hurry(number: int, _frame: FrameType | None) -> None:
         if time.monotonic() - begun > _SAME_WISH_SECONDS:
-            _leave(128 + number, told)
+            _leave(128 + number, message)
 
-    # The scheduler's signal must not interrupt the clean-up after the first; a user who presses
-    # Ctrl-C again means it. Files are complete or absent, so nothing is damaged.
-    for each in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(each, signal.SIG_IGN)
+    # A scheduler's second signal must not interrupt the clean-up; a user's second Ctrl-C may. Files
+    # are complete or absent, so none is damaged.
+    for ignored in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_IGN)
     signal.signal(signal.SIGINT, hurry)
-    # A library interrupted at work may be unable to clean up.
-    lost_patience = threading.Timer(_LONGEST_CLEANING_SECONDS, _leave, [128 + number, told])
+    # An interrupted library may be unable to clean up.
+    lost_patience = threading.Timer(_LONGEST_CLEANING_SECONDS, _leave, [128 + number, message])
     lost_patience.daemon = True
     lost_patience.start()
     raise Stopped(number)
 
 
-def _leave(status: int, told: str = "") -> NoReturn:
-    """End the process at once, with a message where there is no log."""
-    if told:
+def _leave(status: int, message: str = "") -> NoReturn:
+    """End the process at once, with a message if there is no log."""
+    if message:
         with suppress(OSError):
-            os.write(2, f"fretwear: {told}\n".encode())
+            os.write(2, f"fretwear: {message}\n".encode())
     os._exit(status)
 
 
 def watch() -> None:
-    """Return in a child process; this one waits, says what that could not, and ends as it did.
+    """Return in a child process; the parent waits, reports a crash, and exits as the child did.
 
-    A library that crashes and a kernel that is out of memory leave a process no time for a word.
+    A crashing library, and a kernel that is out of memory, leave a process no time for a message.
     """
-    if not hasattr(os, "fork") or "--supervise" in sys.argv:  # that has a parent to tell of it
+    if not hasattr(os, "fork") or "--supervise" in sys.argv:  # a supervising parent reports
         return
     try:
         child = _fork()
-    except OSError:  # no memory for it
+    except OSError:  # out of memory
         return
     if child:
         status, ending = _end_of(child)
@@ -117,11 +116,11 @@ def watch() -> None:
 
 
 def supervise(case_ids: Collection[str], results: Path) -> None:
-    """Return in a child process; this one waits, and starts another child if it is killed.
+    """Return in a child process; the parent waits, and starts another child if one is killed.
 
-    The kernel kills what takes too much memory. Of these cases of a study, the one during which a
-    child vanished is recorded, so that the next child leaves it to the end: there is another one as
-    long as each comes farther than the one before. Then this process ends as the last child did.
+    The kernel kills processes that take too much memory. The case during which a child vanished is
+    recorded, so that the next child leaves it to the end. Children follow as long as each comes
+    farther than the one before; then the parent exits as the last child did.
     """
     from fretwear.data.safe import Unfailing
     from fretwear.running.workflow import ENDED, failures
@@ -146,7 +145,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
 
 
 def _fork() -> int:
-    """Fork; the child is asked to stop when this process is killed, and neither when it is new."""
+    """Fork with signals blocked; the child is asked to stop if its parent is killed."""
     parent = os.getpid()
     signal.pthread_sigmask(signal.SIG_BLOCK, _WORDS)
     child = os.fork()
@@ -162,12 +161,12 @@ def _fork() -> int:
 
 
 def _end_of(child: int) -> tuple[int, str]:
-    """Wait for a child; return its exit status, as shells give it, and how a signal ended it."""
+    """Wait for a child; return its exit status, as in shells, and how a signal ended it if any."""
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
         status = os.waitpid(child, 0)[1]
     except Stopped as stopped:
-        # From now on signals are ignored here; the child reports.
+        # The parent ignores signals from now on; the child reports.
         os.kill(child, stopped.number)
         status = os.waitpid(child, 0)[1]
     code = os.waitstatus_to_exitcode(status)

@@ -1,4 +1,4 @@
-"""The commands that begin, plan, run, merge and draw: `fretwear.cli.show` prints results."""
+"""The commands that begin, plan, run, merge and draw; `fretwear.cli.show` prints results."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ _ROWS_AT_AN_END = 20
 
 _CASE = "Case, by the beginning of its id in `fretwear plan`; not needed if there is only one."
 _POINTS = "Numbers of the points, counted from 1 as in the report."
-_FINISHED = "File to write when all of the cases are done, for the workflow."
+_FINISHED = "File to write when all cases are done, for the workflow."
 _SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."
 _FIGURE = "File to write: .png, .svg or .pdf."
-_FILM = "File to write: .gif, or .mp4 where the program ffmpeg is installed."
-_DOTS = "Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels."
+_FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
+_DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
 _FOLDER = typer.Argument(
-    metavar="[FOLDER]", help="Where; created if necessary.", show_default="here"
+    metavar="[FOLDER]", help="Folder, created if necessary.", show_default="here"
 )
-_STUDY_NAME = "Study to begin with, one of those that --list shows."
+_STUDY_NAME = "Study to begin with; --list shows the choice."
 _LIST = typer.Option("--list", help="Print the studies that come with fretwear; write nothing.")
 
 _SNAKEFILE = """\
@@ -95,7 +95,7 @@ class Call:
 
 
 def logged(command: Callable[..., None]) -> Any:
-    """Make a command of a function that takes a log first: its user says how that is written."""
+    """Turn a function that takes a log first into a command with options for the log."""
 
     def logging(
         context: typer.Context,
@@ -111,10 +111,10 @@ def logged(command: Callable[..., None]) -> Any:
         command(call.log, **given)
 
     first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
-    _, *own = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
-    begun: Any = wraps(command)(logging)
-    begun.__signature__, begun.__annotations__ = inspect.Signature([first, *own, *last]), {}
-    return begun
+    _, *others = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
+    wrapped: Any = wraps(command)(logging)
+    wrapped.__signature__, wrapped.__annotations__ = inspect.Signature([first, *others, *last]), {}
+    return wrapped
 
 
 def init(
@@ -129,25 +129,26 @@ def init(
     from fretwear.data.safe import atomic_path, why_not_writable
     from fretwear.running.workflow import workspace
 
-    known = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
+    studies = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
     if list_:
         from fretwear.study.yamlfile import read_document
 
         extra = "pip install 'fretwear[surfaces]'"
-        told = [
+        rows = [
             (name, str(read_document(file).data["title"]), extra if _surfaces(file) else "")
-            for name, file in known.items()
+            for name, file in studies.items()
         ]
-        for line in aligned(told, str.ljust, indent=""):
+        for line in aligned(rows, str.ljust, indent=""):
             say(line)
         return
-    if study not in known:
-        raise CommandError(f"--study {study}: there are {', '.join(known)}")
+    if study not in studies:
+        raise CommandError(f"--study {study}: there are {', '.join(studies)}")
     if problem := why_not_writable(folder):
         raise CommandError(problem)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
     root = workspace()
-    for file in (*root.glob("profiles/*/config*.yaml"), known[study], *_surfaces(known[study])):
+    chosen = studies[study]
+    for file in (*root.glob("profiles/*/config*.yaml"), chosen, *_surfaces(chosen)):
         contents[file.relative_to(root)] = file.read_bytes()
     for name, content in contents.items():
         file = folder / name
@@ -163,7 +164,7 @@ def init(
 
 
 def _surfaces(study: Path) -> list[Path]:
-    """Return the files beside a study from which it takes surfaces."""
+    """Return the files of surfaces that a study reads."""
     text = study.read_text(encoding="utf-8")
     return [file for file in study.parent.glob("*/*") if f"{file.parent.name}/{file.name}" in text]
 
@@ -175,7 +176,7 @@ def plan(
         bool, typer.Option("--all", help=f"Print all points, even if more than {_MOST_ROWS}.")
     ] = False,
 ) -> None:
-    """Print the points of a study with the time and memory each will take; run nothing.
+    """Print the points of a study with the time and memory that each will take; run nothing.
 
     Times are for this machine, whose speed is measured briefly.
     """
@@ -192,8 +193,8 @@ def plan(
     lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
     if left := points - len(rows):
         lines.insert(1 + few, f"... {left} more points, which --all prints ...")
-    told = [f"{words[0].upper()}{words[1:]}: {text}." for words, text in planned.derived()]
-    for line in (*lines, "", *told):
+    derived = [f"{words[0].upper()}{words[1:]}: {text}." for words, text in planned.derived()]
+    for line in (*lines, "", *derived):
         say(line)
     jobs = resources.batches(planned)
     seconds = resources.core_seconds(jobs, planned.speed)
@@ -281,13 +282,13 @@ def batch(
 
     how: Any = {"keep_older": keep_older, "threads": threads}
     outcome = run_batch(study, folder, (first, last), log, lambda to: Log(stream=to), **how)
-    count, found = len(outcome.case_ids), len(outcome.found)
+    count, present = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
         raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
     if finished is not None:
         write_finished(finished, folder / "cases", outcome.case_ids)
-    log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
+    log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=present)
 
 
 @logged
@@ -324,7 +325,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     from fretwear.figures.study import write_study_figures
     from fretwear.source_study.figures import source_figures
 
-    # Objects loaded by now stay: scanning them again and again takes a fifth of the time.
+    # Objects loaded by now stay; scanning them again and again would take a fifth of the time.
     gc.freeze()
     gc.set_threshold(100_000, 10, 10)
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
@@ -336,7 +337,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
 
 @logged
 def report(log: Log, file: StudyFile, results: Results = None) -> None:
-    """Write report.html, on a merged study and its figures, and answer.json, what it claims."""
+    """Write report.html, on a merged study and its figures, and its claims as answer.json."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import read_summary

@@ -1,4 +1,4 @@
-"""What commands share: exit statuses, options, what shells complete, checks of given files."""
+"""Shared by commands: exit statuses, options, completions for shells, checks of given files."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ class Status(IntEnum):
 
 
 class CommandError(Exception):
-    """An error that ends a command with a message, what to do, and an exit status."""
+    """An error that ends a command with a message, a remedy and an exit status."""
 
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
         self.status = status
 
 
-# What the shell offers at the tab key beside commands, options and files.
+# Completions that the shell offers at the tab key besides commands, options and files.
 
 
 def case_ids(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the ids of the cases of the study that was typed before."""
     from fretwear.study.study import load_study
 
-    # The file is not parsed yet where the option waits for its value.
+    # The file may not be parsed yet while the option waits for its value.
     file = context.params.get("file") or next(iter(context.args), None)
     if file is None:
         return []
@@ -69,12 +69,12 @@ def assignments(incomplete: str) -> list[str]:
     from fretwear.study.parameters import parameter_names, parameter_of
 
     others = ["output.cycles", "title"]
-    found = [name for name in [*parameter_names(), *others] if f"{name}=".startswith(incomplete)]
-    if len(found) != 1 or found[0] in others:
-        return [f"{name}=" for name in found]
-    # A space would have to be quoted; "30N" means the same as "30 N".
-    example = (parameter_of(found[0]).example or "...").replace(" ", "")
-    return [f"{found[0]}=", f"{found[0]}={example}"]
+    names = [name for name in [*parameter_names(), *others] if f"{name}=".startswith(incomplete)]
+    if len(names) != 1 or names[0] in others:
+        return [f"{name}=" for name in names]
+    # A space would need quotes; "30N" means the same as "30 N".
+    example = (parameter_of(names[0]).example or "...").replace(" ", "")
+    return [f"{names[0]}=", f"{names[0]}={example}"]
 
 
 def argument(metavar: str, help_: str) -> Any:
@@ -83,7 +83,7 @@ def argument(metavar: str, help_: str) -> Any:
 
 
 def option(names: str, metavar: str, help_: str, default: str = "", complete: Any = None) -> Any:
-    """Return an option that takes a value; `default` says what happens without it."""
+    """Return an option that takes a value; `default` describes the default."""
     shown: Any = {"metavar": metavar, "help": help_, "show_default": default or False}
     return typer.Option(*names.split("/"), **shown, autocompletion=complete)
 
@@ -110,12 +110,12 @@ Threads = Annotated[
 def say(text: str) -> None:
     """Print to standard output, without control characters that may come from files.
 
-    If that fails the command fails, silently if the reader has gone.
+    If this fails, the command fails, silently if the reader has gone.
     """
     try:
         typer.echo(printable(text))
     except OSError as error:
-        with suppress(OSError, ValueError):  # What is still buffered would fail again at exit.
+        with suppress(OSError, ValueError):  # Buffered text would fail again at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if error.errno in (errno.EPIPE, errno.EIO):
             raise typer.Exit(Status.FAILED) from error
@@ -129,7 +129,7 @@ def finite(value: Any) -> Any:
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
-    """Return a study and the folder of its results; `CommandError` if it must not be written to."""
+    """Return a study and the folder of its results; `CommandError` if it cannot be written to."""
     from fretwear.data.safe import why_leading_out, why_not_writable
     from fretwear.study.study import load_study
 
@@ -161,7 +161,7 @@ def check_output(path: Path, *endings: str) -> Path:
 
 @contextmanager
 def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
-    """Open a case file: dataset and history of the case; `CommandError` if it is not valid."""
+    """Open the dataset and the history of a case file; `CommandError` if it is not valid."""
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
@@ -169,23 +169,24 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
 
     with ExitStack() as stack:
         try:
-            case, history = (stack.enter_context(each(file)) for each in (open_case, open_history))
+            case = stack.enter_context(open_case(file))
+            history = stack.enter_context(open_history(file))
         except DataFileError as error:
             raise CommandError(str(error)) from error
         yield case, history
 
 
 def check_results(file: Path) -> None:
-    """Refuse missing files, folders and study files before anything heavy is imported."""
+    """Refuse missing files, folders and study files before a large library is imported."""
     if file.is_dir():
-        found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
-        names = "".join(f"\n    {name}" for name in few_of(found))
-        hint = f"; name one of its files, such as{names}" if found else " without results"
+        present = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
+        names = "".join(f"\n    {name}" for name in few_of(present))
+        hint = f"; name one of its files, such as{names}" if present else " without results"
         raise CommandError(f"{file}: is a folder{hint}")
     if not file.exists():
-        present = [path.name for path in file.parent.iterdir()] if file.parent.is_dir() else []
+        beside = [path.name for path in file.parent.iterdir()] if file.parent.is_dir() else []
         hint = "the cases of a study are in results/STUDY/cases/; fretwear run computes one"
-        if near := nearest(file.name, present, cutoff=0.7):
+        if near := nearest(file.name, beside, cutoff=0.7):
             hint = f"did you mean {str(file.with_name(near))!r}?"
         raise CommandError(f"{file}: there is no such file\n    {hint}")
     if file.suffix in ENDINGS:
@@ -200,7 +201,7 @@ def aligned(
     justify: Callable[[str, int], str] = str.rjust,
     indent: str = "  ",
 ) -> Iterator[str]:
-    """Yield rows as lines in columns: the first one to the left, the others as `justify` does.
+    """Yield rows as lines in columns, the first column to the left, the others as `justify` does.
 
     Lines are not wrapped, so that they can be searched and cut.
     """

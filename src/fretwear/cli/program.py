@@ -1,4 +1,4 @@
-"""The command ``fretwear``: its commands, its help, and how errors become messages and statuses."""
+"""The program ``fretwear``: its commands and help, and how errors become messages and statuses."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _WORKFLOW = "Steps of the workflow"
 
 
 class _Help(_Base):
-    """Help that shows no types of flags and no braces."""
+    """Help without types of flags and without braces."""
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """Return the words of the usage line; nobody should type a brace."""
+        """Return the words of the usage line, without braces, which users might type."""
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -49,7 +49,7 @@ class _Command(_Help, TyperCommand):
 
 
 class _Commands(_Help, TyperGroup):
-    """All commands; an error that ends one of them becomes a message and a status."""
+    """The group of all commands; an error that ends one becomes a message and a status."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command and leave with its exit status."""
@@ -71,14 +71,14 @@ class _Commands(_Help, TyperGroup):
 
 @contextmanager
 def swallowing_no_lack_of_memory() -> Iterator[None]:
-    """Raise at the end the lack of memory that a library could not: its work is incomplete."""
+    """Raise, at the end, a lack of memory that a library swallowed: its work is incomplete."""
     lost = []
 
-    def hear(told: Any) -> None:
-        if isinstance(told.exc_value, MemoryError):
-            lost.append(told.exc_value)
+    def hear(unraisable: Any) -> None:
+        if isinstance(unraisable.exc_value, MemoryError):
+            lost.append(unraisable.exc_value)
         else:
-            sys.__unraisablehook__(told)
+            sys.__unraisablehook__(unraisable)
 
     before, sys.unraisablehook = sys.unraisablehook, hear
     try:
@@ -93,14 +93,14 @@ def swallowing_no_lack_of_memory() -> Iterator[None]:
 
 
 def _tell(error: BaseException, call: Call) -> int:
-    """Say what has ended a command; return its exit status."""
+    """Report the error that ended a command; return its exit status."""
     if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
         return Status.WRONG_INPUT
     if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
 
-    # A call that cannot be parsed wants its error in this format.
+    # An error of parsing is reported in the format that was asked for.
     typed = re.findall(r"--log-format[= ](\S+)", " ".join(call.arguments))
     log = call.log or Log([os.environ.get(LOG_FORMAT_VARIABLE, ""), *typed][-1])
     if isinstance(error, Stopped):
@@ -122,7 +122,7 @@ def _tell(error: BaseException, call: Call) -> int:
 
 
 def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
-    """Say what is wrong with a call that cannot be parsed, and where to read how it should be."""
+    """Return the problem of a call that cannot be parsed, and where to read its correct form."""
     path = getattr(getattr(error, "ctx", None), "command_path", "fretwear")
     message = error.format_message().rstrip(".").replace("Value error, ", "")
     lines = [f"{message[:1].lower()}{message[1:]}"]
@@ -148,7 +148,7 @@ app = typer.Typer(
 
 
 def _add(function: Callable[..., None], example: str, panel: str | None = None) -> None:
-    """Add a command, called as its example calls it."""
+    """Add a command under its name in the example."""
     epilog = f"[dim]Example:[/dim] {example}"
     app.command(example.split()[1], cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
 
@@ -167,8 +167,8 @@ _add(commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
 _add(commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(asked: bool) -> None:
+    if asked:
         say(f"fretwear {fretwear.__version__}")
         raise typer.Exit
 

@@ -2,7 +2,7 @@
 
 A message is a text for people and fields for programs. Every JSON line has ``event`` and ``time``
 (UTC, ISO 8601). Lengths are in m and times in s; numbers that are not finite are null. Fields may
-be added, none changes its meaning.
+be added later; existing ones keep their meaning.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}
 _MEASURES = ["contact_half_width_x", "contact_half_width_y", "stick_half_width_x"]
 _MEASURES += ["peak_pressure", "wear_volume"]
-# Time between two lines, s: a run of a minute gets about thirty lines, one of a day a thousand.
+# Time between two lines, s: a run of a minute prints about thirty lines, a run of a day a thousand.
 _SHORTEST_INTERVAL = 2.0
 _LONGEST_INTERVAL = 60.0
 _INTERVAL_SHARE = 0.02
@@ -50,8 +50,8 @@ _SMALLEST_SHARE = 0.1
 class Log:
     """All output of a command: errors and progress to standard error, results to standard output.
 
-    Messages are text, on a terminal with a bar if the format is ``auto``, or ``json``; a quiet log
-    reports errors only. Text may go to another stream, without colours.
+    Messages are text or, in the format ``json``, JSON; the format ``auto`` adds a bar on a
+    terminal. A quiet log reports errors only. Text may go to another stream, without colours.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Log:
     ) -> None:
         self._is_json, self._is_quiet, self._clock = log_format == "json", quiet, clock
         self._output: Any = Unfailing(stream or sys.stderr)
-        # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
+        # FORCE_COLOR may ask for colours in a log file, which is still not a terminal.
         redraws = os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
         may_have_bar = log_format == "auto" and not quiet and stream is None
         self._has_bar = may_have_bar and redraws and self._output.isatty()
@@ -75,23 +75,23 @@ class Log:
         if not self._is_json:
             from rich.console import Console
 
-            known: Any = {"file": self._output, "stderr": stream is None, "highlight": False}
-            self._console = Console(color_system=None if stream else "auto", **known)
+            options: Any = {"file": self._output, "stderr": stream is None, "highlight": False}
+            self._console = Console(color_system=None if stream else "auto", **options)
 
     def begin(self, command: str, typed: str = "") -> None:
-        """Report the start of a command; from here on warnings become events for programs."""
+        """Report the start of a command; in JSON, warnings become events from here on."""
         self._command, self._started, self.typed = command, self._clock(), typed
         if self._is_json:
 
             def warn(message: Any, category: Any, *where: Any, **_: Any) -> None:
-                told = {"message": str(message), "category": category.__name__}
-                self._say("warning", **told, where=f"{where[0]}:{where[1]}")
+                about = {"message": str(message), "category": category.__name__}
+                self._say("warning", **about, where=f"{where[0]}:{where[1]}")
 
             warnings.showwarning = warn
         self._say("start", command=command, version=fretwear.__version__)
 
     def end(self, exit_status: int) -> None:
-        """Tell programs that the command ends."""
+        """Report the end of the command to programs."""
         if self._command:
             which = {"command": self._command, "status": _END_STATUS.get(exit_status, "stopped")}
             seconds = self._clock() - self._started
@@ -100,36 +100,36 @@ class Log:
     def error(
         self, message: str, exit_status: int, event: str = "error", defect: Exception | None = None
     ) -> None:
-        """Report what ends the command: an error with a remedy, or who ``stopped`` it.
+        """Report what ends the command: an error with a remedy, or the event ``stopped``.
 
         A defect is reported with its traceback.
         """
         trace = "" if defect is None else "".join(traceback.format_exception(defect)).rstrip()
         if self._is_json:
-            told = {"traceback": trace} if trace else {}
-            self._write(event, {"message": message, "exit_status": exit_status, **told})
+            details = {"traceback": trace} if trace else {}
+            self._write(event, {"message": message, "exit_status": exit_status, **details})
         else:
             self._print(f"{message}\n{trace}".rstrip(), f"fretwear: {event}: ")
 
     def note(self, message: str) -> None:
-        """Say something worth knowing that is neither an error nor a result."""
+        """Report something worth knowing that is neither an error nor a result."""
         self._say("note", message, message=message)
 
     def result(self, file: Path, message: str, **numbers: float) -> None:
-        """Say which file or folder was written, with a message for people, numbers for programs."""
+        """Report the file or folder written, with a message for people and numbers for programs."""
         self._file = str(file)
         self._say("result", file=self._file, message=message, **numbers)
         if not self._is_json and not self._is_quiet:
-            with suppress(CommandError, typer.Exit):  # The file is there all the same.
+            with suppress(CommandError, typer.Exit):  # The file exists all the same.
                 say(f"{file}: {message}")
 
     def batch(self, cases: Mapping[str, Case]) -> None:
-        """Number the cases that will run one after the other, each by `case`."""
+        """Count the cases that will run one after the other, each in the context of `case`."""
         self._batch = _time_left(cases, self._clock)
 
     @contextmanager
     def case(self, case: Case, file: Path) -> Iterator[Observer]:
-        """Report a case that runs in the context; the observer must be called at every step."""
+        """Report the case that runs in this context; the observer is called at every step."""
         timing = self._batch or _time_left({case.case_id: case}, self._clock)
         timing.begin(case.case_id, case.cycles)
         which: Any = {"case_id": case.case_id}
@@ -138,18 +138,18 @@ class Log:
         begun = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
         self._say("case_start", begun, **which, cycles=case.cycles, file=str(file))
         last: Step | None = None
-        told = -math.inf
+        reported = -math.inf
 
         def observe(step: Step) -> None:
-            nonlocal last, told
+            nonlocal last, reported
             timing.note(step.state.cycle)
             last, now = step, timing.seconds
             if show:
                 show(step)
             interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
-            if step.state.cycle < step.last_cycle and now - told < interval:
+            if step.state.cycle < step.last_cycle and now - reported < interval:
                 return
-            told = now
+            reported = now
             numbers: Any = {"cycle": step.state.cycle, "cycles": step.last_cycle}
             numbers |= {name: getattr(step.state, name) for name in ("step", "error_estimate")}
             numbers |= {name: getattr(step.measures, name) for name in _MEASURES}
@@ -177,7 +177,7 @@ class Log:
 
     @contextmanager
     def counting(self, thing: str) -> Iterator[Callable[[int, int], None]]:
-        """Return a function that shows on a terminal how many of a number of things are done."""
+        """Yield a function that shows on a terminal how many things, out of a total, are done."""
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
         columns = (TextColumn(thing), MofNCompleteColumn(), BarColumn(bar_width=24))
@@ -188,7 +188,7 @@ class Log:
 
     @contextmanager
     def _bar(self, timing: TimeLeft) -> Iterator[Observer]:
-        """Show on a terminal how far a case and its batch are, until the context ends."""
+        """Show the progress of a case and its batch on a terminal, until the context ends."""
         from rich.console import Group
         from rich.live import Live
         from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
@@ -208,7 +208,7 @@ class Log:
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
         def show(step: Step) -> None:
-            # Of constant width, so that its neighbours do not jump.
+            # A constant width keeps its neighbours from jumping.
             cycle = f"{step.state.cycle:{len(str(step.last_cycle))}.0f}"
             place = f"cycle {cycle} of {step.last_cycle}"
             bars.update(one, description=place, completed=timing.share)
@@ -219,7 +219,7 @@ class Log:
             yield show
 
     def _say(self, event: str, text: str = "", /, **fields: Any) -> None:
-        """Write a message: text for people, fields for programs, nothing in a quiet log."""
+        """Write a message, as text for people or fields for programs, unless the log is quiet."""
         if self._is_quiet:
             return
         if self._is_json:
@@ -237,33 +237,33 @@ class Log:
         """Print above the bar, if there is one, without markup or line breaks."""
         from rich.text import Text
 
-        told = Text.assemble((label, "bold red"), printable(text))
-        self._console.print(told, soft_wrap=True)
+        message = Text.assemble((label, "bold red"), printable(text))
+        self._console.print(message, soft_wrap=True)
 
 
 class TimeLeft:
     """The time left for a case, and for all cases of its batch.
 
-    It follows from the plan, the estimated time of each case, s, by its id, and from the last
-    steps. Steps grow by orders of magnitude over a run, each takes about as long as the one before,
-    and where the bodies yield they stop growing. So the last steps overestimate the time if
-    continued in cycles per second, and underestimate it if continued in the logarithm of cycles:
-    the geometric mean of both is combined with the plan, whose weight falls as cycles are done.
+    It follows from the plan, which is the estimated time of each case, s, by its id, and from the
+    last steps. Steps grow by orders of magnitude over a run, take about equal times, and stop
+    growing once the bodies yield. Extrapolating the last steps in cycles per second therefore
+    overestimates the time, and extrapolating in the logarithm of cycles underestimates it. The
+    geometric mean of both is combined with the plan, whose weight falls as cycles are done.
     """
 
     def __init__(self, planned: Mapping[str, float], clock: Callable[[], float]) -> None:
         self._clock, self._ahead, self._slowness = clock, dict(planned), 1.0
         self._planned_before = self._taken_before = 0.0
-        self.number, self.count = 0, len(planned)  # of cases that have begun, of all
+        self.number, self.count = 0, len(planned)  # of cases begun, of all cases
 
     def begin(self, case_id: str, cycles: int) -> None:
-        """Start a case; its planned time is corrected by that of the cases before it."""
+        """Start a case; the time taken by earlier cases corrects its planned time."""
         self.number += 1
         self._planned, self._cycles = self._ahead.pop(case_id), cycles
         self._expected = self._left = max(self._slowness * self._planned, 1e-3)
         self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
         self._started = self._noted = self._clock()
-        self.share = 0.0  # of the time of the case that is over, from 0 to 1; never falls
+        self.share = 0.0  # share of the time of the case that has passed, 0 to 1; never falls
 
     def note(self, cycle: float) -> None:
         """Record a step that has reached a cycle."""
@@ -284,7 +284,7 @@ class TimeLeft:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
 
     def end(self) -> None:
-        """Record how long a finished case has taken."""
+        """Record the time that a finished case has taken."""
         self._left = 0.0
         self._planned_before += self._planned
         self._taken_before += self.seconds
@@ -314,7 +314,7 @@ def step_text(step: Step, seconds_left: float) -> str:
 
 
 def left_text(seconds: float) -> str:
-    """Write the time left, at least one second."""
+    """Return the time left in words, rounded up."""
     return f"{duration_text(math.ceil(seconds))} left"
 
 
@@ -327,6 +327,6 @@ def _numbers_text(step: Step) -> str:
 def _time_left(cases: Mapping[str, Case], clock: Callable[[], float]) -> TimeLeft:
     from fretwear.study.plan import SECONDS_TO_START, estimate
 
-    # Python has started already.
+    # The time to start Python has passed already.
     planned = {name: estimate(case).seconds - SECONDS_TO_START for name, case in cases.items()}
     return TimeLeft(planned, clock)

@@ -34,12 +34,12 @@ _MORE_RESULTS = "contact_half_width_y contact_area stick_area approach tangentia
 _MORE_RESULTS += " plastic_volume central_pressure peak_pressure"
 _CASE_RESULTS = (*HEADLINES, *_MORE_RESULTS.split())
 _STUDY_RESULTS = {name: RESULTS[name].error.name for name in HEADLINES[:4]}  # with their errors
-_MARK = "† Of a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
+_MARK = "† In a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
 _UNWORN = (
     "Unworn: closed forms for smooth elastic bodies with these parameters "
     "(Hertz, Cattaneo and Mindlin)."
 )
-_BOTH = "Draw both superimposed, to this file: .png, .svg or .pdf."
+_BOTH = "Draw both cases superimposed into this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
 _DIGITS = 4
 
@@ -50,9 +50,9 @@ def show(
         bool, typer.Option("--json", help="Print JSON in SI units, for scripts.")
     ] = False,
 ) -> None:
-    """Print the parameters of a case and its key results beside those of smooth elastic bodies.
+    """Print the parameters and key results of a case, beside closed forms of smooth elastic bodies.
 
-    Of a merged study, print the key results of every point.
+    For a merged study, print the key results of every point.
     """
     check_results(file)
 
@@ -64,7 +64,7 @@ def show(
         if "study" in summary.attrs:
             content = study_content(summary)
             lines = [*describe_study(content)]
-    if not content:  # a case, or something of which `opened` says what is wrong
+    if not content:  # a case, or a file whose problem `opened` reports
         with opened(file) as (case, history):
             content = case_content(case, history)
             lines = [*case_lines(content)]
@@ -95,7 +95,7 @@ def compare(
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
-    forces = (found for given, found in FORCES.items() if given not in case.coords)
+    forces = (results for given, results in FORCES.items() if given not in case.coords)
     results = {}
     for name in (name for name in (*_CASE_RESULTS, *chain(*forces)) if name in case):
         error, units = RESULTS[name].error.name, case[name].attrs["units"]
@@ -128,15 +128,15 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield content["source"]
     part = ("all", "half", "a quarter")[sum(SYMMETRIES[content["symmetry"]])]
     taken = ""
-    if content["convolutions"] is not None:  # What another program has saved does not say it.
+    if content["convolutions"] is not None:  # A file saved by another program lacks it.
         taken = f", {content['steps']} steps, {content['convolutions']} convolutions"
     yield f"{' x '.join(map(str, content['cells']))} cells ({part} of the contact){taken}"
     yield from (f"Doubtful: {warning}" for warning in content["warnings"])
     yield from ("", "Parameters")
-    told = dict(content["parameters"])
-    if told.get("roughness_amplitude", {}).get("value") == 0.0:  # whose slopes say nothing
-        told = {name: told[name] for name in told if not name.startswith("roughness_slope")}
-    yield from aligned([_told(name, *each.values()) for name, each in told.items()])
+    shown = dict(content["parameters"])
+    if shown.get("roughness_amplitude", {}).get("value") == 0.0:  # slopes are then meaningless
+        shown = {name: shown[name] for name in shown if not name.startswith("roughness_slope")}
+    yield from aligned([_in_words(name, *about.values()) for name, about in shown.items()])
     yield from ("", "Results")
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]
     for name, result in content["results"].items():
@@ -177,12 +177,12 @@ def describe_study(content: dict[str, Any]) -> Iterator[str]:
     yield f"study {content['study']}, {content['source']}"
     yield from (f"Doubtful: {warning}" for warning in content["warnings"])
     counts = Counter(point["status"] for point in points)
-    told = ", ".join(f"{counts[status.word]} {status.word}" for status in PointStatus)
-    yield f"{len(points)} point{'s' * (len(points) != 1)}: {told}"
+    statuses = ", ".join(f"{counts[status.word]} {status.word}" for status in PointStatus)
+    yield f"{len(points)} point{'s' * (len(points) != 1)}: {statuses}"
     yield from ("", f"After the last cycle, {content['cycle']:.0f}")
     listed = points[:_MOST_POINTS]
     columns = [["id", *(point["case_id"] for point in listed)]]
-    for name in (each for each in units if each not in _STUDY_RESULTS.values()):
+    for name in (name for name in units if name not in _STUDY_RESULTS.values()):
         values = [point[name] for point in listed]
         if name in _STUDY_RESULTS:
             about = RESULTS[name].in_units(units[name])
@@ -190,7 +190,7 @@ def describe_study(content: dict[str, Any]) -> Iterator[str]:
             *texts, unit = _texts(values, about, errors)
             columns.append([f"{about.words} ({unit})", *texts])
         else:
-            columns.append([name, *(_told(name, value, units[name])[1] for value in values)])
+            columns.append([name, *(_in_words(name, value, units[name])[1] for value in values)])
     states = [point["status"] for point in listed]
     columns.append(["", *("" if state == PointStatus.DONE.word else state for state in states)])
     yield from aligned(list(zip(*columns, strict=True)))
@@ -208,8 +208,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
         for place, case in reversed([*enumerate((a, b))]):
             if name in case.coords:
                 value = case[name]
-                about = (value.attrs.get(each) for each in ("units", "long_name"))
-                words, texts[place] = _told(name, value.item(), *about)
+                about = (value.attrs.get(key) for key in ("units", "long_name"))
+                words, texts[place] = _in_words(name, value.item(), *about)
         rows.append((words, *texts))
     yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
     yield from aligned(rows) if len(rows) > 1 else ()
@@ -218,8 +218,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
         texts = _texts((result.first, result.second), result.variable, result.errors)
-        known = math.isfinite(result.ratio)
-        rows.append((result.variable.marked, *texts, f"{result.ratio:.3g}" if known else "–"))
+        ratio = f"{result.ratio:.3g}" if math.isfinite(result.ratio) else "–"
+        rows.append((result.variable.marked, *texts, ratio))
     yield from aligned(rows)
     yield from ("", _MARK)
 
@@ -236,56 +236,56 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
     is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
     sizes = case.indenter.half_widths
-    found = {
+    unworn = {
         "contact_area": hertz.load / hertz.mean_pressure,
         "central_pressure": float(hertz.pressure(0.0)),
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
     if is_even:
-        found["contact_half_width_x"], found["contact_half_width_y"] = sizes(hertz)
+        unworn["contact_half_width_x"], unworn["contact_half_width_y"] = sizes(hertz)
     if case.tangential_ratio >= 1.0:
-        found |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
+        unworn |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
         if stroke := case.loading.stroke:
-            found["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
-            return {**found, "tangential_displacement": stroke}
+            unworn["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
+            return {**unworn, "tangential_displacement": stroke}
         # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
         if is_hertzian:
-            found["dissipated_energy"] = gross_slip_energy(hertz, friction, coupling, slid)
-        return {**found, "tangential_displacement": slid}
-    # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
+            unworn["dissipated_energy"] = gross_slip_energy(hertz, friction, coupling, slid)
+        return {**unworn, "tangential_displacement": slid}
+    # By Ciavarella and Jäger, the stick zone is the contact of the same bodies under P*.
     stick = hertz.with_load(case.stick_load)
-    found["stick_area"] = stick.load / stick.mean_pressure
-    found["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
+    unworn["stick_area"] = stick.load / stick.mean_pressure
+    unworn["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
     if is_even:
-        found["stick_half_width_x"], _ = sizes(stick)
+        unworn["stick_half_width_x"], _ = sizes(stick)
     if is_hertzian:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-        found["stick_load_share"] = sliding.stick_load_share
-        found["mean_stick_pressure"] = sliding.stick_load_share * hertz.load / found["stick_area"]
-        found["dissipated_energy"] = sliding.dissipated_energy
-    return found
+        unworn["stick_load_share"] = sliding.stick_load_share
+        unworn["mean_stick_pressure"] = sliding.stick_load_share * hertz.load / unworn["stick_area"]
+        unworn["dissipated_energy"] = sliding.dissipated_energy
+    return unworn
 
 
-def _told(
+def _in_words(
     name: str, value: float | str | None, units: str | None = "", long_name: str | None = None
 ) -> tuple[str, str]:
     """Return the words of a parameter and its value as text."""
     from fretwear.study.parameters import parameter, value_text
 
-    known = in_unit(math.inf if value is None else value, units or "")
-    return long_name or parameter(name).suiting(known).words, value_text(name, known)
+    value = in_unit(math.inf if value is None else value, units or "")
+    return long_name or parameter(name).suiting(value).words, value_text(name, value)
 
 
 def _texts(
     values: Sequence[float | None], about: Variable, errors: Sequence[float | None]
 ) -> list[str]:
-    """Write values of a result with their errors in one readable unit, and that last."""
-    known = [value for value in values if value is not None]
-    # A ratio that is written without a unit elsewhere has none here.
+    """Return values of a result with their errors as text in one readable unit, then the unit."""
+    present = [value for value in values if value is not None]
+    # A ratio has the unit, or none, that it has elsewhere.
     usual = about.unit if about.si_unit == "1" else None
-    unit = usual or readable_unit(known, about.si_unit)
+    unit = usual or readable_unit(present, about.si_unit)
     texts = [
         "–" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
         for value, error in zip_longest(values, errors)
