@@ -1,7 +1,7 @@
 """Settings of the documentation: ``sphinx-build -W --keep-going docs site`` builds it.
 
 Nothing here or in the built pages asks the network for anything: equations become MathML while the
-pages are built, the search is a local index, fonts are those of the reader's system.
+pages are built, the search is a local index, fonts come from the reader's system.
 """
 
 import logging

@@ -1,20 +1,20 @@
-"""Run what a page of the documentation shows, and compare its output with what the page says.
+"""Run the blocks of a page of the documentation, and compare their output with the page.
 
-The blocks of a page run in order, in one folder that begins as a copy of what the page needs of
-the repository (`Snakefile`, `profiles/`, `studies/`):
+The blocks of a page run in order, in one folder that begins as a copy of the parts of the
+repository that pages need (`Snakefile`, `profiles/`, `studies/`):
 
 - ``yaml``: a file; its first line is a comment with the name, ``# studies/mine.yaml``. The line
-  ``# in studies/mine.yaml`` instead changes single entries of the file that is there.
+  ``# in studies/mine.yaml`` instead changes single entries of an existing file.
 - ``bash``: commands, run by bash as they stand; the first that fails ends them.
 - ``python``: run like the cells of a notebook, with one set of names for the whole page.
-- ``text``: what the block before it prints, with ``...`` for what is left out; numbers that are
-  not whole agree within 1 %.
+- ``text``: the output of the block before it, with ``...`` for omissions; numbers that are not
+  whole agree within 1 %.
 
 A comment above a block says what else to expect: ``<!-- fails with status 2 -->`` or
 ``<!-- not run: the reason -->``. Blocks of any other language are an error unless they are not run.
 
     python docs/extensions/examples.py docs/tutorial.md           runs a page
-    python docs/extensions/examples.py --write docs/tutorial.md   and writes what it printed
+    python docs/extensions/examples.py --write docs/tutorial.md   and writes its output into it
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ _BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^>]*) -->\n+)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
-# Of a link the words stay, of a picture nothing.
+# The words of a link stay; a picture is removed.
 _LINK = re.compile(r"\{download\}`[^`]*`|!\[[^]]*\]\([^)]*\)|(\[)([^]]*)\]\([^)]*\)")
 _NUMBER = r"\d+\.\d+(?:e[+-]\d+)?"
 _TOLERANCE = 0.01
 
 
 class ExampleError(AssertionError):
-    """A block did not run, or printed something else than the page shows."""
+    """A block did not run, or its output differs from the page."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +84,13 @@ class Block:
 
     @property
     def status(self) -> int:
-        """Exit status that commands are expected to end with."""
-        found = re.fullmatch(r"fails with status (\d+)", self.note)
-        return int(found[1]) if found else 0
+        """Expected exit status of the commands."""
+        match = re.fullmatch(r"fails with status (\d+)", self.note)
+        return int(match[1]) if match else 0
 
 
 def notebook(page: str) -> str:
-    """Return the text and the Python of a page as a Jupyter notebook, without what it prints."""
+    """Return the text and the Python of a page as a Jupyter notebook, without output."""
     cells, end = [], 0
     kinds: dict[str, dict[str, Any]] = {
         "markdown": {},
@@ -120,14 +120,14 @@ def blocks(page: str) -> list[Block]:
     """Find the fenced blocks of a page."""
     return [
         Block(
-            found["language"],
-            found["text"],
-            (found["note"] or "").strip(),
-            page.count("\n", 0, found.start("text")) + 1,
-            found.start("text"),
-            found.end("text"),
+            block["language"],
+            block["text"],
+            (block["note"] or "").strip(),
+            page.count("\n", 0, block.start("text")) + 1,
+            block.start("text"),
+            block.end("text"),
         )
-        for found in _BLOCK.finditer(page)
+        for block in _BLOCK.finditer(page)
     ]
 
 
@@ -149,7 +149,7 @@ class Session:
             copy(source, folder / name)
 
     def run(self, block: Block) -> str:
-        """Run a block and return what it prints."""
+        """Run a block and return its output."""
         kinds = {"bash": self._bash, "python": self._python, "yaml": self._yaml}
         if block.language not in kinds:
             raise ExampleError(
@@ -159,7 +159,7 @@ class Session:
         return kinds[block.language](block)
 
     def _bash(self, block: Block) -> str:
-        # The commands of the Python that runs this, whether or not its environment is active.
+        # Commands come from the Python that runs this, whether or not its environment is active.
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         done = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", block.text],
@@ -193,15 +193,15 @@ class Session:
         return printed.getvalue()
 
     def _yaml(self, block: Block) -> str:
-        found = re.match(r"# (in )?(\S+\.yaml)\n", block.text)
-        if not found:
+        heading = re.match(r"# (in )?(\S+\.yaml)\n", block.text)
+        if not heading:
             raise ExampleError(
                 f"line {block.line}: the first line of a block of yaml is the name of its file, "
                 "as # studies/mine.yaml"
             )
-        file = self.folder / found[2]
+        file = self.folder / heading[2]
         text = block.text
-        if found[1]:
+        if heading[1]:
             changed = yaml.safe_load(file.read_text(encoding="utf-8"))
             text = yaml.safe_dump(_updated(changed, yaml.safe_load(text)), sort_keys=False)
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -216,7 +216,7 @@ def _updated(old: Any, new: Any) -> Any:
 
 
 def outputs(page: str, session: Session) -> Iterator[tuple[Block, str]]:
-    """Run a page; yield each block of shown output with what was printed in its place."""
+    """Run a page; yield each block of shown output with the actual output."""
     printed = ""
     for block in blocks(page):
         if not block.is_run:
@@ -228,7 +228,7 @@ def outputs(page: str, session: Session) -> Iterator[tuple[Block, str]]:
 
 
 def agrees(shown: str, printed: str) -> bool:
-    """Tell whether a page shows what is printed; see the top of this file."""
+    """Return whether the shown output agrees with the actual one, by the rules of this file."""
     parts = re.split(rf"(\.\.\.|{_NUMBER}|\s+)", shown.strip())
     pattern = "".join(
         ".*?"
@@ -240,16 +240,16 @@ def agrees(shown: str, printed: str) -> bool:
         else re.escape(part)
         for part in parts
     )
-    found = re.fullmatch(pattern, printed.strip(), re.DOTALL)
+    match = re.fullmatch(pattern, printed.strip(), re.DOTALL)
     numbers = [float(part) for part in parts if re.fullmatch(_NUMBER, part)]
-    return found is not None and all(
+    return match is not None and all(
         math.isclose(number, float(other), rel_tol=_TOLERANCE)
-        for number, other in zip(numbers, found.groups(), strict=True)
+        for number, other in zip(numbers, match.groups(), strict=True)
     )
 
 
 def check(page: str, session: Session) -> None:
-    """Run a page and raise `ExampleError` where it shows something else than is printed."""
+    """Run a page and raise `ExampleError` if its output differs from the page."""
     for block, printed in outputs(page, session):
         if not agrees(block.text, printed):
             raise ExampleError(
@@ -258,7 +258,7 @@ def check(page: str, session: Session) -> None:
 
 
 def written(page: str, session: Session) -> str:
-    """Run a page and return it with what is printed where it showed something else."""
+    """Run a page and return it with the actual output in place of output that differs."""
     result, end = "", 0
     for block, printed in list(outputs(page, session)):
         text = block.text if agrees(block.text, printed) else printed
@@ -268,7 +268,7 @@ def written(page: str, session: Session) -> str:
 
 
 def main() -> None:
-    """Run pages; with ``--write`` put what they print into them."""
+    """Run pages; with ``--write``, write their output into them."""
     parser = argparse.ArgumentParser(description="Run what pages of the documentation show.")
     parser.add_argument("--write", action="store_true", help="write what is printed into the page")
     parser.add_argument("pages", nargs="+", type=Path)

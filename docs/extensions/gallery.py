@@ -44,9 +44,9 @@ def run_study(file: Path, results: Path) -> None:
 
 
 def moving_picture(source: str) -> str:
-    """File that a script saves its moving picture to; empty where it has none."""
-    found = re.search(r"""save\("([^"]+\.gif)"\)""", source)
-    return found[1] if found else ""
+    """File of the animation that a script saves; empty without one."""
+    match = re.search(r"""save\("([^"]+\.gif)"\)""", source)
+    return match[1] if match else ""
 
 
 def draw(script: Path, place: Path, folder: Path) -> None:
@@ -80,7 +80,7 @@ def section(script: Path) -> str:
 
 
 def write_all(source: Path, *, with_pictures: bool) -> None:
-    """Write the text of the gallery and, unless they are to stay as they are, its pictures."""
+    """Write the text of the gallery and, unless existing ones are kept, its pictures."""
     scripts = sorted((source / "gallery").glob("*.py"))
     folder = source / "generated" / "gallery"
     folder.mkdir(parents=True, exist_ok=True)

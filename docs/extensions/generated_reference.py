@@ -1,4 +1,4 @@
-"""Sphinx extension: parts of the reference are written from the code that they are about.
+"""Sphinx extension: parts of the reference are written from the code that they describe.
 
 Before the pages are read this puts Markdown into ``docs/generated/``, for the pages to include:
 the parameters and sections of a study file, the variables of a dataset, the command line.
@@ -49,9 +49,9 @@ def parameters() -> str:
     """Write the table of every case parameter."""
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
-        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), each.description)
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), parameter.description)
         for name in parameter_names()
-        for each in [parameter_of(name)]
+        for parameter in [parameter_of(name)]
     ]
     return table(titles, rows)
 
@@ -107,7 +107,7 @@ def _presence(name: str) -> str:
 
 
 def sections() -> str:
-    """Write the table of the top-level keys of a study file, and what each may be."""
+    """Write the table of the top-level keys of a study file with their values."""
     schema = study_schema()
     rows = [
         (
@@ -122,7 +122,7 @@ def sections() -> str:
 
 
 def _kinds(part: Mapping[str, Any]) -> str:
-    """Say in a few words what values a part of a JSON Schema allows."""
+    """Return the values that a part of a JSON Schema allows, in a few words."""
     if "const" in part:
         return f"`{part['const']}`"
     if "enum" in part:
@@ -206,17 +206,17 @@ def command_line() -> str:
     example = r"Example:\n\n```bash\n\1\n```"
     text = re.sub(r"^\[dim\]Example:\[/dim\] (.*)$", example, text, flags=re.MULTILINE)
     text = re.sub(
-        r"^\$ (.*)$", lambda found: re.sub(r"[{}]", "", found[1]), text, flags=re.MULTILINE
+        r"^\$ (.*)$", lambda match: re.sub(r"[{}]", "", match[1]), text, flags=re.MULTILINE
     )
     return _with_whole_sentences(text)
 
 
 def _with_whole_sentences(text: str) -> str:
-    """Replace what typer shortens in its list of commands by the first sentence of each."""
+    """Replace the texts that typer shortens in its list of commands by first sentences."""
     first = dict(re.findall(r"^## `fretwear (\w+)`\n\n(.*?[.])(?:\s|$)", text, re.MULTILINE))
     return re.sub(
         r"^\* `(\w+)`: .*$",
-        lambda found: f"* `{found[1]}`: {first.get(found[1], '')}",
+        lambda match: f"* `{match[1]}`: {first.get(match[1], '')}",
         text,
         flags=re.MULTILINE,
     )

@@ -33,16 +33,16 @@ def to_mathml(latex: str, *, display: str) -> str:
     ValueError
         When the converter did not understand all of it.
     """
-    found = convert(latex, display=display)
+    element = convert(latex, display=display)
     try:
-        root = ElementTree.fromstring(found)
+        root = ElementTree.fromstring(element)
     except ElementTree.ParseError as cause:
         raise ValueError(f"no sound MathML comes of {latex!r}: {cause}") from cause
     for element in root.iter():
         text = (element.text or "").strip()
         if "\\" in text or text == "&":
             raise ValueError(f"{text!r} of {latex!r} is not understood")
-    return found
+    return element
 
 
 def _write(translator: Any, node: nodes.Element, display: str) -> str:
@@ -65,7 +65,7 @@ def _block(translator: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the renderer, and make it the one in use."""
+    """Register the renderer and select it."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("config-inited", lambda _, config: setattr(config, "html_math_renderer", "mathml"))
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -22,7 +22,7 @@ logger = logging.getLogger(__name__)
 
 
 def pictures_of(page: Path) -> list[str]:
-    """Files that the blocks of a page have to make."""
+    """Files that the blocks of a page must make."""
     pattern = rf"generated/{re.escape(page.stem)}/([^)>\s]+)[)>]"
     return re.findall(pattern, page.read_text(encoding="utf-8"))
 

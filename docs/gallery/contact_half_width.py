@@ -1,6 +1,6 @@
 """Width of the contact.
 
-All cases of a study over the cycles. What the study varies makes panels, colours and line styles.
+All cases of a study over the cycles. Varied parameters make panels, colours and line styles.
 """
 
 import xarray as xr

@@ -1,6 +1,6 @@
 """Gap around the edge of the contact.
 
-What the surfaces leave between them. The contact grows outwards as its slip zone wears.
+The gap between the surfaces. The contact grows outwards as its slip zone wears.
 """
 
 import xarray as xr

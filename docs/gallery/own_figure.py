@@ -1,7 +1,6 @@
 """Panels in a figure of your own.
 
-Every figure of one panel can be drawn into axes that are already there, and saved as matplotlib
-saves figures.
+Every figure of one panel can be drawn into existing axes, and saved as matplotlib saves figures.
 """
 
 import matplotlib.pyplot as plt

@@ -1,6 +1,6 @@
 """Width of the stick zone.
 
-It shrinks where its edge yields, and stays to the last bit where nothing does. Here a part of the
+It shrinks if its edge yields, and stays the same to the last bit if not. This is a part of the
 study, over one column of a journal.
 """
 

@@ -25,7 +25,7 @@ READY = "return document.documentElement.dataset.explorer === 'ready'"
 
 
 def picture(report: Path) -> Image.Image:
-    """Open a report and return what a laptop shows of it."""
+    """Open a report and return the part of it that a laptop shows."""
     with tempfile.TemporaryDirectory() as profile:
         options = Options()
         options.binary_location = str(shutil.which("chromium"))
