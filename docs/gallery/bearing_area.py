@@ -1,4 +1,4 @@
-"""What is left of the roughness.
+"""The roughness that remains.
 
 Bearing-area curves within the contact, before and after wear.
 """

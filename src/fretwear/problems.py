@@ -1,4 +1,4 @@
-"""What is wrong with values: each problem with its place, its rule and a remedy."""
+"""Problems of values, each with its place, its rule and a remedy."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 __version__ = "0.1.0"
 
-# The sources that turn the parameters of a case into the numbers in its file. Those that read,
+# The sources that turn the parameters of a case into the numbers in its file. Sources that read,
 # check, doubt or plan a case, or draw and report its numbers, do not count.
 _SOURCES = ("mechanics", "theory", "parts.py", "vocabulary.py")
 _CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")

@@ -1,1 +1,1 @@
-"""What a user gets: labelled datasets, their files and the merged study."""
+"""The results for a user: labelled datasets, their files and the merged study."""

@@ -440,8 +440,7 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
     involved = terms > 0
     alone = involved & (involved.sum(axis=1) == 1)[:, None]
 
-    # The square of a noisy coefficient is too large by its variance, and that of a draw by twice
-    # the variance.
+    # The square of a noisy coefficient is too large by its variance, a squared draw by twice that.
     draws = (coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None]
     squares = np.column_stack([coefficients**2 - noise, draws])
     whole = np.maximum(squares[1:].sum(axis=0), 1e-12)

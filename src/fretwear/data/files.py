@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 HISTORY_GROUP = "history"
 LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
-"""How large variables are stored; the netCDF library adds a checksum to each chunk."""
+"""Storage of large variables; the netCDF library adds a checksum to each chunk."""
 
 _NO_CHECKSUM = "unfinished, cut short or changed by another program"
 READS_BACK = "the file reads back differently from what was written"
@@ -355,7 +355,7 @@ def _refuse_unsaved(path: Path, problem: str, *, by_us: bool) -> None:
 
 
 def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: bool) -> Iterator[str]:
-    """Yield the problems of a case file, those of its structure before its arrays are read."""
+    """Yield the problems of a case file, first of its structure, then of its values."""
     if by_us and str(vars(file).get(_COMPLETE)) != "1":
         yield "the run that wrote it did not finish"
     lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})

@@ -160,9 +160,9 @@ def labelled_history(
 ) -> Labelled:
     """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
-    The scalars are the `variables` except those of `AT_SNAPSHOTS`, in SI units and for the whole
-    contact, at the increasing, possibly fractional cycle of each step, with the estimated relative
-    error of each step and its convolutions. Raises a ValueError as `labelled_case` does.
+    The scalars are the `variables` without `AT_SNAPSHOTS`, in SI units, for the whole contact, at
+    the increasing, possibly fractional cycle of each step, with the estimated relative error of
+    each step and its convolutions. Raises a ValueError as `labelled_case` does.
     """
     dims, steps = (STEP.name,), np.arange(np.size(cycles))
     expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)

@@ -54,9 +54,9 @@ def window(cells: NDArray[np.float64]) -> Window:
 def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
     """Return positions, m, common to all cases.
 
-    They are the centres of cells as fine as those of the finest case, up to the end of the largest
-    window; if all cases have one spacing, they are the cells of the cases, and interpolation
-    changes nothing. More than `MOST_POSITIONS` on a side are replaced by that many, spaced wider.
+    They are the centres of cells of the finest spacing, up to the end of the largest window; if all
+    cases have one spacing, these are the cells of the cases, and interpolation changes no value.
+    More than `MOST_POSITIONS` on a side are replaced by that many, spaced wider.
     """
     spacings, lengths, are_whole = zip(*windows, strict=True)
     spacing, length = min(spacings), max(lengths)

@@ -173,7 +173,7 @@ def result_variable(name: str, results: Sequence[PointResult]) -> Variable:
 
 
 class Residuals(NamedTuple):
-    """How well stored fields meet the equations."""
+    """Residuals of the equations in stored fields."""
 
     load: float  # relative deviation of the integral of the pressure from P
     tangential_load: float  # relative deviation of the integral of the shear traction from Q

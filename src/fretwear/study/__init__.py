@@ -1,1 +1,1 @@
-"""What a user asks for: cases, study files and their plan of points."""
+"""The request of a user: cases, study files and the plan of their points."""
