@@ -362,7 +362,7 @@ def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edg
     assert last.wear_flat.max() == pytest.approx(59.4e-9, rel=0.02)
     # With what each body loses unknown, only a stroke that is small beside the edge can be run.
     both = {"wear_coefficient": "3e-14 / Pa"}
-    with pytest.raises(CaseError, match=r"each wears in a place of its own"):
+    with pytest.raises(CaseError, match=r"each wears in a different place"):
         Case(**given, **both, sliding_amplitude="5 um")
     assert positions(wear_problem(Case(**given, **both, sliding_amplitude="1 um")))[0] == [0.0]
     slides = Case(

@@ -460,5 +460,5 @@ def test_what_an_indenter_is_doubtful_for_is_told_and_what_it_cannot_be_asked_re
     assert not doubts(case(PUNCH))
     with pytest.raises(CaseError, match="cylinder"):
         case({"kind": "crossed_cylinders", "radii": "5 mm", "angle": "2 deg"})
-    with pytest.raises(CaseError, match="closed form of a sphere"):
+    with pytest.raises(CaseError, match="closed form for a sphere"):
         case(PUNCH, slip_model="cattaneo_mindlin")
