@@ -68,7 +68,7 @@ def test_radii_are_compared_where_a_study_has_several(merged):
     text = words(section)
     assert "R = 40 mm, slip that follows the worn shape" in text
     # Both radii stand for the same files here.
-    assert "other than those at 10 mm: there are none." in text
+    assert "differ from the answers at 10 mm are marked: there are none." in text
 
 
 def test_models_agree_on_the_unworn_smooth_sphere_and_constant_slip_wears_less(
