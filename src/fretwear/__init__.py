@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.study import load_study
+    from fretwear.subsurface.results import stress
 
 __all__ = [
     "Case",
@@ -28,6 +29,7 @@ __all__ = [
     "open_loops",
     "open_study",
     "simulate",
+    "stress",
 ]
 
 _HOMES = {
@@ -40,6 +42,7 @@ _HOMES = {
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
     "simulate": "fretwear.running.simulate",
+    "stress": "fretwear.subsurface.results",
 }
 
 

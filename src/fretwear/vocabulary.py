@@ -267,6 +267,38 @@ displacement | m | $δ$ | µm | tangential displacement | |
 """)
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 
+(DEPTH,) = _rows("z | m | $z$ | µm | depth below the surface of the flat | | positive downwards")
+STRESSES = _rows(
+    r"""
+stress_xx | Pa | $σ_{xx}$ | MPa | normal stress along x | free | tension is positive
+stress_yy | Pa | $σ_{yy}$ | MPa | normal stress along y | free | tension is positive
+stress_zz | Pa | $σ_{zz}$ | MPa | normal stress along the depth | free | tension is positive
+stress_xy | Pa | $σ_{xy}$ | MPa | shear stress in planes of equal depth | free |
+stress_xz | Pa | $σ_{xz}$ | MPa | shear stress along x and the depth | free |
+    the negative shear traction just below the surface
+stress_yz | Pa | $σ_{yz}$ | MPa | shear stress along y and the depth | free |
+von_mises | Pa | $σ_\mathrm{M}$ | MPa | von Mises stress | |
+""",
+    "float32",
+)
+"""Stresses below the surface over the phases of a loop."""
+
+CRACKS = _rows(
+    """
+smith_watson_topper | Pa | | MPa | Smith–Watson–Topper parameter | |
+    largest normal stress of the loop times the amplitude of normal strain on the worst plane
+fatemi_socie        | 1  | | 1   | Fatemi–Socie parameter | |
+    amplitude of shear strain times 1 + k times the largest normal stress over the yield strength,
+    on the worst plane
+crossland           | Pa | | MPa | Crossland parameter | free |
+    root of the second invariant of the amplitude of the deviator plus the weighed largest mean
+    stress
+dang_van            | Pa | | MPa | Dang Van parameter | free |
+    largest shear stress of the alternating part plus the weighed mean stress
+"""
+)
+"""Parameters for the initiation of cracks in a loop of stresses."""
+
 HEADLINES = (
     "wear_volume",
     "maximum_wear_depth",

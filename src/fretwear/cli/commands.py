@@ -45,6 +45,13 @@ _POINTS = "Numbers of the points, counted from 1 as in the report."
 _FINISHED = "File to write when all cases are done, for the workflow."
 _SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."
 _FIGURE = "File to write: .png, .svg or .pdf."
+_DEPTH = "Depth with its unit, such as '20 um', or several with commas; may be repeated."
+_DEPTHS = "16 from 0.05 to 2 contact half-widths"
+_WHOLE = "Stresses on all cells at these depths; no parameters for cracks."
+_BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
+_FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
+_CROSSLAND = "Weight of the mean stress in the Crossland parameter."
+_DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
 _FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
 _FOLDER = typer.Argument(
@@ -365,6 +372,61 @@ def plot(
         from fretwear.figures import overview, save_as
 
         save_as(overview(case, history), path)
+    say(str(path))
+
+
+def stress_below(
+    file: CaseFile,
+    output: Annotated[
+        Path | None, option("-o/--output", "STRESS.nc", "File to write.", "OUT-stress.nc")
+    ] = None,
+    cycle: Annotated[
+        float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
+    ] = 0,
+    depth: Annotated[list[str] | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
+    whole: Annotated[bool, typer.Option("--whole", help=_WHOLE)] = False,
+    phases: Annotated[
+        int, typer.Option("--phases", metavar="NUMBER", help="Steps of the force over a cycle.")
+    ] = 32,
+    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
+    fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
+    crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
+    dang_van: Annotated[float | None, option("--dang-van", "ALPHA", _DANG_VAN)] = None,
+) -> None:
+    """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
+
+    Prints where each is largest.
+    """
+    with opened(file) as (case, _):
+        path = check_output(output or file.with_name(f"{file.stem}-stress.nc"), ".nc")
+
+        from fretwear.subsurface import results
+
+        try:
+            sensitivity, comma, strength = (fatemi_socie or "").partition(",")
+            if fatemi_socie is not None and not comma:
+                rule = "must be k and the yield strength, such as '1, 1000 MPa'"
+                raise CommandError(f"--fatemi-socie {fatemi_socie}: {rule}")
+            depths = [each for text in depth or () for each in text.split(",")]
+            found = results.stress(
+                case,
+                cycle,
+                depths=depths or None,
+                whole=whole,
+                phases=phases,
+                bulk_stress=bulk_stress or "0 MPa",
+                fatemi_socie=(sensitivity, strength) if fatemi_socie else None,
+                crossland=crossland,
+                dang_van=dang_van,
+                command="fretwear stress",
+            )
+        except results.StressError as error:
+            raise CommandError(f"{file}: {error}") from error
+        results.write_stresses(found, path)
+    for warning in found.attrs["warnings"].splitlines():
+        typer.echo(f"fretwear: warning: {warning}", err=True)
+    for line in aligned([*results.largest_values(found)], str.ljust):
+        say(line)
     say(str(path))
 
 

@@ -51,6 +51,13 @@ class LoadedSurface:
             return Strips(tuple(edges.tolist()), self.reference).half_space(self.composite_modulus)
         return Grid(shape, spacing, self.even).half_space(self.composite_modulus)
 
+    def positions(self, *, whole: bool) -> tuple[Array, Array]:
+        """Centres of the cells of a layer along x and y, m, or of a section, where y is 0."""
+        fields = self.pressure[None]
+        in_line = self.reference is not None
+        of_cells = Tractions(fields, fields, self.spacing, self.even, self.poisson_ratio, in_line)
+        return of_cells.x, of_cells.y if whole else np.zeros(1)
+
     def over_half_a_loop(self, count: int) -> Array:
         """Shear tractions at that many equal steps of the force from +Q to −Q, Pa.
 

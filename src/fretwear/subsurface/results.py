@@ -1,0 +1,402 @@
+"""Stresses and parameters for cracks of a stored contact, as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from fretwear.arrays import Array
+from fretwear.data.dataset import case_of
+from fretwear.data.files import check_group, new_netcdf, write_group
+from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.data.safe import atomic_path, uninterrupted
+from fretwear.study.case import Case
+from fretwear.subsurface.cracks import OverPlanes, PointLoops, von_mises
+from fretwear.subsurface.states import LoadedSurface, StressHistory, over_the_loop
+from fretwear.theory import LineContact
+from fretwear.units import (
+    BY_SI_UNIT,
+    MEGAPASCAL,
+    NO_UNIT,
+    NUMBER,
+    QuantityError,
+    cycle_text,
+    listed,
+    number_text,
+    parse_quantity,
+    readable_unit,
+    size_text,
+    with_unit,
+)
+from fretwear.vocabulary import (
+    CRACKS,
+    CYCLE,
+    DEPTH,
+    LOOP,
+    PHASE,
+    STRESSES,
+    SYMMETRIES,
+    Variable,
+    X,
+    Y,
+)
+
+# Depths that are looked at unless others are asked for, in contact half-widths.
+_DEPTHS = np.geomspace(0.05, 2.0, 16)
+_MOST_BYTES = 4e9
+_FIELDS = ("pressure", "shear_traction", "gap")
+_NORMAL = "unit normal of the plane on which it is largest"
+
+
+class StressError(ValueError):
+    """Stresses cannot be computed from what was given; the message says why and what to do."""
+
+
+def stress(
+    ds: xr.Dataset,
+    cycle: float = 0,
+    points: ArrayLike | None = None,
+    *,
+    depths: Iterable[float | str] | None = None,
+    whole: bool = False,
+    phases: int = 32,
+    bulk_stress: float | str = 0.0,
+    fatemi_socie: tuple[float | str, float | str] | None = None,
+    crossland: float | None = None,
+    dang_van: float | None = None,
+    command: str = "fretwear.stress",
+) -> xr.Dataset:
+    """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
+
+    Tractions are those in the dataset, uniform on each cell. Between +Q and −Q they follow by
+    superposition from contacts of the stored shape; see `fretwear.subsurface.states`. Within about
+    a cell of the surface stresses show the cells.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset of a case, of `fretwear.simulate` or `fretwear.open_case`.
+    cycle : float
+        A snapshot.
+    points : array_like, optional
+        Points (x, y, z), m, shape (n, 3), z > 0 their depth. Of a line contact y means nothing.
+    depths : iterable of float or str, optional
+        Depths, m or text with a unit, if no points are given; by default 16 from 0.05 to 2 contact
+        half-widths.
+    whole : bool
+        At these depths stresses on all cells, those with y > 0 if the contact is even, and no
+        parameters for cracks, instead of both on the plane y = 0.
+    phases : int
+        Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
+    bulk_stress : float or str
+        Amplitude of a stress along x in the flat, Pa, in phase with the tangential force. In a
+        line contact the strain along y stays zero, in others the stress.
+    fatemi_socie : (float, float or str), optional
+        k and the yield strength, Pa, of the Fatemi–Socie parameter.
+    crossland, dang_van : float, optional
+        Weight α of the mean stress in these parameters.
+    command : str
+        What the attribute ``history`` says was called.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``stress_xx`` to ``stress_xz`` and ``von_mises``, Pa, over ``phase`` and ``point`` or ``x``,
+        ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for which constants were
+        given, of the loop at each point; ``<name>_normal`` is the normal of the worst plane along
+        ``axis``. ``force`` is the tangential force at each phase.
+
+    Raises
+    ------
+    StressError
+        If the dataset is not that of a case, has no such snapshot or no shear traction, if a point
+        or a depth does not lie below the surface, or if constants are wrong.
+    """
+    case = _case_of(ds)
+    if phases != int(phases) or phases < 2 or phases % 2:
+        raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
+    constants = _constants(fatemi_socie, crossland, dang_van)
+    bulk = _read("bulk_stress", bulk_stress, "Pa")
+    if whole and len(constants) > 1:
+        raise StressError(
+            "parameters for cracks are computed at points and on the plane y = 0 only"
+        )
+    snapshot = _snapshot(ds, cycle)
+    history = StressHistory(_surface(snapshot, case, cycle), int(phases), bulk)
+    coordinates: dict[str, Any]
+    if points is not None:
+        if depths is not None or whole:
+            raise StressError("give either points or depths")
+        places = _points(points)
+        parts = history.at(places)
+        dims: tuple[str, ...] = ("point",)
+        along = zip((X, Y, DEPTH), places.T, strict=True)
+        coordinates = {each.name: ("point", values, each.attributes) for each, values in along}
+    else:
+        half_width = float(snapshot["contact_half_width_x"])
+        known = _depths(_DEPTHS * half_width if depths is None else depths)
+        x, y = history.surface.positions(whole=whole)
+        size = 28.0 * phases * x.size * y.size * known.size
+        if size > _MOST_BYTES:
+            raise StressError(
+                f"{size_text(size)} of stresses are asked for; take fewer depths or phases, the "
+                "plane y = 0, or points"
+            )
+        parts = _at_depths(history, known, whole=whole)
+        dims = (X.name, Y.name, DEPTH.name)
+        along = zip((X, Y, DEPTH), (x, y, known), strict=True)
+        coordinates = {each.name: (each.name, values, each.attributes) for each, values in along}
+        if whole and history.surface.even[1] and y.size > 1:
+            coordinates[Y.name][2]["comment"] = (
+                "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
+            )
+    stresses = over_the_loop(*parts)
+    variables = _labelled(STRESSES[:6], np.moveaxis(stresses, 1, 0), (PHASE.name, *dims))
+    equivalent = von_mises(np.moveaxis(stresses, 1, 0))
+    variables |= _labelled(STRESSES[6:], equivalent[None], (PHASE.name, *dims))
+    if points is not None or not whole:
+        variables |= _cracks(parts, dims, ds, constants)
+        coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
+    surface = history.surface
+    force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
+    amplitude = surface.half_space.geometry.integral(surface.shear)
+    coordinates |= {
+        PHASE.name: (PHASE.name, np.arange(phases) / phases, PHASE.attributes),
+        force.name: (PHASE.name, amplitude * history.force_ratio, force.attributes),
+        CYCLE.name: ((), float(cycle), CYCLE.attributes),
+    }
+    attributes = {
+        "title": f"Stresses below the surface of case {case.case_id}",
+        "Conventions": CONVENTIONS,
+        "source": source(),
+        "history": history_line(command),
+        "parameters": ds.attrs["parameters"],
+        "case_id": case.case_id,
+        "bulk_stress": bulk,
+        "warnings": "\n".join(_doubts(case, snapshot, surface, coordinates[DEPTH.name][1])),
+    }
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def write_stresses(stresses: xr.Dataset, path: Path) -> None:
+    """Write the dataset of `stress` to a netCDF file, which appears when it is whole.
+
+    A `DataFileError` says that the disk is full or the folder cannot be written to.
+    """
+    size = sum(np.asarray(each.values).nbytes for each in stresses.variables.values())
+    with uninterrupted(), atomic_path(path) as temporary:
+        with new_netcdf(temporary, size) as file:
+            write_group(file, stresses)
+        with netCDF4.Dataset(temporary) as file:
+            file.set_auto_maskandscale(False)
+            check_group(file, stresses)
+
+
+def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
+    """Yield the words of the von Mises stress and of each parameter, and where it is largest."""
+    for about in (STRESSES[-1], *CRACKS):
+        if about.name not in stresses:
+            continue
+        field = stresses[about.name]
+        at = field.isel(field.argmax(...))
+        value = float(at)
+        unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
+        text = with_unit(number_text(value / unit.size), unit)
+        places = ((each, float(at[each.name])) for each in (X, Y, DEPTH))
+        text += ", " + ", ".join(
+            f"{each.name} = {number_text(place * 1e6, 4)} µm" for each, place in places
+        )
+        if PHASE.name in field.dims:
+            text += f", phase {number_text(float(at[PHASE.name]), 4)}"
+        if (normals := f"{about.name}_normal") in stresses and value > 0.0:
+            normal = stresses[normals].isel(field.argmax(...))
+            steepness = np.degrees(np.arccos(min(1.0, abs(float(normal.sel(axis="z"))))))
+            text += f", plane {steepness:.0f}° to the surface"
+        yield about.words, text
+
+
+def _case_of(ds: xr.Dataset) -> Case:
+    """The case of a dataset; `StressError` if there is none, or none whose stresses are known."""
+    try:
+        case = case_of(ds)
+    except ValueError as error:
+        raise StressError(f"the dataset is not that of a case: {error}") from error
+    if lacking := [name for name in _FIELDS if name not in ds]:
+        raise StressError(f"the dataset lacks {listed(lacking)}; run the case again")
+    return case
+
+
+def _snapshot(ds: xr.Dataset, cycle: float) -> xr.Dataset:
+    known = ds[CYCLE.name].values
+    if cycle not in known:
+        there = listed([cycle_text(each) for each in known])
+        raise StressError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
+    snapshot: xr.Dataset = ds.sel(cycle=cycle)
+    return snapshot
+
+
+def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> LoadedSurface:
+    """The surface of a snapshot, on the cells of the positive sides where it is even."""
+    blocks = [(end, block) for end, block in case.in_blocks() if block is not None]
+    setup = next((each for end, each in blocks if cycle <= end), blocks[-1][1]).at(cycle)
+    if setup.loading.stroke:
+        raise StressError(
+            "a contact that slides over a stroke moves over the flat: its stresses are not known"
+        )
+    fields = [np.asarray(snapshot[name].values, np.float64) for name in _FIELDS]
+    even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
+    in_line = fields[0].ndim == 1
+    if in_line:
+        fields, even[1] = [field[:, None] for field in fields], False
+    if not fields[1].any():
+        raise StressError("there is no shear traction in this snapshot, so no loop of stresses")
+    for axis in (0, 1)[: 1 if in_line else 2]:
+        if not even[axis] and all(np.array_equal(f, np.flip(f, axis)) for f in fields):
+            fields = [np.split(field, 2, axis)[1] for field in fields]
+            even[axis] = True
+    if in_line and not even[0]:
+        raise StressError("stresses of line contacts are known for even ones only")
+    axes = (X.name,) if in_line else (X.name, Y.name)
+    steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
+    hertz = setup.hertz
+    flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
+    pressure, shear, gap = fields
+    return LoadedSurface(
+        pressure,
+        shear,
+        gap,
+        spacing=(steps[0], steps[-1]),
+        even=(even[0], even[1]),
+        friction=setup.friction_law.coefficient,
+        composite_modulus=setup.composite_modulus,
+        poisson_ratio=float(flat),
+        reference=hertz.reference if isinstance(hertz, LineContact) else None,
+        unworn=None if setup.slip_model.follows_shape else hertz,
+    )
+
+
+def _at_depths(history: StressHistory, depths: Array, *, whole: bool) -> tuple[Array, Array]:
+    """Both parts of the stresses at all depths, shapes (6, nx, ny, nz) and (h, 6, nx, ny, nz)."""
+    steady, alternating = [], []
+    for depth in depths:
+        if whole:
+            parts = history.layer(depth)
+        else:
+            of_plane = history.section(depth)
+            parts = of_plane[0][..., None], of_plane[1][..., None]
+        steady.append(parts[0])
+        alternating.append(parts[1])
+    return np.stack(steady, axis=-1), np.stack(alternating, axis=-1)
+
+
+def _labelled(
+    about: Sequence[Variable], values: Array, dims: tuple[str, ...]
+) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
+    pairs = zip(about, values, strict=True)
+    return {each.name: (dims, of.astype(each.dtype), each.attributes) for each, of in pairs}
+
+
+def _cracks(
+    parts: tuple[Array, Array],
+    dims: tuple[str, ...],
+    ds: xr.Dataset,
+    constants: Mapping[str, tuple[float, ...]],
+) -> dict[str, Any]:
+    """The parameters for which constants were given, with the normals of worst planes."""
+    steady, alternating = parts
+    shape = steady.shape[1:]
+    flat = {
+        name: float(ds.coords.get(f"{name}_2", ds.coords.get(name)))
+        for name in ("youngs_modulus", "poisson_ratio")
+    }
+    loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
+    found: dict[str, Any] = {}
+    for about in CRACKS:
+        if about.name not in constants:
+            continue
+        result = getattr(loops, about.name)(*constants[about.name])
+        attributes = about.attributes
+        if isinstance(result, OverPlanes):
+            normal = {"long_name": _NORMAL, "units": "1"}
+            values = result.normal.reshape(*shape, 3)
+            found[f"{about.name}_normal"] = ((*dims, "axis"), values, normal)
+            result = result.value
+        found[about.name] = (dims, result.reshape(shape), attributes)
+    return found
+
+
+def _doubts(
+    case: Case, snapshot: xr.Dataset, surface: LoadedSurface, depths: ArrayLike
+) -> Iterable[str]:
+    """Say what makes stresses doubtful."""
+    cell, shallow = max(surface.spacing), float(np.min(depths))
+    if shallow < cell:
+        yield (
+            f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "
+            "there show the cells; run the case with a finer cell"
+        )
+    worn = "wear_depth" in snapshot and bool(snapshot["wear_depth"].values.any())
+    if worn and np.isinf(case.plastic_limit) and surface.unworn is None and shallow < 4 * cell:
+        yield (
+            "the pressure of worn elastic bodies is singular at the edge of stick: stresses "
+            "converge with the cell at a depth, not towards the surface"
+        )
+
+
+def _constants(
+    fatemi_socie: tuple[float | str, float | str] | None,
+    crossland: float | None,
+    dang_van: float | None,
+) -> dict[str, tuple[float, ...]]:
+    """Constants by the parameter that they are for."""
+    found: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
+    if fatemi_socie is not None:
+        if isinstance(fatemi_socie, str) or np.size(np.asarray(fatemi_socie, object)) != 2:
+            raise StressError("fatemi_socie: must be k and the yield strength, (1, '1000 MPa')")
+        sensitivity = _read("fatemi_socie", fatemi_socie[0], "1")
+        strength = _read("fatemi_socie", fatemi_socie[1], "Pa")
+        if sensitivity < 0.0 or strength <= 0.0:
+            raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
+        found["fatemi_socie"] = sensitivity, strength
+    for name, weight in (("crossland", crossland), ("dang_van", dang_van)):
+        if weight is not None:
+            found[name] = (_read(name, weight, "1"),)
+    return found
+
+
+def _read(name: str, value: object, si_unit: str) -> float:
+    try:
+        number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
+    except QuantityError as error:
+        raise StressError(f"{name} = {value!r}: {error}") from error
+    return number
+
+
+def _points(points: ArrayLike) -> Array:
+    places = np.atleast_2d(np.asarray(points, np.float64))
+    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        raise StressError("points must be (x, y, z) in m, as an array of shape (n, 3)")
+    for number, place in enumerate(places):
+        if not place[2] > 0.0:
+            raise StressError(
+                f"points[{number}] = {tuple(place.tolist())}: z must be larger than 0, a depth in m"
+            )
+    return places
+
+
+def _depths(depths: Iterable[float | str]) -> Array:
+    known = np.array([_read(f"depths[{n}]", each, "m") for n, each in enumerate(depths)])
+    for number, depth in enumerate(known):
+        if not depth > 0.0:
+            raise StressError(
+                f"depths[{number}] = {depth:g} m: must be larger than 0, downwards from the surface"
+            )
+    if not known.size or not (np.diff(known) > 0.0).all():
+        raise StressError("depths must increase from one to the next")
+    return known

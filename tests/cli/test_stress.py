@@ -1,0 +1,36 @@
+"""``fretwear stress``: a case file in, a file of stresses out."""
+
+import pytest
+import xarray as xr
+
+
+def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_file):
+    options = ("--cycle", 20, "--depth", "10 um, 30 um", "--depth", "60um", "--phases", 8)
+    constants = ("--fatemi-socie", "1, 1000 MPa", "--crossland", 0.2, "--bulk-stress", "50 MPa")
+    said = desk.call("stress", case_file, "-o", "stress.nc", *options, *constants).stdout
+    assert "Fatemi–Socie parameter" in said
+    assert "plane" in said
+    assert said.splitlines()[-1] == "stress.nc"
+    with xr.open_dataset("stress.nc", decode_timedelta=False) as stored:
+        assert stored.stress_xx.dims == ("phase", "x", "y", "z")
+        assert stored.z.values == pytest.approx([1e-5, 3e-5, 6e-5])
+        assert {"von_mises", "crossland", "fatemi_socie_normal"} <= set(stored.data_vars)
+        assert (float(stored.cycle), stored.bulk_stress) == (20.0, 50e6)
+    assert desk.files() == ["stress.nc", "tiny.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--depth", "0 um"), "must be larger than 0"),
+        (("--depth", "10"), "needs a unit"),
+        (("--cycle", 7), "cycle 7 is not a snapshot; there are 0, 20 and 200"),
+        (("--fatemi-socie", "1"), "such as '1, 1000 MPa'"),
+        (("--fatemi-socie", "1,1000"), "needs a unit"),
+        (("--bulk-stress", "80"), "needs a unit"),
+        (("-o", "stress.txt"), "must end in .nc"),
+    ],
+)
+def test_wrong_input_is_told(desk, case_file, options, reason):
+    assert reason in desk.call("stress", case_file, *options, status=2).stderr
+    assert desk.files() == ["tiny.yaml"]

@@ -1,0 +1,150 @@
+"""Stresses of the dataset of a case."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fretwear
+from fretwear.subsurface.results import StressError, largest_values, write_stresses
+
+from ..studies import SELF_AFFINE, STEEL, steel
+
+CELL = 5e-6
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return fretwear.simulate(steel(cycles=1000, cell=CELL), quarter=True)
+
+
+def test_the_central_axis_of_an_unworn_sphere(worn):
+    a, peak = float(worn.hertz_radius), float(worn.hertz_pressure)
+    z = a * np.array([0.3, 0.5, 1.0])
+    found = fretwear.stress(worn, points=np.stack([0 * z, 0 * z, z], axis=1), phases=4)
+    assert found.stress_zz.dims == ("phase", "point")
+    expected = np.broadcast_to(-peak / (1 + (z / a) ** 2), (4, 3))
+    np.testing.assert_allclose(found.stress_zz, expected, atol=3e-3 * peak)
+    across = found.stress_xz.isel(phase=[0, 2]).values
+    np.testing.assert_allclose(across[0], -across[1], rtol=1e-5)
+    np.testing.assert_allclose(found.force, [20, 0, -20, 0], atol=1e-2)
+
+
+def test_planes_layers_and_points_agree(worn):
+    depths = ["12 um", "40 um", 150e-6]
+    plane = fretwear.stress(worn, 1000, depths=depths, phases=4, crossland=0.2)
+    assert plane.stress_xx.dims == ("phase", "x", "y", "z")
+    whole = fretwear.stress(worn, 1000, depths=depths, phases=4, whole=True)
+    assert whole.sizes["y"] == worn.sizes["y"]
+    x, peak = plane.x.values[::9], float(worn.hertz_pressure)
+    places = [(each, y, z) for z in plane.z.values for each in x for y in (0.0, 0.5 * CELL)]
+    points = fretwear.stress(worn, 1000, points=places, phases=4, crossland=0.2)
+    for name in ("stress_xx", "stress_yz", "stress_xz", "von_mises"):
+        at = points[name].values.reshape(4, 3, x.size, 2)
+        near = whole[name].isel(y=0, x=slice(0, None, 9)).values.swapaxes(1, 2)
+        np.testing.assert_allclose(at[..., 1], near, atol=1e-4 * peak)
+        middle = plane[name].isel(y=0, x=slice(0, None, 9)).values.swapaxes(1, 2)
+        np.testing.assert_allclose(at[..., 0], middle, atol=1e-4 * peak)
+    at = points.crossland.values.reshape(3, x.size, 2)[..., 0]
+    np.testing.assert_allclose(at, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
+
+
+def test_the_whole_contact_has_the_stresses_of_its_quarter(worn):
+    options = {"cycle": 1000, "depths": [20e-6], "phases": 4}
+    quarter, full = (fretwear.stress(each, **options) for each in (worn, worn.fretwear.full()))
+    np.testing.assert_array_equal(quarter.stress_xx, full.stress_xx)
+
+
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+def test_a_rough_contact_that_is_not_even():
+    rough = {**SELF_AFFINE, "rms_height": "0.03 um", "shortest_wavelength": "40 um", "seed": 7}
+    ds = fretwear.simulate(
+        steel(cycles=1, cell="8 um", roughness=rough, error_estimate=False), quarter=True
+    )
+    assert ds.symmetry == "none"
+    place = [(30e-6, 20e-6, 25e-6)]
+    found = fretwear.stress(ds, points=place, phases=2)
+    whole = fretwear.stress(ds, depths=[25e-6], phases=2, whole=True)
+    assert whole.sizes["y"] == ds.sizes["y"]
+    peak = float(ds.peak_pressure[0])
+    for name in ("stress_xx", "stress_xy", "stress_xz"):
+        nearest = whole[name].isel(z=0).interp(x=30e-6, y=20e-6)
+        np.testing.assert_allclose(nearest, found[name][:, 0], atol=0.02 * peak)
+
+
+def test_a_line_contact_is_in_plane_strain():
+    line = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+    line |= {"load": "18 N/mm", "cycles": 1}
+    ds = fretwear.simulate(fretwear.Case(**line))
+    half, peak = float(ds.contact_half_width_x[0]), float(ds.peak_pressure[0])
+    depths = half * np.array([0.3, 0.786, 2.0])
+    found = fretwear.stress(ds, depths=depths, phases=4, bulk_stress="50 MPa")
+    z = depths / half
+    x = found.x.values
+    axis = found.isel(phase=1, y=0).interp(x=0.0)
+    np.testing.assert_allclose(axis.stress_zz, -peak / np.sqrt(1 + z**2), atol=2e-3 * peak)
+    sum_ = 0.3 * (found.stress_xx + found.stress_zz)
+    np.testing.assert_allclose(found.stress_yy, sum_, atol=1e-4 * peak)
+    assert found.force.attrs["units"] == "N m-1"
+    assert abs(x[0]) == x[-1]
+
+
+def test_slip_of_the_unworn_contact_needs_no_contact_of_the_shape(worn):
+    case = steel(cycles=1, cell=CELL, slip_model="cattaneo_mindlin")
+    ds = fretwear.simulate(case, quarter=True)
+    place = {"points": [(-0.9e-4, 0.0, 0.3e-4)], "phases": 8}
+    found, usual = (fretwear.stress(each, **place) for each in (ds, worn))
+    peak = float(worn.hertz_pressure)
+    np.testing.assert_allclose(found.stress_xx, usual.stress_xx, atol=3e-3 * peak)
+
+
+def test_a_file_of_stresses_reads_back(worn, tmp_path):
+    found = fretwear.stress(worn, 1000, depths=[20e-6, 40e-6], phases=4, dang_van=0.3)
+    write_stresses(found, tmp_path / "stress.nc")
+    with xr.open_dataset(tmp_path / "stress.nc", decode_timedelta=False) as stored:
+        xr.testing.assert_equal(stored.load(), found)
+        assert stored.stress_xx.attrs["units"] == "Pa"
+    words = dict(largest_values(found))
+    assert "to the surface" in words["Smith–Watson–Topper parameter"]
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"cycle": 5}, "cycle 5 is not a snapshot; there are 0 and 1000"),
+        ({"points": [(0, 0, 0)]}, "z must be larger than 0"),
+        ({"points": [(0, 0)]}, "shape (n, 3)"),
+        ({"points": [(0, 0, 1e-5)], "depths": [1e-5]}, "either points or depths"),
+        ({"depths": [-1e-5]}, "downwards from the surface"),
+        ({"depths": ["10"]}, "needs a unit"),
+        ({"depths": [2e-5, 1e-5]}, "must increase"),
+        ({"phases": 5}, "an even number"),
+        ({"fatemi_socie": (1, "1000 N")}, "must be a pressure"),
+        ({"fatemi_socie": (1, 0.0)}, "the yield strength positive"),
+        ({"bulk_stress": "80"}, "needs a unit"),
+        ({"whole": True, "crossland": 0.2}, "on the plane y = 0 only"),
+        ({"whole": True, "phases": 60000}, "fewer depths or phases"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(worn, options, reason):
+    with pytest.raises(StressError, match=re.escape(reason)):
+        fretwear.stress(worn, **options)
+
+
+def test_datasets_without_a_loop_of_stresses_are_refused(worn):
+    still = worn.assign(shear_traction=0.0 * worn.shear_traction)
+    for wrong, reason in (
+        (still, "no shear traction"),
+        (worn.drop_vars("gap"), "lacks gap"),
+        (xr.Dataset(), "not that of a case"),
+    ):
+        with pytest.raises(StressError, match=reason):
+            fretwear.stress(wrong)
+
+
+def test_shallow_depths_and_singular_pressures_are_doubted(worn):
+    assert fretwear.stress(worn, depths=[0.3e-4], phases=2).warnings == ""
+    warnings = fretwear.stress(worn, 1000, depths=[2e-6], phases=2).warnings
+    assert "less than a cell, 5 µm" in warnings
+    assert "singular at the edge of stick" in warnings
