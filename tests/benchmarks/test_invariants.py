@@ -57,6 +57,15 @@ def test_a_length_that_is_hidden_in_the_code_is_found(tmp_path, monkeypatch):
     assert worst["the same in other units"] > 1.0
 
 
+def test_energy_that_does_not_belong_to_the_wear_by_one_percent_is_found(tmp_path, monkeypatch):
+    given = SMALL | {"tolerance": 0.002}
+    law = "V = integral of K/mu dE"
+    assert judged(given, tmp_path, again=False)[0][law] < 0.5
+    energy = WearProblem.dissipated_energy
+    monkeypatch.setattr(WearProblem, "dissipated_energy", lambda *stage: 1.01 * energy(*stage))
+    assert judged(given, tmp_path, again=False)[0][law] > 1.0
+
+
 def test_a_jump_along_a_parameter_is_found(tmp_path, monkeypatch):
     given = SMALL | {"error_estimate": True}
     assert max(swept(given, "load", 49.5, 50.5, tmp_path).values()) < 1.0
