@@ -29,7 +29,7 @@ FAMILIES = {
     "rough capped": 4, "line": 3, "rough line": 6, "punch": 4, "stroke": 4,
     "displacement": 4, "debris": 2,
 }  # fmt: skip
-SEED = 40117
+SEED = 59203
 # What the indenter of each case of a family is, if not a sphere; and which of them are rough.
 LINES = {
     "line": (0, 1, 2), "rough line": range(6), "punch": (0, 1), "stroke": (0, 1, 3),
@@ -289,7 +289,7 @@ cells, rings or strips {REFERENCE:g} times narrower, half as much where that wou
 are round is on rings.
 A result is the value of a scalar at one of the cycles 0,
 100, 1000 and 3000, if it is more than a hundredth of the largest of them. The constants of the
-estimates were chosen by other draws.
+estimates were chosen by other draws; that a tip may nearly touch was found by a case of this one.
 
 {of_each}
 
