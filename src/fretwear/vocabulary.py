@@ -295,6 +295,9 @@ crossland           | Pa | | MPa | Crossland parameter | free |
     stress
 dang_van            | Pa | | MPa | Dang Van parameter | free |
     largest shear stress of the alternating part plus the weighed mean stress
+ruiz                | Pa2 m | | | Ruiz parameter | |
+    of the surface: largest stress along x, if it is tension, times shear traction at +Q and slip
+    amplitude
 """
 )
 """Parameters for the initiation of cracks in a loop of stresses."""

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.subsurface.cracks import PointLoops
 from fretwear.subsurface.results import StressError, largest_values, write_stresses
 
 from ..studies import SELF_AFFINE, STEEL, steel
@@ -99,6 +100,43 @@ def test_slip_of_the_unworn_contact_needs_no_contact_of_the_shape(worn):
     np.testing.assert_allclose(found.stress_xx, usual.stress_xx, atol=3e-3 * peak)
 
 
+def test_the_point_and_the_line_method_of_a_critical_distance(worn):
+    """The mean tensor over the line is that of many points on it."""
+    length = 30e-6
+    found = fretwear.stress(worn, phases=4, depths=[1e-5], critical_distance=length, crossland=0.2)
+    place = int(abs(found.x.values + 1.3e-4).argmin())
+    depths = 2 * length * (np.arange(400) + 0.5) / 400
+    x = float(found.x[place])
+    points = [(x, 0.0, z) for z in (0.5 * length, *depths)]
+    along = fretwear.stress(worn, phases=4, points=points, crossland=0.2)
+    for name in ("smith_watson_topper", "crossland"):
+        at_point, expected = found[f"{name}_point"][place], along[name][0]
+        assert float(at_point) == pytest.approx(float(expected), rel=2e-3)
+    tensors = np.stack([along[f"stress_{each}"] for each in ("xx", "yy", "zz", "xy", "xz", "yz")])
+    mean = tensors[:, :, 1:].mean(axis=-1, dtype=float)
+    steady, part = mean.mean(axis=1), (mean[:, :2] - mean[:, 2:]) / 2
+    loops = PointLoops(steady[:, None], part.T[..., None], 208e9, 0.3)
+    value = loops.smith_watson_topper().value[0]
+    assert float(found.smith_watson_topper_line[place]) == pytest.approx(value, rel=5e-3)
+    assert {"smith_watson_topper_line_normal", "crossland_line"} <= set(found.data_vars)
+
+
+def test_the_parameter_of_ruiz_is_tension_times_friction_work(worn):
+    """At x < 0 and at x > 0 alike: the one is in tension at +Q, the other at −Q."""
+    found = fretwear.stress(worn, phases=4, depths=[1e-5])
+    assert found.ruiz.dims == ("x",)
+    np.testing.assert_allclose(found.ruiz, found.ruiz[::-1], rtol=1e-6)
+    row = worn.isel(cycle=0, y=0)
+    # In the slip annulus, just below the surface.
+    place = int(abs(worn.x.values - 0.9 * float(worn.hertz_radius)).argmin())
+    below = fretwear.stress(worn, phases=2, points=[(-float(worn.x[place]), 0.0, 1e-8)])
+    tension = float(below.stress_xx.max())
+    assert tension > 0.1 * float(worn.hertz_pressure)
+    work = float(row.shear_traction[place] * row.slip[place])
+    value = float(found.ruiz[found.sizes["x"] // 2 + place])
+    assert value == pytest.approx(tension * work, rel=0.01)
+
+
 def test_a_file_of_stresses_reads_back(worn, tmp_path):
     found = fretwear.stress(worn, 1000, depths=[20e-6, 40e-6], phases=4, dang_van=0.3)
     write_stresses(found, tmp_path / "stress.nc")
@@ -124,6 +162,8 @@ def test_a_file_of_stresses_reads_back(worn, tmp_path):
         ({"fatemi_socie": (1, 0.0)}, "the yield strength positive"),
         ({"bulk_stress": "80"}, "needs a unit"),
         ({"whole": True, "crossland": 0.2}, "on the plane y = 0 only"),
+        ({"critical_distance": "0 um"}, "must be larger than 0"),
+        ({"critical_distance": "9 um", "whole": True}, "on the plane y = 0"),
         ({"whole": True, "phases": 60000}, "fewer depths or phases"),
     ],
 )

@@ -51,6 +51,7 @@ _WHOLE = "Stresses on all cells at these depths; no parameters for cracks."
 _BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
+_DISTANCE = "Parameters by the point and the line method too, such as '40 um'."
 _DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
 _FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
@@ -392,6 +393,9 @@ def stress_below(
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
     dang_van: Annotated[float | None, option("--dang-van", "ALPHA", _DANG_VAN)] = None,
+    critical_distance: Annotated[
+        str | None, option("--critical-distance", "LENGTH", _DISTANCE)
+    ] = None,
 ) -> None:
     """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
 
@@ -418,6 +422,7 @@ def stress_below(
                 fatemi_socie=(sensitivity, strength) if fatemi_socie else None,
                 crossland=crossland,
                 dang_van=dang_van,
+                critical_distance=critical_distance,
                 command="fretwear stress",
             )
         except results.StressError as error:

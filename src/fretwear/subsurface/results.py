@@ -50,8 +50,10 @@ from fretwear.vocabulary import (
 # Depths that are looked at unless others are asked for, in contact half-widths.
 _DEPTHS = np.geomspace(0.05, 2.0, 16)
 _MOST_BYTES = 4e9
-_FIELDS = ("pressure", "shear_traction", "gap")
+_FIELDS = ("pressure", "shear_traction", "gap", "slip")
 _NORMAL = "unit normal of the plane on which it is largest"
+# Depths of the means over a line.
+_NODES = 16
 
 
 class StressError(ValueError):
@@ -70,6 +72,7 @@ def stress(
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
     dang_van: float | None = None,
+    critical_distance: float | str | None = None,
     command: str = "fretwear.stress",
 ) -> xr.Dataset:
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
@@ -101,6 +104,10 @@ def stress(
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
     crossland, dang_van : float, optional
         Weight α of the mean stress in these parameters.
+    critical_distance : float or str, optional
+        A distance L, m, in the material: on the plane y = 0 the parameters too of the stresses at
+        the depth L/2, ``<name>_point``, and of their means from the surface to the depth 2L,
+        ``<name>_line``, over ``x``: D. Taylor, "The Theory of Critical Distances", Elsevier (2007).
     command : str
         What the attribute ``history`` says was called.
 
@@ -110,7 +117,8 @@ def stress(
         ``stress_xx`` to ``stress_xz`` and ``von_mises``, Pa, over ``phase`` and ``point`` or ``x``,
         ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for which constants were
         given, of the loop at each point; ``<name>_normal`` is the normal of the worst plane along
-        ``axis``. ``force`` is the tangential force at each phase.
+        ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. ``force`` is
+        the tangential force at each phase.
 
     Raises
     ------
@@ -123,12 +131,20 @@ def stress(
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
     constants = _constants(fatemi_socie, crossland, dang_van)
     bulk = _read("bulk_stress", bulk_stress, "Pa")
+    distance = None
+    if critical_distance is not None:
+        distance = _read("critical_distance", critical_distance, "m")
+        if not distance > 0.0:
+            raise StressError(f"critical_distance = {critical_distance}: must be larger than 0")
+    if distance is not None and (whole or points is not None):
+        raise StressError("a critical distance counts on the plane y = 0: give no points, no whole")
     if whole and len(constants) > 1:
         raise StressError(
             "parameters for cracks are computed at points and on the plane y = 0 only"
         )
     snapshot = _snapshot(ds, cycle)
-    history = StressHistory(_surface(snapshot, case, cycle), int(phases), bulk)
+    surface, slip = _surface(snapshot, case, cycle)
+    history = StressHistory(surface, int(phases), bulk)
     coordinates: dict[str, Any]
     if points is not None:
         if depths is not None or whole:
@@ -141,7 +157,7 @@ def stress(
     else:
         half_width = float(snapshot["contact_half_width_x"])
         known = _depths(_DEPTHS * half_width if depths is None else depths)
-        x, y = history.surface.positions(whole=whole)
+        x, y = surface.positions(whole=whole)
         size = 28.0 * phases * x.size * y.size * known.size
         if size > _MOST_BYTES:
             raise StressError(
@@ -152,7 +168,7 @@ def stress(
         dims = (X.name, Y.name, DEPTH.name)
         along = zip((X, Y, DEPTH), (x, y, known), strict=True)
         coordinates = {each.name: (each.name, values, each.attributes) for each, values in along}
-        if whole and history.surface.even[1] and y.size > 1:
+        if whole and surface.even[1] and y.size > 1:
             coordinates[Y.name][2]["comment"] = (
                 "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
             )
@@ -163,7 +179,10 @@ def stress(
     if points is not None or not whole:
         variables |= _cracks(parts, dims, ds, constants)
         coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
-    surface = history.surface
+    if not (points is not None or whole):
+        variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
+        if distance is not None:
+            variables |= _at_distance(history, distance, ds, constants)
     force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
     amplitude = surface.half_space.geometry.integral(surface.shear)
     coordinates |= {
@@ -200,7 +219,7 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
 
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
     """Yield the words of the von Mises stress and of each parameter, and where it is largest."""
-    for about in (STRESSES[-1], *CRACKS):
+    for about in (STRESSES[-1], *CRACKS[:-1]):
         if about.name not in stresses:
             continue
         field = stresses[about.name]
@@ -241,8 +260,8 @@ def _snapshot(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     return snapshot
 
 
-def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> LoadedSurface:
-    """The surface of a snapshot, on the cells of the positive sides where it is even."""
+def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurface, Array]:
+    """The surface of a snapshot, and slip, on the cells of the positive sides where it is even."""
     blocks = [(end, block) for end, block in case.in_blocks() if block is not None]
     setup = next((each for end, each in blocks if cycle <= end), blocks[-1][1]).at(cycle)
     if setup.loading.stroke:
@@ -266,8 +285,8 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> LoadedSurface:
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
-    pressure, shear, gap = fields
-    return LoadedSurface(
+    pressure, shear, gap, slip = fields
+    surface = LoadedSurface(
         pressure,
         shear,
         gap,
@@ -279,6 +298,7 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> LoadedSurface:
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
         unworn=None if setup.slip_model.follows_shape else hertz,
     )
+    return surface, slip
 
 
 def _at_depths(history: StressHistory, depths: Array, *, whole: bool) -> tuple[Array, Array]:
@@ -329,6 +349,50 @@ def _cracks(
             result = result.value
         found[about.name] = (dims, result.reshape(shape), attributes)
     return found
+
+
+def _at_distance(
+    history: StressHistory,
+    distance: float,
+    ds: xr.Dataset,
+    constants: Mapping[str, tuple[float, ...]],
+) -> dict[str, Any]:
+    """The parameters by the point and the line method of a critical distance, m, along x."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    depths = distance * (1.0 + nodes)
+    along = _at_depths(history, depths, whole=False)
+    mean = [part[..., 0, :] @ (0.5 * weights) for part in along]
+    methods = {
+        "point": (history.section(0.5 * distance), "at half the critical distance"),
+        "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
+    }
+    found = {}
+    for method, (parts, words) in methods.items():
+        for name, (dims, values, attributes) in _cracks(parts, (X.name,), ds, constants).items():
+            if not name.endswith("_normal"):
+                attributes["long_name"] += f" {words}"
+            base = name.removesuffix("_normal")
+            found[name.replace(base, f"{base}_{method}", 1)] = dims, values, attributes
+    return found
+
+
+def _ruiz(history: StressHistory, slip: Array) -> Array:
+    """σ_xx τ s of the surface at y = 0, Pa² m, along x.
+
+    C. Ruiz, P. H. B. Boddington and K. C. Chen, "An investigation of fatigue and fretting in a
+    dovetail joint", Exp. Mech. 24 (1984).
+    """
+    steady, alternating = history.section(0.0)
+    tension = np.maximum(steady[0] + abs(alternating[:, 0]).max(axis=0), 0.0)
+    surface = history.surface
+    work = abs(surface.shear) * slip
+    in_line = surface.reference is not None
+    # Of the rows on both sides of y = 0 the mean, which is either if the contact is even.
+    middle = 0 if surface.even[1] or in_line else work.shape[1] // 2
+    row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)
+    both = np.concatenate([row[::-1], row]) if surface.even[0] else row
+    result: Array = tension * both
+    return result
 
 
 def _doubts(
