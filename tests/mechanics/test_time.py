@@ -81,7 +81,7 @@ CHANGES = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_whatever_changes_over_the_cycles_is_followed(name):
     """Against Euler's method in small steps, two runs of which are extrapolated."""
-    usual = {"wear_coefficient": 20 * WEAR, "extent": (1.8 * A, 1.8 * A)}
+    usual = {"wear_coefficient": 20 * WEAR, "extent": (2.0 * A, 2.0 * A)}
     problem = fretting(8, **usual | CHANGES[name])
     window = problem.geometry.first(problem)
     coarse, fine = (explicit_wear(problem, window, CYCLES, steps) for steps in (200, 400))

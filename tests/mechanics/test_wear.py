@@ -216,6 +216,41 @@ def test_stops_are_met_to_the_last_bit_and_do_not_slow_down_the_next_step(runs):
     assert after.next_step >= before.next_step
 
 
+@pytest.mark.parametrize("surface", [SMOOTH, ROUGH])
+def test_pressure_of_cells_that_have_just_touched_is_that_of_far_shorter_steps(surface):
+    # A cell of a grid that touched just before keeps an error while its pressure grows from zero.
+    problem, stops = fretting(16, roughness=surface), (1000, 3000)
+    usual, fine = (
+        {state.cycle: state for state in evolve(problem, stops, tolerance)}
+        for tolerance in (0.01, 0.001)
+    )
+    for stop in stops:
+        pressure, exact = (run[stop].pressure for run in (usual, fine))
+        assert pressure.shape == exact.shape
+        loaded = exact > 0.02 * P0
+        off = np.abs(pressure - exact)[loaded] / exact[loaded]
+        assert off.max() < 0.15
+        assert (off > 0.03).mean() < 0.05
+
+
+def test_steps_shorten_towards_a_requested_cycle_but_not_towards_another_block():
+    stop, problem = 1000.0, fretting(16)
+    blocks = ((stop, problem), (math.inf, problem))
+
+    def last_step(problem, stops):
+        states = list(evolve(problem, stops))
+        at = next(place for place, state in enumerate(states) if state.cycle == stop)
+        settling = Evolution(problem, states[at - 1], 0.01).settling()
+        return (stop - states[at - 1].cycle) / settling, states[at]
+
+    length, state = last_step(problem, [stop, 2 * stop])
+    assert length < 2.0
+    usual, _ = last_step(replace(problem, blocks=blocks), [2 * stop])
+    assert usual > 3 * length
+    # Nor are steps behind it shorter.
+    assert state.next_step > 3 * length * Evolution(problem, state, 0.01).settling()
+
+
 def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
     problem = fretting(12)
     plain = list(evolve(problem, [2000], 1e-3))

@@ -52,6 +52,11 @@ _ACCEPTED, _SAFETY = 1.2, 0.85
 _SMALLEST_STEP, _SMALLEST_FACTOR, _LARGEST_FACTOR = 1e-6, 0.2, 5.0
 
 _FIRST_STEP = 0.09
+# Each of the steps that lead to a requested cycle leaves this part of the way to the next, until
+# so many times are left in which the pressure of a cell settles, or this part of a usual step.
+_LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
+# A step shorter than this part of the usual one is no measure of how fields change over the next.
+_SHORT = 0.5
 # How often bodies are loaded on cells that suit the loaded ones better.
 _RELOADED = 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
@@ -100,15 +105,30 @@ class Integrator(ABC):
         raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
         """
 
-    def advance(self, stop: float) -> Any:
-        """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate."""
+    def settling(self) -> float:
+        """Number of cycles in which the pressure of a cell that begins to touch settles."""
+        return inf
+
+    def advance(self, stop: float, *, requested: bool = True) -> Any:
+        """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate.
+
+        A cell that first touches within a step has no pressure at its start. So a stage assumes
+        too little exposure, and returns up to twice the pressure at which the cell wears as fast
+        as its gap closes. Later steps correct this. That is why ever shorter steps lead to a
+        ``requested`` stop, until hardly a cell first touches within the last.
+        """
         # The first guess of a loading goes by the peak pressure, which may not wear anything.
         wanted = max(self.state.next_step, _SMALLEST_STEP)
         trouble = "wear asks for shorter ones"
+        settled = inf
+        if requested:
+            settled = max(_SETTLED * self.settling(), _SHORTEST * wanted, _SMALLEST_STEP / _LEFT)
         while True:
             now, left = self.state.cycle, stop - self.state.cycle
             # Steps of one length up to a stop, rather than a short one at the end.
             step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
+            if wanted >= left > settled:
+                step = (1.0 - _LEFT) * left
             if step < _SMALLEST_STEP:
                 raise WearError(
                     f"no step after cycle {now:.6g} is accurate, down to {step:.1e} cycles: "
@@ -158,7 +178,7 @@ def march(
             kinks = {kink for kink in (*setup.kinks, last) if kink < stops[-1]}
             for stop in sorted({*stops, *kinks}):
                 while first <= integrator.state.cycle < min(stop, last):
-                    yield integrator.advance(stop)
+                    yield integrator.advance(stop, requested=stop in stops)
             state = integrator.state
         first = last
 
@@ -263,6 +283,7 @@ class Evolution(Integrator):
         for _ in range(_RELOADED if unworn else 0):
             fitting = self.state.geometry.ahead_of(problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:
+                self._move_to(fitting)
                 break
             # Bodies that yield have another edge of stick than was foreseen. What cells about that
             # one would take over is not in equilibrium, by more than a first step wears.
@@ -270,10 +291,24 @@ class Evolution(Integrator):
             self.state = first_loading(problem, self.accuracy, self.workspace, cells=fitting)
         self.state = replace(self.state, convolutions=self.state.convolutions + spent)
 
-    def advance(self, stop: float) -> Any:
+    def settling(self) -> float:
+        """Number of cycles in which the pressure of a cell that begins to touch settles.
+
+        A pressure on a cell of width h displaces it by about h p/E*, and wear there opens a gap at
+        the rate β p g*, so the pressure relaxes at the rate β g* E*/h.
+        """
+        state, problem = self.state, self.problem.of(self.state)
+        opens = (1.0 - problem.debris_fraction) * problem.wear_growth
+        slipping = np.where(state.pressure > 0.0, state.reduced.gap, 0.0) / state.geometry.widths
+        rate = opens * problem.composite_modulus * float(slipping.max())
+        return 1.0 / rate if rate > 0.0 else inf
+
+    def advance(self, stop: float, *, requested: bool = True) -> Any:
         """The next accepted state, on cells that suit it."""
-        self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
-        return super().advance(stop)
+        # Fields moved to other cells are not quite in equilibrium, which short steps do not mend.
+        if stop - self.state.cycle > _SHORT * self.state.next_step:
+            self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
+        return super().advance(stop, requested=requested)
 
     def _move_to(self, geometry: Any) -> None:
         if geometry is not self.state.geometry:
@@ -325,13 +360,17 @@ class Evolution(Integrator):
         rates = [each.wear_growth for each in (now, found, last)]
         error, factor, accepted = self._assess(step, last, rates, first, second)
         between = (1.0 - GAMMA) * step
+        pressure_rate = cellwise(lambda p, q: (q - p) / between, p1, second.pressure)
+        source_rate = cellwise(np.divide, second.source_since(first, model, team), between)
+        if step < _SHORT * base.next_step:
+            pressure_rate, source_rate = base.pressure_rate, base.source_rate
         state = State(
             **vars(second),
             cycle=end,
             geometry=geometry,
             next_step=step,
-            pressure_rate=cellwise(lambda p, q: (q - p) / between, p1, second.pressure),
-            source_rate=cellwise(np.divide, second.source_since(first, model, team), between),
+            pressure_rate=pressure_rate,
+            source_rate=source_rate,
             step=base.step + 1,
             error_estimate=error,
             convolutions=base.convolutions + self._convolutions,

@@ -177,7 +177,8 @@ class State(Stage):
     cycle: float  #: number of cycles N; between the requested ones not an integer
     geometry: Geometry  #: where the fields are given; outside, nothing has touched yet
     next_step: float  #: number of cycles that the next step should try
-    pressure_rate: Array  #: how p, Pa, changed per cycle in the last step: a guess for the next one
+    #: How p, Pa, changed per cycle in the last step of usual length: a guess for the next one.
+    pressure_rate: Array
     source_rate: Array  #: the same of G of `source_since`, m
     step: int = 0  #: how many steps were accepted so far
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume

@@ -157,6 +157,11 @@ class Geometry(ABC):
 
     @property
     @abstractmethod
+    def widths(self) -> Array | float:
+        """Widths of the cells, m, shape of a field or one number; the lesser of rectangles."""
+
+    @property
+    @abstractmethod
     def weights(self) -> Array | None:
         """Areas of the cells over their mean; None where all are equal."""
 

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
+# A step seldom widens a contact by more, and extending the cells beforehand costs less than
+# repeating the step.
+WIDENED = 1.04
 # Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
 # Solutions at most. Plastic flow of a step may be less deep than the tolerance of a contact, and a
@@ -92,6 +95,11 @@ class DenseCells(Geometry):
         """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
         measures = self._measure(np.asarray(self.edges))
         return np.asarray(self._whole * np.diff(measures)[:, None])
+
+    @property
+    def widths(self) -> Array:
+        """Widths of the cells, m, shape (n, 1)."""
+        return np.asarray(np.diff(self.edges)[:, None])
 
     @cached_property
     def unit_area(self) -> float:
@@ -197,16 +205,16 @@ class DenseCells(Geometry):
 
     def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self._beyond(problem, stage.pressure)
+        return self._beyond(problem, stage.pressure, WIDENED)
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:  # noqa: ARG002
         """These cells, or more if the contact needs them."""
         return self._beyond(workspace.problem, pressure)
 
-    def _beyond(self, problem: CellProblem, pressure: Array) -> Self:
-        """Cells that hold a contact, and if it is rough a wavelength more, to the next tip."""
+    def _beyond(self, problem: CellProblem, pressure: Array, widened: float = 1.0) -> Self:
+        """Cells that hold a contact, widened by a factor, and if it is rough the next tip."""
         waves = problem.wavelengths
-        return self.reaching(self._radius(pressure) + (waves[0] if waves else 0.0))
+        return self.reaching(widened * self._radius(pressure) + (waves[0] if waves else 0.0))
 
     def _radius(self, field: Array) -> float:
         """Largest distance from the origin at which a field is not zero, m."""

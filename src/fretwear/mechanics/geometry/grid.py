@@ -78,6 +78,11 @@ class Grid(Geometry):
         return cls(shape, problem.spacing, problem.even)
 
     @property
+    def widths(self) -> float:
+        """The lesser width of a cell, m."""
+        return min(self.spacing)
+
+    @property
     def unit_area(self) -> float:
         """Area of one cell and its images by symmetry, m²."""
         return self.spacing[0] * self.spacing[1] * (1 << sum(self.even))
@@ -251,7 +256,7 @@ class Grid(Geometry):
         less than repeating the step.
         """
         nx, ny = self.shape
-        ahead = max(_BORDER, math.ceil(_AHEAD * nx)), max(_BORDER, math.ceil(_AHEAD * ny))
+        ahead = _BORDER + math.ceil(_AHEAD * nx), _BORDER + math.ceil(_AHEAD * ny)
         return self.grown(self.touched(stage.pressure, ahead))
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:

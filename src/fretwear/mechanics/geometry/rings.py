@@ -21,7 +21,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import CellProblem
-from fretwear.mechanics.geometry.dense import DenseCells, Distance
+from fretwear.mechanics.geometry.dense import WIDENED, DenseCells, Distance
 from fretwear.theory import LimitingState, share_of_band
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ class Rings(DenseCells):
         if peak > _NEARLY * problem.plastic_limit or stage.plastic.any():
             grading = banded
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
-        return rings.reaching(touched)
+        return rings.reaching(WIDENED * touched)
 
     def _measure(self, distance: Distance) -> Distance:
         return distance * distance
