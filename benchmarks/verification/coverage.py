@@ -200,7 +200,7 @@ def judged(entry: Data, case: Case) -> Data:
     result, spread, twin, truth = (
         _numbers(entry[each]) for each in ("result", "scatter", "twin", "truth")
     )
-    estimates = estimated_errors(result, twin, case.times_coarser, spread)
+    estimates = estimated_errors(result, twin, case.times_coarser, spread, case.tolerance)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
     for name in (each for each in truth if not (case.indenter.is_line and each.endswith("_y"))):

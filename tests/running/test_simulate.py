@@ -328,7 +328,7 @@ def estimates(deviations, times=2.0, values=None):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
     values = np.array(values or [1.0] * len(deviations))
     twin = values - deviations
-    return estimated_errors({"approach": values}, {"approach": twin}, times, {})["approach"]
+    return estimated_errors({"approach": values}, {"approach": twin}, times, {}, 0.01)["approach"]
 
 
 def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
@@ -379,9 +379,16 @@ def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():
     for apart, spread in ((0.0, 0.1), (0.3, 0.01)):
         twin, least = {"stick_area": np.full(2, 1.0 + apart)}, {"stick_area": np.full(2, spread)}
         (found, again), (alone, _) = (
-            estimated_errors(values, twin, 2.0, each)["stick_area"] for each in (least, {})
+            estimated_errors(values, twin, 2.0, each, 0.01)["stick_area"] for each in (least, {})
         )
         assert found == again == max(alone, 2.0 * spread)
+
+
+def test_an_estimate_is_no_less_than_what_steps_leave_open():
+    """Cells and steps may err in opposite directions, so that run and twin agree."""
+    energy = {"dissipated_energy": np.array([2.0, 1.0])}
+    first, last = estimated_errors(energy, energy, 3.0, {}, 0.01)["dissipated_energy"]
+    assert (first, last) == (0.0, pytest.approx(1e-3))
 
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
