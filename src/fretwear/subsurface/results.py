@@ -184,10 +184,11 @@ def stress(
         if distance is not None:
             variables |= _at_distance(history, distance, ds, constants)
     force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
-    amplitude = surface.half_space.geometry.integral(surface.shear)
+    integral = surface.half_space.geometry.integral
+    falling = np.array([integral(shear) for shear in history.tractions.shear])
     coordinates |= {
         PHASE.name: (PHASE.name, np.arange(phases) / phases, PHASE.attributes),
-        force.name: (PHASE.name, amplitude * history.force_ratio, force.attributes),
+        force.name: (PHASE.name, np.concatenate([falling, -falling]), force.attributes),
         CYCLE.name: ((), float(cycle), CYCLE.attributes),
     }
     attributes = {
@@ -284,6 +285,8 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurf
     axes = (X.name,) if in_line else (X.name, Y.name)
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
+    least = setup.unworn_sliding.of_smooth(hertz)[0]
+    stuck = hertz.with_load(least) if least > 0.0 else None
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
     pressure, shear, gap, slip = fields
     surface = LoadedSurface(
@@ -296,7 +299,7 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurf
         composite_modulus=setup.composite_modulus,
         poisson_ratio=float(flat),
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
-        unworn=None if setup.slip_model.follows_shape else hertz,
+        unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
     )
     return surface, slip
 

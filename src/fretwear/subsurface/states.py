@@ -39,8 +39,8 @@ class LoadedSurface:
     poisson_ratio: float  #: of the flat
     #: Distance at which displacements of a line contact are zero, m; None of a point contact.
     reference: float | None = None
-    #: The unworn contact, where slip is that of it whatever the shape.
-    unworn: HertzContact | None = None
+    #: The unworn contact and that under its reduced load, if these determine slip.
+    unworn: tuple[HertzContact, HertzContact | None] | None = None
 
     @cached_property
     def half_space(self) -> HalfSpace:
@@ -65,24 +65,43 @@ class LoadedSurface:
         """
         shears = np.empty((count, *self.pressure.shape))
         shears[0] = self.shear
+        steps = np.arange(1, count) / count
+        if self.unworn is not None:
+            shears[1:] = self.shear * (1.0 - 2.0 * self._reversed(steps))
+            return shears
         integral = self.half_space.geometry.integral
         load, force = integral(self.pressure), integral(self.shear)
         shape = self.gap - self.half_space.displacement(self.pressure)
         limit = self.friction * self.pressure
         below = self.pressure
-        for step in range(1, count):
-            reduced = load - force / self.friction * step / count
-            if self.unworn is not None:
-                x, y = self.half_space.geometry.x[:, None], self.half_space.geometry.y
-                share = self.unworn.load * reduced / load
-                below = self.unworn.with_load(share).pressure(np.hypot(x, y))
-            else:
-                start = below * (reduced / integral(below))
-                found = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
-                below = found.pressure
+        for step, part in enumerate(steps, 1):
+            reduced = load - force / self.friction * part
+            start = below * (reduced / integral(below))
+            found = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
+            below = found.pressure
             fallen = 2.0 * self.friction * (self.pressure - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
         return shears
+
+    def _reversed(self, steps: Array) -> Array:
+        """Parts of the traction that have reversed where slip is that of the unworn contact.
+
+        On its own pressure p_H this is the reversal of Cattaneo and Mindlin, (p_H − p̂)/(p_H − p*).
+        """
+        assert self.unworn is not None
+        contact, stuck = self.unworn
+        x, y = self.half_space.geometry.x[:, None], self.half_space.geometry.y
+        r = np.hypot(x, y)
+        whole, least = contact.pressure(r), 0.0 if stuck is None else stuck.pressure(r)
+        low = 0.0 if stuck is None else stuck.load
+        falls = np.empty((steps.size, *r.shape))
+        for fall, part in zip(falls, steps, strict=True):
+            fall[...] = whole - contact.with_load(
+                contact.load - (contact.load - low) * part
+            ).pressure(r)
+        full = whole - least
+        # Beyond the unworn contact nothing has ever stuck.
+        return np.divide(falls, full, out=np.ones_like(falls), where=full > 0.0)
 
 
 @dataclass(frozen=True)
