@@ -23,13 +23,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf, isfinite, sqrt
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
-from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.state import Stage, State, WearProblem
 
@@ -67,7 +67,8 @@ _LARGEST_SWEEPS = 12
 _IDLE = 1e-3
 
 
-Attempt = tuple[Any, float, bool] | None
+StateT = TypeVar("StateT", bound=State)
+Attempt = tuple[StateT, float, bool] | None
 
 
 class WearError(RuntimeError):
@@ -82,23 +83,33 @@ def assessed(error: float) -> tuple[float, bool]:
     return min(max(factor, _SMALLEST_FACTOR), _LARGEST_FACTOR), error <= _ACCEPTED
 
 
-class Integrator(ABC):
+class Integrator(ABC, Generic[StateT]):
     """Produces the accepted states of a block of loading in turn.
 
     ``state`` is the last accepted one, None before the first loading, and ``tolerance`` the error
     of the wear of a step relative to the wear volume.
     """
 
-    def __init__(self, problem: WearProblem, state: Any, tolerance: float) -> None:
+    def __init__(self, problem: WearProblem, state: StateT | None, tolerance: float) -> None:
         self.problem, self.workspace = problem, Workspace(problem)
-        self.state, self.tolerance = state, tolerance
+        self.before, self.tolerance = state, tolerance
+
+    @property
+    def state(self) -> StateT:
+        """The last accepted state, once the bodies are loaded."""
+        assert self.before is not None
+        return self.before
+
+    @state.setter
+    def state(self, state: StateT) -> None:
+        self.before = state
 
     @abstractmethod
     def load(self) -> None:
         """Load the bodies anew: unworn ones, or as the state has left them."""
 
     @abstractmethod
-    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt:
+    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[StateT]:
         """A step of so many cycles to one that may be requested; None to try again on more cells.
 
         It returns the state at its end, what to multiply the step by, and whether to keep it, and
@@ -109,7 +120,7 @@ class Integrator(ABC):
         """Number of cycles in which the pressure of a cell that begins to touch settles."""
         return inf
 
-    def advance(self, stop: float, *, requested: bool = True) -> Any:
+    def advance(self, stop: float, *, requested: bool = True) -> StateT:
         """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate.
 
         A cell that first touches within a step has no pressure at its start. So a stage assumes
@@ -159,9 +170,9 @@ class Integrator(ABC):
 def march(
     problem: WearProblem,
     stops: Sequence[float],
-    state: Any,
-    begin: Callable[[WearProblem, Any], Integrator],
-) -> Iterator[Any]:
+    state: StateT | None,
+    begin: Callable[[WearProblem, StateT | None], Integrator[StateT]],
+) -> Iterator[StateT]:
     """Yield each accepted state of all blocks of a problem, up to the last of some stops.
 
     ``begin`` makes the integrator of a block from the state before, if there is one.
@@ -206,7 +217,7 @@ def first_loading(
     accuracy: Accuracy | None = None,
     workspace: Workspace | None = None,
     before: State | None = None,
-    cells: Any = None,
+    cells: Geometry | None = None,
 ) -> State:
     """The state with which a loading begins, yielded where the plastic limit requires it.
 
@@ -215,7 +226,7 @@ def first_loading(
     `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
-    geometry: Any = cells or problem.geometry.first(problem) if before is None else before.geometry
+    geometry = cells or (problem.geometry.first(problem) if before is None else before.geometry)
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     while True:
         ground, nothing = workspace.on(geometry), np.zeros(geometry.shape)
@@ -262,7 +273,7 @@ def first_loading(
     )
 
 
-class Evolution(Integrator):
+class Evolution(Integrator[State]):
     """The steps of a contact whose bodies are not seen to move, within a block of loading."""
 
     def __init__(
@@ -278,8 +289,8 @@ class Evolution(Integrator):
 
     def load(self) -> None:
         """Load the bodies anew."""
-        problem, unworn, spent = self.problem, self.state is None, 0
-        self.state = first_loading(problem, self.accuracy, self.workspace, self.state)
+        problem, unworn, spent = self.problem, self.before is None, 0
+        self.state = first_loading(problem, self.accuracy, self.workspace, self.before)
         for _ in range(_RELOADED if unworn else 0):
             fitting = self.state.geometry.ahead_of(problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:
@@ -303,19 +314,19 @@ class Evolution(Integrator):
         rate = opens * problem.composite_modulus * float(slipping.max())
         return 1.0 / rate if rate > 0.0 else inf
 
-    def advance(self, stop: float, *, requested: bool = True) -> Any:
+    def advance(self, stop: float, *, requested: bool = True) -> State:
         """The next accepted state, on cells that suit it."""
         # Fields moved to other cells are not quite in equilibrium, which short steps do not mend.
         if stop - self.state.cycle > _SHORT * self.state.next_step:
             self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
         return super().advance(stop, requested=requested)
 
-    def _move_to(self, geometry: Any) -> None:
+    def _move_to(self, geometry: Geometry) -> None:
         if geometry is not self.state.geometry:
             self.state = self.state.on(self.workspace, geometry)
             self.workspace.keep_only(geometry)
 
-    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt:
+    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
         """Both stages, and what they differ by from embedded formulas."""
         base, problem, cellwise = self.state, self.problem, self._cellwise
         geometry, accuracy = base.geometry, self.accuracy
@@ -353,7 +364,7 @@ class Evolution(Integrator):
             problem=last,
             output_step=output_step,
         )
-        fitting: Any = geometry.holding(self.workspace, second.pressure, second.approach)
+        fitting = geometry.holding(self.workspace, second.pressure, second.approach)
         if fitting is not geometry:
             self._move_to(fitting)
             return None
@@ -398,7 +409,7 @@ class Evolution(Integrator):
         if volume == 0:
             return 0.0, _LARGEST_FACTOR, True
 
-        def exponent(weights: Sequence[float]) -> Any:
+        def exponent(weights: Sequence[float]) -> Array:
             """X = β∫p dN over the step by weights of its three pressures."""
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
             return cellwise(
@@ -406,7 +417,7 @@ class Evolution(Integrator):
                 *(base.pressure, first.pressure, second.pressure),
             )
 
-        def lost(gap: Array, difference: Array) -> Any:
+        def lost(gap: Array, difference: Array) -> Array:
             # A step far too long overflows; its error is then not finite, which rejects it.
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))

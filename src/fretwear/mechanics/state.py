@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -184,7 +184,7 @@ class State(Stage):
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
     convolutions: int = 0  #: of the half-space, spent so far, rejected steps included
 
-    def on(self, workspace: Workspace, geometry: Geometry) -> State:
+    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on other cells; gaps are computed where they were not known."""
         old = self.geometry
         if geometry == old:

@@ -27,18 +27,24 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, inf
-from typing import Any, NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask
+from fretwear.arrays import Array, Mask, Places
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
-from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
+from fretwear.mechanics.integrator import (
+    BEYOND,
+    DIAGONAL,
+    GAMMA,
+    TOLERANCE,
+    WEIGHT,
+    Integrator,
+)
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
@@ -75,21 +81,21 @@ class StrokeState(State):
     pressures: Array
 
     @property
-    def wear_indenter(self) -> Any:
+    def wear_indenter(self) -> Array:
         """Wear depth of the indenter in its own coordinates, m."""
-        return self.worn[1]
+        return np.asarray(self.worn[1])
 
     @property
-    def wear_flat(self) -> Any:
+    def wear_flat(self) -> Array:
         """Wear depth of the flat, m."""
-        return self.worn[0]
+        return np.asarray(self.worn[0])
 
-    def on(self, workspace: Workspace, geometry: Geometry) -> Any:
+    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on more cells; its gap is computed where it was not known."""
         old = self.geometry
         if geometry.shape == old.shape:
             return self
-        moved: Any = super().on(workspace, geometry)
+        moved = super().on(workspace, geometry)
         nothing = np.zeros(geometry.shape)
         more, rows = np.subtract(geometry.shape, old.shape)
         return replace(
@@ -97,10 +103,9 @@ class StrokeState(State):
             reduced=replace(self.reduced, pressure=nothing, gap=nothing + self.reduced.gap[0, 0]),
             pressures=np.pad(self.pressures, ((0, 0), (more, more), (0, rows))),
             convolutions=self.convolutions,
-            **{
-                name: np.stack([old.resized(each, geometry) for each in getattr(self, name)])
-                for name in ("worn", "rates", "sunk")
-            },
+            worn=np.stack([old.resized(each, geometry) for each in self.worn]),
+            rates=np.stack([old.resized(each, geometry) for each in self.rates]),
+            sunk=np.stack([old.resized(each, geometry) for each in self.sunk]),
         )
 
 
@@ -114,7 +119,7 @@ def slide(
     return integrator.march(problem, stops, start, partial(_Slider, tolerance=tolerance))
 
 
-class _Slider(Integrator):
+class _Slider(Integrator[StrokeState]):
     """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
 
     def __init__(self, problem: WearProblem, state: StrokeState | None, tolerance: float) -> None:
@@ -128,7 +133,7 @@ class _Slider(Integrator):
     def _resize(self, x: int, y: int) -> None:
         """Take so many cells, and put the state on them."""
         self.rubbing = Rubbing(self.problem, (x, y))
-        if self.state is not None:
+        if self.before is not None:
             self.state = self.state.on(self.workspace, self.rubbing.geometry)
 
     def _outgrown(self, found: Contacts) -> bool:
@@ -143,16 +148,16 @@ class _Slider(Integrator):
     def load(self) -> None:
         """Load the bodies anew."""
         problem, hertz = self.problem, self.problem.hertz
-        x, y = (0, 0) if self.state is None else self.state.geometry.shape
+        x, y = (0, 0) if self.before is None else self.before.geometry.shape
         reach = problem.extent[0] + float(positions(problem)[0][-1])
         x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
         y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
         self._resize(x, 1 if problem.geometry.plane_strain else y)
         wide, high = problem.indenter.half_widths(hertz)
         while True:
-            rubbing, before = self.rubbing, self.state
-            x = rubbing.x[:, None] - rubbing.places[:, None, None]
-            closed = (x / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
+            rubbing, before = self.rubbing, self.before
+            at = rubbing.x[:, None] - rubbing.places[:, None, None]
+            closed = (at / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
             worn, sunk = np.zeros((2, 2, *rubbing.geometry.shape))
             if before is not None:
                 closed = closed | (before.pressures > 0).any(axis=0)
@@ -188,10 +193,12 @@ class _Slider(Integrator):
         problem = self.problem.at(cycle)
         return problem.wear_law.driver(StrokeMeans(problem, self.rubbing, pressures))
 
-    def attempt(self, step: float, end: float, *, output_step: bool) -> integrator.Attempt:
+    def attempt(
+        self, step: float, end: float, *, output_step: bool
+    ) -> integrator.Attempt[StrokeState]:
         """Both stages, and what they differ by from embedded formulas."""
         del output_step
-        base: StrokeState = self.state
+        base = self.state
 
         def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> Contacts:
             compliance = self.opens * DIAGONAL * step * rates
@@ -353,7 +360,9 @@ class Rubbing:
         x = self.x[along]
         of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
         for place in self.places:
-            gap: Any = np.broadcast_to(problem.indenter.gap(at - place, across), (count, self.rows))
+            gap: Array = np.broadcast_to(
+                problem.indenter.gap(at - place, across), (count, self.rows)
+            )
             for surface, moved in zip(both, (at, at - place), strict=True):
                 gap = gap if surface is None else gap + surface.height(moved, across)
             self.shapes.append(gap.ravel())
@@ -367,7 +376,7 @@ class Rubbing:
             shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
             where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
             self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
-        self._inverses: dict[int, tuple[Any, Any]] = {}
+        self._inverses: dict[int, tuple[Places, Array]] = {}
 
     def displacement(self, pressure: Array) -> Array:
         """Of all cells, m, under a pressure, Pa."""
@@ -376,17 +385,17 @@ class Rubbing:
         moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
         return np.ravel(moved[: field.shape[0]])
 
-    def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Any:
+    def _matrix(self, cells: Places, others: Places) -> Array:
         """Displacement of some cells under a unit pressure on others, m/Pa."""
         along, row = np.divmod(cells[:, None], self.rows)
         other_along, other_row = np.divmod(others, self.rows)
-        return self.influence[np.abs(along - other_along), row, other_row]
+        return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
 
-    def _inverse(self, place: int, cells: NDArray[np.intp]) -> Any:
+    def _inverse(self, place: int, cells: Places) -> Array:
         """The inverse of the influence of some cells on each other, the last one at a position."""
         from scipy.linalg.lapack import dpotrf, dpotri
 
-        known, inverse = self._inverses.get(place, (None, None))
+        known, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))
         if not np.array_equal(known, cells):
             inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
             above = np.triu_indices(cells.size, 1)
@@ -394,7 +403,7 @@ class Rubbing:
             self._inverses[place] = cells, inverse
         return inverse
 
-    def _capped(self, full: Mask, shape: Array) -> tuple[Any, Any, float]:
+    def _capped(self, full: Mask, shape: Array) -> tuple[Places, Places, float]:
         """Cells at the limit and the one between the bounds of a contact that yields all over.
 
         Those at the limit carry the load P but for what is left, N, to the one beside them: the
