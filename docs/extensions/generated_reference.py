@@ -24,11 +24,13 @@ from fretwear.study.setup import members
 from fretwear.study.study import study_schema
 from fretwear.vocabulary import (
     CONVOLUTIONS,
+    CRACKS,
     CYCLE,
     ERROR_ESTIMATE,
     FIELDS,
     SCALARS,
     STEP,
+    STRESSES,
     Variable,
     X,
     Y,
@@ -229,6 +231,7 @@ def write_all(folder: Path) -> None:
         "sections": sections(),
         "coordinates": variables((CYCLE, X, Y)),
         "fields": variables(FIELDS),
+        "stresses": variables((*STRESSES, *CRACKS)),
         "scalars": variables(SCALARS),
         "history": variables((STEP, CYCLE, ERROR_ESTIMATE, CONVOLUTIONS)),
         "profiles": profiles(),

@@ -278,6 +278,7 @@ stress_xz | Pa | $σ_{xz}$ | MPa | shear stress along x and the depth | free |
     the negative shear traction just below the surface
 stress_yz | Pa | $σ_{yz}$ | MPa | shear stress along y and the depth | free |
 von_mises | Pa | $σ_\mathrm{M}$ | MPa | von Mises stress | |
+tresca    | Pa | $σ_\mathrm{T}$ | MPa | Tresca stress    | | twice the largest shear stress
 """,
     "float32",
 )

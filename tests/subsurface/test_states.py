@@ -164,7 +164,14 @@ def test_the_worst_plane_turns_with_the_stresses():
     np.testing.assert_allclose(values, np.broadcast_to(values[0], (6, 2)), rtol=2e-4)
 
 
-def test_equivalent_stresses_of_a_shear():
+def test_equivalent_stresses_are_those_of_the_principal_stresses():
     shear = np.array([0.0, 0.0, 0.0, 0.0, 70.0, 0.0])
     assert von_mises(shear) == pytest.approx(70 * math.sqrt(3))
     assert largest_shear(shear) == pytest.approx(70)
+    six = np.random.default_rng(5).normal(size=(6, 50))
+    six[:, 0], six[:, 1] = 0.0, [1, 1, 1, 0, 0, 0]
+    tensors = six[[0, 3, 4, 3, 1, 5, 4, 5, 2]].T.reshape(50, 3, 3)
+    low, middle, high = np.linalg.eigvalsh(tensors).T
+    np.testing.assert_allclose(largest_shear(six), (high - low) / 2, atol=1e-7)
+    squares = (high - middle) ** 2 + (middle - low) ** 2 + (high - low) ** 2
+    np.testing.assert_allclose(von_mises(six), np.sqrt(squares / 2), atol=1e-12)

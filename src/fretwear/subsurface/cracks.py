@@ -211,11 +211,19 @@ def von_mises(stress: Array) -> Array:
 
 
 def largest_shear(stress: Array) -> Array:
-    """The largest shear stress of tensors of shape (6, ...), half that of Tresca."""
+    """The largest shear stress of tensors of shape (6, ...), half that of Tresca.
+
+    √J2 sin(θ + π/3), with the Lode angle θ from cos 3θ = (3√3/2) J3/J2^(3/2).
+    """
     xx, yy, zz, xy, xz, yz = stress
-    tensors = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)
-    principal = np.linalg.eigvalsh(tensors.reshape(*xx.shape, 3, 3))
-    result: Array = 0.5 * (principal[..., 2] - principal[..., 0])
+    mean = (xx + yy + zz) / 3.0
+    xx, yy, zz = xx - mean, yy - mean, zz - mean
+    second = 0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz
+    third = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    root = np.sqrt(second)
+    cube = np.where(root > 0.0, root, 1.0) ** 3
+    lode = np.arccos(np.clip(1.5 * math.sqrt(3.0) * third / cube, -1.0, 1.0)) / 3.0
+    result: Array = root * np.sin(lode + math.pi / 3.0)
     return result
 
 

@@ -17,7 +17,7 @@ from fretwear.data.files import check_group, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import atomic_path, uninterrupted
 from fretwear.study.case import Case
-from fretwear.subsurface.cracks import OverPlanes, PointLoops, von_mises
+from fretwear.subsurface.cracks import OverPlanes, PointLoops, largest_shear, von_mises
 from fretwear.subsurface.states import LoadedSurface, StressHistory, over_the_loop
 from fretwear.theory import LineContact
 from fretwear.units import (
@@ -114,10 +114,10 @@ def stress(
     Returns
     -------
     xarray.Dataset
-        ``stress_xx`` to ``stress_xz`` and ``von_mises``, Pa, over ``phase`` and ``point`` or ``x``,
-        ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for which constants were
-        given, of the loop at each point; ``<name>_normal`` is the normal of the worst plane along
-        ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. ``force`` is
+        ``stress_xx`` to ``stress_xz``, ``von_mises`` and ``tresca``, Pa, over ``phase`` and
+        ``point`` or ``x``, ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for
+        which constants were given, of the loop at each point; ``<name>_normal`` is the normal of
+        the worst plane along ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. ``force`` is
         the tangential force at each phase.
 
     Raises
@@ -158,7 +158,7 @@ def stress(
         half_width = float(snapshot["contact_half_width_x"])
         known = _depths(_DEPTHS * half_width if depths is None else depths)
         x, y = surface.positions(whole=whole)
-        size = 28.0 * phases * x.size * y.size * known.size
+        size = 32.0 * phases * x.size * y.size * known.size
         if size > _MOST_BYTES:
             raise StressError(
                 f"{size_text(size)} of stresses are asked for; take fewer depths or phases, the "
@@ -174,8 +174,9 @@ def stress(
             )
     stresses = over_the_loop(*parts)
     variables = _labelled(STRESSES[:6], np.moveaxis(stresses, 1, 0), (PHASE.name, *dims))
-    equivalent = von_mises(np.moveaxis(stresses, 1, 0))
-    variables |= _labelled(STRESSES[6:], equivalent[None], (PHASE.name, *dims))
+    tensors = np.moveaxis(stresses, 1, 0)
+    equivalent = np.stack([von_mises(tensors), 2.0 * largest_shear(tensors)])
+    variables |= _labelled(STRESSES[6:], equivalent, (PHASE.name, *dims))
     if points is not None or not whole:
         variables |= _cracks(parts, dims, ds, constants)
         coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
@@ -201,6 +202,8 @@ def stress(
         "bulk_stress": bulk,
         "warnings": "\n".join(_doubts(case, snapshot, surface, coordinates[DEPTH.name][1])),
     }
+    if "hertz_pressure" in ds.coords:
+        attributes["hertz_pressure"] = float(ds["hertz_pressure"])
     return xr.Dataset(variables, coordinates, attributes)
 
 
@@ -219,8 +222,12 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
 
 
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
-    """Yield the words of the von Mises stress and of each parameter, and where it is largest."""
-    for about in (STRESSES[-1], *CRACKS[:-1]):
+    """Yield the words of the equivalent stresses and of each parameter, and where it is largest.
+
+    The bodies first yield where an equivalent stress is largest, at the given part of the Hertz
+    pressure.
+    """
+    for about in (*STRESSES[6:], *CRACKS[:-1]):
         if about.name not in stresses:
             continue
         field = stresses[about.name]
@@ -228,6 +235,8 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
         value = float(at)
         unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
         text = with_unit(number_text(value / unit.size), unit)
+        if about in STRESSES and (pressure := stresses.attrs.get("hertz_pressure")):
+            text += f" = {number_text(value / pressure, 4)} p0"
         places = ((each, float(at[each.name])) for each in (X, Y, DEPTH))
         text += ", " + ", ".join(
             f"{each.name} = {number_text(place * 1e6, 4)} µm" for each, place in places
