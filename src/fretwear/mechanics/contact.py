@@ -6,7 +6,8 @@ Find the pressure p and the approach δ with
     g = 0 where 0 < p < p_lim,   g ≥ 0 where p = 0,   g ≤ 0 where p = p_lim
 
 for the half-space K, a shape h and a layer W. It is the optimality condition of a convex
-program, which each half-space solves in its way, and the projected gradient where that stalls.
+program. Each half-space solves it by its own method, and by the projected gradient where that
+stalls.
 """
 
 from __future__ import annotations
@@ -22,12 +23,13 @@ from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.geometry import HalfSpace
 from fretwear.mechanics.team import ALONE, Team, kernels
 
-# A start that carries less of the load than this says nothing of the pressure.
+# A start that carries less than this part of the load is no guess of the pressure.
 _NEGLIGIBLE = 1e-6
-# Of the projected gradient: steps at most, and energies that one has to undercut.
+# Largest number of steps of the projected gradient, and number of latest energies: a step must
+# undercut the largest of them.
 _LARGEST_STEPS, _MEMORY = 2000, 10
-# Free cells that carry less of the load than this cannot be scaled to carry what is missing.
-_NOTHING = 1e-12
+# Free cells that carry less than this part of the load cannot be scaled to carry the rest.
+_LEAST_MOVABLE = 1e-12
 _LARGEST_SCALINGS = 100
 
 
@@ -35,27 +37,26 @@ _LARGEST_SCALINGS = 100
 class Accuracy:
     """Tolerances of the contacts of a run, relative to the largest displacement."""
 
-    contact: float = 1e-6  #: of the contact of a state
-    #: Of the contact of a step's first stage, whose pressure enters the exponent: a few parts in
-    #: 10⁵ of that are far below the error of the step.
+    contact: float = 1e-6  #: contact of a state
+    #: Contact of a step's first stage. Its pressure enters the exponent, where a few parts in 10⁵
+    #: are far below the error of the step.
     first_stage: float = 3e-5
-    first_reduced: float = 1e-8  #: of the first reduced contact, the only one of an elastic run
-    reduced: float = 1e-7  #: of the reduced contact at a requested cycle
-    #: Of the reduced contact between requested cycles: its error moves wear by less than a part in
-    #: 10⁷.
+    first_reduced: float = 1e-8  #: first reduced contact, the only one of an elastic run
+    reduced: float = 1e-7  #: reduced contact at a requested cycle
+    #: Reduced contact between requested cycles: its error changes wear by less than a part in 10⁷.
     reduced_between: float = 1e-6
-    #: Of the wear in the iteration between plastic flow and pressure of a stage, relative to the
-    #: tolerance of the step.
+    #: Wear in the iteration between plastic flow and pressure of a stage, relative to the tolerance
+    #: of the step.
     sweep: float = 0.005
-    #: The same where the contact accounts for slip that follows its approach: the remaining error
-    #: is of second order, and of either sign.
+    #: The same if the contact accounts for slip that follows its approach: the remaining error is
+    #: of second order and of either sign.
     following: float = 0.02
 
 
 class ContactError(RuntimeError):
     """No pressure distribution was found that satisfies the contact conditions to the tolerance.
 
-    ``convolutions`` of the half-space were spent on it.
+    ``convolutions`` is the number of half-space convolutions spent on it.
     """
 
     def __init__(self, message: str, convolutions: int = 0) -> None:
@@ -69,7 +70,7 @@ class Layer(Protocol):
     It grows with pressure, so the contact problem stays convex.
     """
 
-    # Approach, m, of the bodies that it is given at; None where it does not follow that.
+    # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
     level: float | None = None
 
     def at(self, approach: float) -> Layer:  # noqa: ARG002 - as a rule
@@ -95,7 +96,7 @@ class Layer(Protocol):
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """A normal contact: of bodies and a shape, under a load or at an approach."""
+    """A normal contact of elastic bodies and a shape, under a load or at an approach."""
 
     half_space: HalfSpace  #: the elastic bodies on a geometry
     shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
@@ -107,7 +108,7 @@ class ContactProblem:
     def __post_init__(self) -> None:
         if (self.load is None) == (self.approach is None):
             raise ValueError("a contact problem is given either a load or an approach")
-        # Kernels take arrays in the order of C; a transposed map of heights is none.
+        # Kernels take arrays in C order; a transposed map of heights is not.
         object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
 
     @property
@@ -163,7 +164,7 @@ class ContactProblem:
             if movable <= -missing:
                 # Saturated cells must yield too.
                 factor = total / carried
-            elif movable <= _NOTHING * carried:
+            elif movable <= _LEAST_MOVABLE * carried:
                 # All loaded cells are at the limit and still do not carry the load.
                 np.maximum(result, 1e-3 * limit, out=result)
             else:
@@ -194,7 +195,7 @@ class Contact:
     """The solution of a `ContactProblem`; fields have the shape of the geometry."""
 
     pressure: Array  #: Pa
-    #: m; negative where the pressure is at its limit, where the bodies yield by its absolute value.
+    #: m; where the pressure is at its limit, negative: the bodies yield there by its magnitude.
     gap: Array
     approach: float  #: δ, m
     saturated: Mask  #: cells at the pressure limit
@@ -228,19 +229,19 @@ def solve_contact(
     Parameters
     ----------
     problem
-        What to solve.
+        The contact to solve.
     start
         A first guess of the pressure, Pa, such as the solution of a similar problem.
     tolerance
         Largest violation of the conditions on the gap, relative to the largest displacement.
     verified
-        Whether to recompute the displacement of the result by a convolution. The one updated from
-        step to step is accurate to a tenth of the tolerance.
+        Whether to recompute the displacement of the result by a convolution. The displacement that
+        is updated from step to step is accurate to a tenth of the tolerance.
 
     Raises
     ------
     ContactError
-        If the limit cannot carry the load on this geometry, or nothing converges.
+        If the limit cannot carry the load on this geometry, or no method converges.
     ValueError
         If the shape or the start is not finite.
     """
@@ -261,7 +262,7 @@ def solve_contact(
 
 
 def is_finite(values: Array) -> bool:
-    """Whether every value of a field is finite, and their sum."""
+    """Whether all values of a field and their sum are finite."""
     return bool(np.isfinite(values.sum()))
 
 
@@ -272,8 +273,8 @@ def projected_gradient(problem: ContactProblem, start: Array, tolerance: float) 
     SIAM J. Optim. 10 (2000), for the convex program of the normal contact: the set
     {0 ≤ p ≤ p_lim, ∑p = P} is convex, its projection a shift and a clipping. It stops when a
     gradient step of the size of one cell's own compliance changes the gap by less than the
-    tolerance times the largest displacement, or after many steps; the caller judges the result,
-    Pa, which is within the bounds and of the right sum.
+    tolerance times the largest displacement, or after many steps; the caller judges the result, Pa,
+    which lies within the bounds and carries the load, if one is given.
     """
     half_space, level = problem.half_space, problem.approach or 0.0
     team = half_space.team

@@ -11,17 +11,18 @@ from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import PerLength
 
 SMALL_STROKE = 0.05
-"""Sliding amplitude over a length of the contact up to which bodies need not be seen to move."""
+"""Largest sliding amplitude, over a length of the contact, at which to neglect the motion."""
 
 
 @dataclass(frozen=True)
 class Sliding:
     """The condition on the reduced contact: a load P*, or d* + flexibility · P* = level."""
 
-    load: float | None = None  # P*, N, where that is what is known
+    load: float | None = None  # P*, N, if it is given
     level: float = 0.0  # approach d*, m, of a reduced contact that carries nothing
-    # Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid. Of bodies in
-    # line contact that are smaller than the distance from which their approach counts, negative.
+    # Flexibility of the rig in the units of the approach, 1/(κ S), m/N; zero for a rigid rig. It is
+    # negative for bodies in line contact that are smaller than the distance from which their
+    # approach counts.
     flexibility: float = 0.0
 
     def of_smooth(self, hertz: HertzContact) -> tuple[float, float]:
@@ -32,8 +33,8 @@ class Sliding:
             return 0.0, self.level
 
         def missing(load: float) -> float:
-            own = hertz.with_load(load).approach if load > 0.0 else 0.0
-            return self.level - own - self.flexibility * load
+            approach = hertz.with_load(load).approach if load > 0.0 else 0.0
+            return self.level - approach - self.flexibility * load
 
         most = hertz.load
         while missing(most) > 0.0:
@@ -43,7 +44,7 @@ class Sliding:
 
 
 class Imposed(Part):
-    """What is imposed, a parameter of the name of its kind.
+    """An imposed quantity: the parameter with the name of its kind.
 
     Loads are forces or, in a line contact, forces per length.
     """
@@ -52,7 +53,7 @@ class Imposed(Part):
 
     @property
     def slug(self) -> str:
-        """Letter and value: ``P50N``, of a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
+        """Letter and value: ``P50N``, in a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
         if not self.letter:
             return self.kind
         value, about = getattr(self, self.kind), self.parameters()[self.kind]
@@ -73,16 +74,16 @@ class Normal(Imposed):
 
     @property
     def given(self) -> tuple[float | None, float | None]:
-        """Load P, N, or approach d, m, whichever is held while the bodies wear, and None."""
+        """Load P, N, and approach d, m: one is held while the bodies wear, the other is None."""
         raise NotImplementedError
 
     @property
     def holds_load(self) -> bool:
-        """Whether it is the load that is held."""
+        """Whether the load is held."""
         return self.given[0] is not None
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact, from the same under any load."""
+        """Unworn smooth contact, from the same contact under any load."""
         raise NotImplementedError
 
 
@@ -133,8 +134,8 @@ class Indentation(Normal):
 class Loading(Imposed):
     """The tangential loading, which oscillates along x between an amplitude and its negative.
 
-    A force unless a kind says otherwise: all of it follows from `load_ratio`. ``friction`` is µ,
-    ``coupling`` κ, and ``hertz`` the unworn smooth contact.
+    It is a force unless a kind says otherwise, and then follows from `load_ratio`. ``friction`` is
+    µ, ``coupling`` κ, and ``hertz`` the unworn smooth contact.
     """
 
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
@@ -147,11 +148,11 @@ class Loading(Imposed):
     def sliding(
         self, friction: float, coupling: float, load: float, approach: float, flexibility: float
     ) -> Sliding:
-        """What the reduced contact of one with P, N, and d, m, has to satisfy: P* = (1 − X) P.
+        """Condition on the reduced contact of a load P, N, and an approach d, m: P* = (1 − X) P.
 
-        ``flexibility`` is that of what is in series with the contact, m/N.
+        ``flexibility``, m/N, is in series with the contact.
         """
-        del coupling, approach, flexibility  # of what is not a force
+        del coupling, approach, flexibility  # only displacements need them
         return Sliding(load * (1.0 - self.load_ratio(friction, load)))
 
     def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
@@ -159,7 +160,7 @@ class Loading(Imposed):
         return self.load_ratio(friction, hertz.load)
 
     def stick_load(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; none where it slides."""
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; zero if it slides."""
         return max(0.0, hertz.load * (1.0 - self.ratio(friction, coupling, hertz)))
 
     def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
@@ -167,21 +168,22 @@ class Loading(Imposed):
         return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
     def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
-        """Amplitude U, m, of what is imposed; zero of a force."""
+        """Amplitude U, m, of an imposed displacement or sliding; zero for a force."""
         return self.stroke
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
         """The same loading in SI units, so that it gives the same case however it was written."""
         return TangentialLoad(self.amplitude(friction, coupling, hertz))
 
-    def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - nothing
+    def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - none
         """Flexibility in series with the contact, m/N."""
         return 0.0
 
     def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """U_t, m, at which the unworn smooth contact slides as a whole.
 
-        It is µκ d, without the rig; of a line contact µ (κ d + F P), F being all in series.
+        It is µκ d, without the rig; in a line contact µ (κ d + F P), with the flexibility F in
+        series.
         """
         beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
         return friction * (coupling * hertz.approach + beyond * hertz.load)
@@ -290,7 +292,7 @@ class Displacement(Loading):
         return 1.0 - self.stick_load(friction, coupling, hertz) / hertz.load
 
     def stick_load(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; none where it slides."""
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; zero if it slides."""
         plain = self.plain(friction, coupling, hertz)
         flexibility = self.flexibility(hertz)
         sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach, flexibility)
@@ -305,10 +307,10 @@ class Displacement(Loading):
         )
 
     def flexibility(self, hertz: HertzContact) -> float:
-        """1/S, m/N; of a line contact what is left of C_t without that of the unworn contact.
+        """1/S, m/N; in a line contact C_t less the compliance of the unworn contact.
 
-        The approach, and µκ (d − d*) with it, counts from a surface at some distance in the bodies,
-        which dδ/dP depends on and so this difference: U does not.
+        The approach, and µκ (d − d*) with it, counts from a surface at some distance in the bodies.
+        That distance changes dδ/dP and hence this difference, but not U.
         """
         if isinstance(hertz, LineContact):
             return self.tangential_compliance - hertz.compliance

@@ -1,4 +1,4 @@
-"""What the bodies are made of: elasticity, the friction between them, laws for their wear."""
+"""Materials of the bodies: their elasticity, the friction between them, laws for their wear."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Bodies(Part):
     coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
     dundurs_beta = 0.0  # |β|, which couples normal and tangential directions; neglected
 
-    def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
+    def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - a single κ
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return self.coupling
 
@@ -29,8 +29,8 @@ class ElasticBodies(Bodies):
     """Two isotropic elastic bodies, of the same or different materials.
 
     The couplings between normal and tangential directions of different materials (Dundurs' β) are
-    neglected: pressure drags such bodies over each other, which cycles under a constant load
-    forget, and friction moves them apart.
+    neglected. Pressure drags such bodies over each other, which the contact forgets in cycles under
+    a constant load, and friction moves them apart.
     """
 
     youngs_modulus: Annotated[
@@ -146,7 +146,7 @@ class FallingCoefficient(Part):
     @property
     def problem(self) -> tuple[str, str] | None:
         """The bodies must have the same shares at any power."""
-        # Of both together the indenter has a part that no body has.
+        # A value for both bodies together has no shares: −1 is the share of no body.
         slow, fast = (_shares(value) or (-1.0,) for value in (self.slow, self.fast))
         if math.isclose(slow[0], fast[0], rel_tol=1e-6):
             return None
@@ -171,7 +171,7 @@ def _shares(value: float | OfBodies | FallingCoefficient) -> tuple[float, float]
 
 
 class Means(Protocol):
-    """What a wear law may read of the contact of the moment: means over its area and a cycle."""
+    """Means over the contact area and a cycle that a wear law may read."""
 
     @property
     def energy_density(self) -> float:
@@ -190,7 +190,7 @@ class WearLaw(Part):
         raise NotImplementedError
 
     def driver(self, contact: Means) -> float:  # noqa: ARG002 - a constant has none
-        """What the coefficient follows in the course of wear, read off a contact."""
+        """The quantity that the coefficient follows in the course of wear, read off a contact."""
         return 0.0
 
     def driven(self, driver: float) -> WearLaw:  # noqa: ARG002
@@ -242,11 +242,11 @@ class EnergyWear(WearLaw):
     kind: Literal["energy"] = "energy"
 
     def coefficient(self, friction: Friction) -> float:
-        """K = αµ, 1/Pa; without power where α falls with it."""
+        """K = αµ, 1/Pa; at zero power if α falls with power."""
         return float(self.energy_wear_coefficient) * friction.coefficient
 
     def driver(self, contact: Means) -> float:
-        """Energy per cycle and area of contact, J/m², where α falls with it."""
+        """Energy per cycle and area of contact, J/m², if α falls with it; else 0."""
         falls = isinstance(self.energy_wear_coefficient, FallingCoefficient)
         return contact.energy_density if falls else 0.0
 

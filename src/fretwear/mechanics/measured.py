@@ -1,7 +1,7 @@
 """Surfaces from files: measured roughness, height maps and profiles of indenters.
 
-What a case keeps of a file is its name and its checksum (`Source`): the same file is the same
-surface wherever it is. Formats of profilometers and microscopes are read by SurfaceTopography,
+A case keeps the name and the checksum of a file (`Source`): the same file is the same surface
+wherever it lies. Formats of profilometers and microscopes are read by SurfaceTopography,
 which is optional and imported when a topography is read; profiles are plain text.
 """
 
@@ -33,7 +33,7 @@ _MOST_BYTES_OF_TEXT = 10**7
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
 _TABLE = 1000
-_TOLD = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
+_STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
 class Located(str):
@@ -75,8 +75,8 @@ class SourceFile(Plain):
         if not isinstance(value, str) or not value.strip():
             raise QuantityError("must be the name of a file", f"such as {self.example}")
         # As stored in a dataset; a study needs the file itself.
-        if not units_required and (known := _TOLD.fullmatch(value)):
-            return Source(known["name"], known["checksum"])
+        if not units_required and (stored := _STORED.fullmatch(value)):
+            return Source(stored["name"], stored["checksum"])
         path, checksum = getattr(value, "folder", Path()) / value, ""
         try:
             status = path.stat()
@@ -150,7 +150,7 @@ class Topography:
         return RectBivariateSpline(self.x, self.y, self.heights)
 
 
-# Stands for that of a case read from a dataset, without its file.
+# Stands for the topography of a case that is read from a dataset, without its file.
 _FAR = np.array([0.0, math.inf])
 _UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), math.nan)
 
@@ -190,18 +190,19 @@ def read_topography(
         points = [at[within] for at, within in zip(points, inside, strict=True)]
     if min(values.shape) < _LEAST_POINTS:
         raise QuantityError(
-            f"has {values.shape[0]} x {values.shape[1]} points where it is to be read, too few for "
+            f"has {values.shape[0]} x {values.shape[1]} points in the part to be read, too few for "
             "a surface",
             "give a map, and a patch that lies in it",
         )
-    known = np.isfinite(values)
-    if known.sum() < _LEAST_POINTS:
+    measured = np.isfinite(values)
+    if measured.sum() < _LEAST_POINTS:
         raise QuantityError("has no heights: every point is missing")
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
     terms = np.stack(np.broadcast_arrays(1.0, x[:, None], y[None, :]), axis=-1)
     terms = terms if levelled else terms[..., :1]
-    plane, *_ = np.linalg.lstsq(terms[known], values[known], rcond=None)
-    return Topography(x, y, _filled(values - terms @ plane, known), float((~known).sum()))
+    plane, *_ = np.linalg.lstsq(terms[measured], values[measured], rcond=None)
+    missing = float((~measured).sum())
+    return Topography(x, y, _filled(values - terms @ plane, measured), missing)
 
 
 def _opened(source: Source) -> Any:
@@ -219,12 +220,12 @@ def _opened(source: Source) -> Any:
             warnings.simplefilter("ignore")
             surface = open_topography(source.path).topography()
     except Exception as error:
-        told = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
+        reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
         if type(error).__name__ == "CannotDetectFileFormat":
-            told = "its format is none that SurfaceTopography knows"
-        elif "physical_sizes" in told:
-            told = "it does not say its lengths, so its scale is not known"
-        raise QuantityError(f"cannot be read as a topography: {told}") from error
+            reason = "its format is none that SurfaceTopography knows"
+        elif "physical_sizes" in reason:
+            reason = "it does not say its lengths, so its scale is not known"
+        raise QuantityError(f"cannot be read as a topography: {reason}") from error
     if surface.dim != 2:
         raise QuantityError("is a line scan, but a map of heights over x and y is needed")
     if surface.unit is None:
@@ -233,18 +234,18 @@ def _opened(source: Source) -> Any:
     return surface.to_unit("m")
 
 
-def _filled(values: Array, known: Mask) -> Array:
-    """Fill missing points with the height of the nearest one, then smooth these."""
-    if known.all():
+def _filled(values: Array, measured: Mask) -> Array:
+    """Fill missing points with the height of the nearest measured one, then smooth these."""
+    if measured.all():
         return values
     from scipy.ndimage import distance_transform_edt
 
-    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    nearest = distance_transform_edt(~measured, return_distances=False, return_indices=True)
     result: Array = values[tuple(nearest)]
     for _ in range(_RELAXATIONS):
         wide = np.pad(result, 1, mode="edge")
         around = wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]
-        result = np.where(known, result, 0.25 * around)
+        result = np.where(measured, result, 0.25 * around)
     return result
 
 
@@ -294,11 +295,11 @@ class FromFile(Part):
 
     @property
     def is_known(self) -> bool:
-        """Whether the file is there."""
+        """Whether the file is available."""
         return bool(self.file.path)
 
     def read(self) -> Any:
-        """Read the file, if it is there; `QuantityError` says what is wrong with it."""
+        """Read the file, if it is available; `QuantityError` says what is wrong with it."""
         raise NotImplementedError
 
     @property
@@ -394,7 +395,7 @@ class _Map(FromFile):
     patch: Rectangle | None
     tilt: str = "keep"
 
-    # Points are as fine as a grid is to be, or half as fine.
+    # By default two cells, at least one, to the distance of two points: `finest` is twice that.
     detail: ClassVar[str] = "distance of two points"
     cells: ClassVar[int] = 4
 
@@ -405,7 +406,7 @@ class _Map(FromFile):
         return read_topography(self.file, self.tilt == "remove", self.patch)
 
     def _interpolated(self, x: Array, y: Array) -> Array:
-        """Heights, m, interpolated between the points, and those of the border outside."""
+        """Heights, m, interpolated between the points; outside, the heights at the border."""
         data = self.read()
         x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
         if x.shape[1:] != (1,) or y.size != y.shape[-1]:
@@ -413,8 +414,8 @@ class _Map(FromFile):
             return result
         # Evaluation on grid lines is faster, but requires increasing coordinates.
         way = 1 if x[-1, 0] >= x[0, 0] else -1
-        found: Array = data.spline(x[::way, 0], y.ravel())
-        return found[::way]
+        heights: Array = data.spline(x[::way, 0], y.ravel())
+        return heights[::way]
 
     @property
     def missing_points(
@@ -434,7 +435,7 @@ class _Map(FromFile):
 class MeasuredRoughness(_Map, Roughness):
     """A measured topography, its centre under the tip of the indenter.
 
-    Heights are those of the file, upwards out of the body, minus their mean or the best-fitting
+    Heights are taken from the file, upwards out of the body, minus their mean or the best-fitting
     plane; a bicubic spline interpolates between the points, and the border is continued outward. A
     map of the indenter is turned over about the y axis.
     """
@@ -479,7 +480,7 @@ class MeasuredRoughness(_Map, Roughness):
         """Root mean square of the slope between neighbouring points."""
         data = self.read()
         slopes = (np.diff(data.heights, axis=axis) / data.spacing[axis] for axis in (0, 1))
-        return math.sqrt(sum(np.square(each).mean() for each in slopes))
+        return math.sqrt(sum(np.square(slope).mean() for slope in slopes))
 
     @property
     def sides(self) -> tuple[float, float]:
@@ -575,9 +576,10 @@ def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
     powers = (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)
     x, y = data.x[:, None] / end_x, data.y[None, :] / end_y
     columns = [np.broadcast_to(x**i * y**j, data.heights.shape).ravel() for i, j in powers]
-    found, *_ = np.linalg.lstsq(np.stack(columns, axis=1), data.heights.ravel(), rcond=None)
+    coefficients, *_ = np.linalg.lstsq(np.stack(columns, axis=1), data.heights.ravel(), rcond=None)
     terms = tuple(
-        float(each / (end_x**i * end_y**j)) for each, (i, j) in zip(found, powers, strict=True)
+        float(coefficient / (end_x**i * end_y**j))
+        for coefficient, (i, j) in zip(coefficients, powers, strict=True)
     )
     _, slope_x, slope_y, xx, xy, yy = terms
     mean, part = -(xx + yy), math.hypot(xx - yy, xy)

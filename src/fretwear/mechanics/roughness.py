@@ -19,11 +19,13 @@ from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
 
-# Of a random surface: its period in roll-off wavelengths, the broadest spectrum of which the waves
-# are summed in reasonable time and memory, heights and slopes that it has nowhere nearly, and those
-# that its tips have, in units of the root mean square.
+# Period of a random surface, in roll-off wavelengths.
 _PERIODS = 16
+# Largest ratio of its wavelengths: to sum the waves of a broader spectrum takes too much time and
+# memory.
 _BROADEST = 128.0
+# Height that it hardly reaches anywhere, height of its tips, and its steepest slope, over the root
+# mean square.
 _HIGHEST = 6.0
 TIPS = 2.5
 STEEPEST = 3.0
@@ -45,7 +47,7 @@ class Tip:
 class Roughness(Part):
     """Deviations of the surfaces from their smooth shape."""
 
-    detail: ClassVar[str] = "wave"  #: the feature that `finest` is the length of, in a word
+    detail: ClassVar[str] = "wave"  #: word for the feature whose length is `finest`
     cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
 
     @property
@@ -89,10 +91,10 @@ class Roughness(Part):
         axes
             Cell centres along x and, except in a line contact, y, m; one side if it is even.
         half_widths
-            Of the elliptical area considered, along these axes, m.
+            Half-widths of the elliptical area considered, along these axes, m.
         lost
-            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx). The heights are
-            those of the roughness minus this; 0 is the mean of the roughness.
+            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx), subtracted from
+            the heights of the roughness, whose mean is 0.
         """
         x, y, cell = axes[0], np.zeros(1), None
         if len(axes) > 1:
@@ -134,7 +136,7 @@ class Roughness(Part):
 
     @property
     def is_known(self) -> bool:
-        """Whether heights are available: those of a missing file are not."""
+        """Whether heights are available, which they are not if a file is missing."""
         return True
 
     @property
@@ -254,7 +256,7 @@ class SelfAffineRoughness(Roughness):
     power −2 − 2H of the wave number down to the shortest wavelength, and ends there. The surface is
     the sum of the waves on a lattice of wave vectors, of amplitudes that follow from the spectrum
     and of random phases; it repeats after 16 roll-off wavelengths. Neither depends on a grid, and
-    a smaller shortest wavelength adds waves to those of the same seed.
+    a smaller shortest wavelength adds waves and, for the same seed, keeps the others.
 
     Along the lay of an anisotropic surface all wavelengths are longer: along x by the factor
     ``anisotropy``, or along y by its inverse if it is less than 1.
@@ -313,7 +315,7 @@ class SelfAffineRoughness(Roughness):
         return result
 
     def mean_height(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
-        """Mean of the height over each cell, m: that of each wave in closed form."""
+        """Mean of the height over each cell, m, with a closed form for each wave."""
         unit, count = 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength), len(self._waves) - 1
         across_x, across_y = self._stretched(1.0)
         along_x = np.arange(count + 1) * (unit / across_x)
@@ -323,7 +325,7 @@ class SelfAffineRoughness(Roughness):
             for k, width in zip((along_x, along_y), cell or (0.0, 0.0), strict=True)
         )
         waves = self._waves * np.outer(*means)
-        # Of the columns to both sides of x = 0 alike, those of one side tell those of the other.
+        # If the columns lie alike on both sides of x = 0, one side gives the other.
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
         phases = np.outer(along_y, y)
         cosines, sines, real, imaginary = np.cos(phases), np.sin(phases), waves.real, waves.imag
@@ -460,13 +462,13 @@ def _power(hurst: float, shortest: float) -> Array:
     """Power of the waves on half the lattice, up to a factor, each wave once.
 
     Wave numbers, with ``shortest`` the largest, are in units of the lattice: 0 … n along x and
-    −n … n along y, shape (n + 1, 2n + 1); `_PERIODS` is that of the roll-off.
+    −n … n along y, shape (n + 1, 2n + 1); the roll-off is at `_PERIODS`.
     """
     count = int(shortest * (1.0 + 1e-12))
     number = np.hypot(*np.ogrid[: count + 1, -count : count + 1])
     power: Array = np.maximum(number / _PERIODS, 1.0) ** (-2.0 - 2.0 * hurst)
     power[number > shortest * (1.0 + 1e-12)] = 0.0
-    # Of a wave vector and its opposite one is a wave; there is none of infinite length.
+    # A wave vector and its opposite are one wave; no wave is infinitely long.
     power[0, : count + 1] = 0.0
     return power
 

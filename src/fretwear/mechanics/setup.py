@@ -31,33 +31,34 @@ class Setup:
     """Two bodies pressed together that slip back and forth; all in SI units."""
 
     indenter: Indenter  #: the smooth part of the unworn gap
-    bodies: Bodies  #: what deforms
-    normal: Normal  #: what presses the bodies together
-    loading: Loading  #: what is imposed along x
-    friction_law: Friction  #: what resists slip
-    wear_law: WearLaw  #: what is worn
+    bodies: Bodies  #: their elasticity
+    normal: Normal  #: load or approach that presses the bodies together
+    loading: Loading  #: force, displacement or sliding imposed along x
+    friction_law: Friction  #: resistance to slip
+    wear_law: WearLaw  #: depth worn per pressure and path
     plastic_limit: float = inf  #: largest pressure, Pa; infinite when elastic
-    roughness: Roughness | None = None  #: of a surface; None where smooth
-    counterface: Roughness | None = None  #: of the other one, where both are rough
+    roughness: Roughness | None = None  #: roughness of a surface; None if smooth
+    counterface: Roughness | None = None  #: roughness of the other one, if both are rough
     slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
-    debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies, bearing load
+    debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies and bears load
 
     @property
     def setup(self) -> Setup:
         """The setup alone, without what a case or a problem adds."""
-        return Setup(**{each.name: getattr(self, each.name) for each in dataclasses.fields(Setup)})
+        members = (field.name for field in dataclasses.fields(Setup))
+        return Setup(**{name: getattr(self, name) for name in members})
 
     @property
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
-        members = [each.name for each in dataclasses.fields(Setup)]
+        members = [field.name for field in dataclasses.fields(Setup)]
         values = ((name, getattr(self, name, None)) for name in members)
         return {name: part for name, part in values if isinstance(part, Part)}
 
     # What changes over the cycles.
 
     def at(self, cycle: float) -> Self:
-        """The setup at a cycle, each part as it is then; itself where nothing has changed."""
+        """The setup at a cycle, each part as it is then; itself if no part has changed."""
         then = {name: part.at(cycle) for name, part in self.parts.items()}
         changed = {name: part for name, part in then.items() if part is not getattr(self, name)}
         return self.changed(**changed) if changed else self
@@ -121,7 +122,7 @@ class Setup:
         """Distance to the next asperity tip along x and y, m; None if smooth."""
         if (rough := self.rough) is None:
             return None
-        x, y = (each if isfinite(each) else 0.0 for each in rough.wavelengths)
+        x, y = (length if isfinite(length) else 0.0 for length in rough.wavelengths)
         return x, y
 
     # Friction and slip.
@@ -143,12 +144,12 @@ class Setup:
 
     @property
     def stick_load(self) -> float:
-        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact: that of its stick zone."""
+        """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
         return self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
 
     @property
     def stick_radius(self) -> float:
-        """Stick radius c of the unworn smooth contact, m, that of a contact under P*."""
+        """Stick radius c, m, of the unworn smooth contact: the radius of a contact under P*."""
         load = self.stick_load
         return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
 
@@ -169,7 +170,7 @@ class Setup:
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
 
-        Where slip is that of another contact than the given one, the unworn, so is δ.
+        If slip is taken from the unworn contact, so is δ.
         """
         if not (self.slip_model.follows_shape or self.loading.stroke):
             approach = self.hertz.approach
@@ -187,7 +188,7 @@ class Setup:
         return self.wear_law.coefficient(self.friction_law)
 
     def driven(self, driver: float) -> Self:
-        """The setup with the wear coefficient at a value of what drives it."""
+        """The setup with the wear coefficient at a value of its driver."""
         law = self.wear_law.driven(driver)
         return self if law is self.wear_law else self.changed(wear_law=law)
 

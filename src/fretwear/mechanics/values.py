@@ -1,4 +1,4 @@
-"""Values that are more than a number: over the cycles, and of indenter and flat."""
+"""Values of several numbers: over the cycles, and of indenter and flat."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)
 class OverCycles:
     """A value that changes over the cycles: linear between its points, constant after the last.
 
-    The first point is at cycle 0; its value is the ``float`` of all.
+    The first point is at cycle 0; its value is the ``float`` of the table.
     """
 
     cycles: tuple[float, ...]
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what is no table by a `QuantityError`."""
+        """Raise a `QuantityError` for an invalid table."""
         vars(self)["cycles"] = tuple(map(float, self.cycles))
         if len(self.cycles) != len(self.values):
             rule = f"has {len(self.cycles)} cycles and {len(self.values)} values"
@@ -87,13 +87,13 @@ class _Table(Mapped):
 
 
 class OfBodies(tuple[float, float]):
-    """What indenter and flat each contribute; its ``float`` is that of both together."""
+    """The contributions of indenter and flat; its ``float`` is their sum."""
 
     __slots__ = ()
 
     @classmethod
     def of(cls, single: Parameter, *others: Parameter) -> Either:
-        """Return the parameter: of both bodies together, [indenter, flat], or of another form."""
+        """Return the parameter: one value for both bodies, [indenter, flat], or another form."""
         places = (("indenter", "of the indenter"), ("flat", "of the flat"))
         expected = "one value for both bodies together, or two: [indenter, flat]"
         return Either(single, (Several(single, places, expected, cls), *others))
