@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import netCDF4
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import case_of
@@ -42,14 +43,13 @@ from fretwear.vocabulary import (
     PHASE,
     STRESSES,
     SYMMETRIES,
-    Variable,
     X,
     Y,
 )
 
 # Depths that are looked at unless others are asked for, in contact half-widths.
 _DEPTHS = np.geomspace(0.05, 2.0, 16)
-_MOST_BYTES = 4e9
+_PART_OF_MEMORY = 0.5
 _FIELDS = ("pressure", "shear_traction", "gap", "slip")
 _NORMAL = "unit normal of the plane on which it is largest"
 # Depths of the means over a line.
@@ -131,12 +131,10 @@ def stress(
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
     constants = _constants(fatemi_socie, crossland, dang_van)
     bulk = _read("bulk_stress", bulk_stress, "Pa")
-    distance = None
-    if critical_distance is not None:
-        distance = _read("critical_distance", critical_distance, "m")
-        if not distance > 0.0:
-            raise StressError(f"critical_distance = {critical_distance}: must be larger than 0")
-    if distance is not None and (whole or points is not None):
+    distance = _critical_distance(critical_distance)
+    if points is not None and (depths is not None or whole):
+        raise StressError("give either points or depths")
+    if (whole or points is not None) and distance is not None:
         raise StressError("a critical distance counts on the plane y = 0: give no points, no whole")
     if whole and len(constants) > 1:
         raise StressError(
@@ -145,45 +143,41 @@ def stress(
     snapshot = _snapshot(ds, cycle)
     surface, slip = _surface(snapshot, case, cycle)
     history = StressHistory(surface, int(phases), bulk)
-    coordinates: dict[str, Any]
+    dims: tuple[str, ...]
+    parts: tuple[Array, Array] | None
     if points is not None:
-        if depths is not None or whole:
-            raise StressError("give either points or depths")
-        places = _points(points)
-        parts = history.at(places)
-        dims: tuple[str, ...] = ("point",)
-        along = zip((X, Y, DEPTH), places.T, strict=True)
-        coordinates = {each.name: ("point", values, each.attributes) for each, values in along}
+        x, y, z = places = _points(points).T
+        shape, dims = x.shape, ("point",)
+        along = [dims] * 3
+        parts = history.at(places.T)
     else:
         half_width = float(snapshot["contact_half_width_x"])
-        known = _depths(_DEPTHS * half_width if depths is None else depths)
+        z = _depths(_DEPTHS * half_width if depths is None else depths)
         x, y = surface.positions(whole=whole)
-        size = 32.0 * phases * x.size * y.size * known.size
-        if size > _MOST_BYTES:
-            raise StressError(
-                f"{size_text(size)} of stresses are asked for; take fewer depths or phases, the "
-                "plane y = 0, or points"
-            )
-        parts = _at_depths(history, known, whole=whole)
-        dims = (X.name, Y.name, DEPTH.name)
-        along = zip((X, Y, DEPTH), (x, y, known), strict=True)
-        coordinates = {each.name: (each.name, values, each.attributes) for each, values in along}
-        if whole and surface.even[1] and y.size > 1:
-            coordinates[Y.name][2]["comment"] = (
-                "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
-            )
-    stresses = over_the_loop(*parts)
-    variables = _labelled(STRESSES[:6], np.moveaxis(stresses, 1, 0), (PHASE.name, *dims))
-    tensors = np.moveaxis(stresses, 1, 0)
-    equivalent = np.stack([von_mises(tensors), 2.0 * largest_shear(tensors)])
-    variables |= _labelled(STRESSES[6:], equivalent, (PHASE.name, *dims))
-    if points is not None or not whole:
+        shape, dims = (x.size, y.size, z.size), (X.name, Y.name, DEPTH.name)
+        along = [(name,) for name in dims]
+        _check_memory(8 * 4.0 * phases * math.prod(shape))
+        parts = None if whole else _on_plane(history, z)
+    layers = (((n,), history.layer(depth)) for n, depth in enumerate(z))
+    fields = _filled(layers if parts is None else [((), parts)], (int(phases), *shape))
+    variables: dict[str, Any] = {
+        each.name: ((PHASE.name, *dims), fields[each.name], each.attributes) for each in STRESSES
+    }
+    pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
+    coordinates: dict[str, Any] = {
+        each.name: (of, values, each.attributes) for each, of, values in pairs
+    }
+    if parts is not None:
         variables |= _cracks(parts, dims, ds, constants)
         coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
-    if not (points is not None or whole):
+    elif surface.even[1]:
+        coordinates[Y.name][2]["comment"] = (
+            "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
+        )
+    if points is None and not whole:
         variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
-        if distance is not None:
-            variables |= _at_distance(history, distance, ds, constants)
+    if distance is not None:
+        variables |= _at_distance(history, distance, ds, constants)
     force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
     integral = surface.half_space.geometry.integral
     falling = np.array([integral(shear) for shear in history.tractions.shear])
@@ -200,7 +194,7 @@ def stress(
         "parameters": ds.attrs["parameters"],
         "case_id": case.case_id,
         "bulk_stress": bulk,
-        "warnings": "\n".join(_doubts(case, snapshot, surface, coordinates[DEPTH.name][1])),
+        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()))),
     }
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
@@ -313,25 +307,35 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurf
     return surface, slip
 
 
-def _at_depths(history: StressHistory, depths: Array, *, whole: bool) -> tuple[Array, Array]:
-    """Both parts of the stresses at all depths, shapes (6, nx, ny, nz) and (h, 6, nx, ny, nz)."""
-    steady, alternating = [], []
-    for depth in depths:
-        if whole:
-            parts = history.layer(depth)
-        else:
-            of_plane = history.section(depth)
-            parts = of_plane[0][..., None], of_plane[1][..., None]
-        steady.append(parts[0])
-        alternating.append(parts[1])
-    return np.stack(steady, axis=-1), np.stack(alternating, axis=-1)
+def _on_plane(history: StressHistory, depths: Array) -> tuple[Array, Array]:
+    """Both parts of the stresses on the plane y = 0, shapes (…, 6, nx, 1, nz)."""
+    steady, alternating = zip(*(history.section(depth) for depth in depths), strict=True)
+    return np.stack(steady, axis=-1)[:, :, None], np.stack(alternating, axis=-1)[:, :, :, None]
 
 
-def _labelled(
-    about: Sequence[Variable], values: Array, dims: tuple[str, ...]
-) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
-    pairs = zip(about, values, strict=True)
-    return {each.name: (dims, of.astype(each.dtype), each.attributes) for each, of in pairs}
+def _filled(
+    chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]], shape: tuple[int, ...]
+) -> dict[str, NDArray[Any]]:
+    """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
+    fields = {each.name: np.empty(shape, each.dtype) for each in STRESSES}
+    for place, parts in chunks:
+        index: Any = (..., *place)
+        tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
+        values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
+        for each, found in zip(STRESSES, values, strict=True):
+            fields[each.name][index] = found
+    return fields
+
+
+def _check_memory(size: float) -> None:
+    """Refuse stresses of so many bytes if they do not fit."""
+    import psutil
+
+    if size > _PART_OF_MEMORY * psutil.virtual_memory().available:
+        raise StressError(
+            f"{size_text(size)} of stresses are asked for, more than the memory has; take fewer "
+            "depths or phases, the plane y = 0, or points"
+        )
 
 
 def _cracks(
@@ -372,8 +376,7 @@ def _at_distance(
     """The parameters by the point and the line method of a critical distance, m, along x."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     depths = distance * (1.0 + nodes)
-    along = _at_depths(history, depths, whole=False)
-    mean = [part[..., 0, :] @ (0.5 * weights) for part in along]
+    mean = [part[..., 0, :] @ (0.5 * weights) for part in _on_plane(history, depths)]
     methods = {
         "point": (history.section(0.5 * distance), "at half the critical distance"),
         "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
@@ -408,10 +411,10 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
 
 
 def _doubts(
-    case: Case, snapshot: xr.Dataset, surface: LoadedSurface, depths: ArrayLike
+    case: Case, snapshot: xr.Dataset, surface: LoadedSurface, shallow: float
 ) -> Iterable[str]:
-    """Say what makes stresses doubtful."""
-    cell, shallow = max(surface.spacing), float(np.min(depths))
+    """Say what makes stresses doubtful that begin at a shallow depth, m."""
+    cell = max(surface.spacing)
     if shallow < cell:
         yield (
             f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "
@@ -444,6 +447,15 @@ def _constants(
         if weight is not None:
             found[name] = (_read(name, weight, "1"),)
     return found
+
+
+def _critical_distance(given: float | str | None) -> float | None:
+    if given is None:
+        return None
+    distance = _read("critical_distance", given, "m")
+    if not distance > 0.0:
+        raise StressError(f"critical_distance = {given}: must be larger than 0")
+    return distance
 
 
 def _read(name: str, value: object, si_unit: str) -> float:
