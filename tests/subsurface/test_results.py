@@ -1,5 +1,6 @@
 """Stresses of the dataset of a case."""
 
+import json
 import re
 
 import numpy as np
@@ -77,6 +78,15 @@ def test_a_rough_contact_that_is_not_even():
         np.testing.assert_allclose(nearest, found[name][:, 0], atol=0.02 * peak)
 
 
+def test_the_file_of_a_measured_surface_is_not_needed(worn):
+    rough = {"kind": "measured", "file": "gone.x3p"}
+    parameters = {**json.loads(worn.parameters), "roughness": rough}
+    place = {"points": [(0, 0, 5e-5)], "phases": 2}
+    found = fretwear.stress(worn.assign_attrs(parameters=json.dumps(parameters)), **place)
+    xr.testing.assert_equal(found, fretwear.stress(worn, **place))
+    assert found.case_id == worn.case_id
+
+
 def test_a_line_contact_is_in_plane_strain():
     line = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
     line |= {"load": "18 N/mm", "cycles": 1}
@@ -91,6 +101,9 @@ def test_a_line_contact_is_in_plane_strain():
     sum_ = 0.3 * (found.stress_xx + found.stress_zz)
     np.testing.assert_allclose(found.stress_yy, sum_, atol=1e-4 * peak)
     assert found.force.attrs["units"] == "N m-1"
+    uneven = ds.assign(gap=ds.gap + 1e-9 * (ds.x > 0)).assign_attrs(symmetry="none")
+    with pytest.raises(StressError, match="even ones only"):
+        fretwear.stress(uneven)
     assert abs(x[0]) == x[-1]
 
 
@@ -199,7 +212,10 @@ def test_worn_stresses_converge_with_the_cell_at_a_depth(worn):
 
 def test_datasets_without_a_loop_of_stresses_are_refused(worn):
     still = worn.assign(shear_traction=0.0 * worn.shear_traction)
+    stroke = {**json.loads(worn.parameters), "sliding_amplitude": 5e-6}
+    stroke |= {"tangential_load": None, "wear_coefficient": [1e-14, 1e-14]}
     for wrong, reason in (
+        (worn.assign_attrs(parameters=json.dumps(stroke)), "over a stroke moves over the flat"),
         (still, "no shear traction"),
         (worn.drop_vars("gap"), "lacks gap"),
         (xr.Dataset(), "not that of a case"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,7 +14,6 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import case_of
 from fretwear.data.files import check_group, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import atomic_path, uninterrupted
@@ -187,12 +187,12 @@ def stress(
         CYCLE.name: ((), float(cycle), CYCLE.attributes),
     }
     attributes = {
-        "title": f"Stresses below the surface of case {case.case_id}",
+        "title": f"Stresses below the surface of case {ds.attrs['case_id']}",
         "Conventions": CONVENTIONS,
         "source": source(),
         "history": history_line(command),
         "parameters": ds.attrs["parameters"],
-        "case_id": case.case_id,
+        "case_id": ds.attrs["case_id"],
         "bulk_stress": bulk,
         "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()))),
     }
@@ -247,9 +247,13 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
 def _case_of(ds: xr.Dataset) -> Case:
     """The case of a dataset; `StressError` if there is none, or none whose stresses are known."""
     try:
-        case = case_of(ds)
-    except ValueError as error:
-        raise StressError(f"the dataset is not that of a case: {error}") from error
+        parameters = json.loads(ds.attrs["parameters"])
+        # What is left of a roughness is in the fields; files of heights may have gone.
+        smooth = {n: v for n, v in parameters.items() if n not in ("roughness", "counterface")}
+        case = Case(**smooth)
+    except (KeyError, TypeError, ValueError) as error:
+        reason = "has no attribute 'parameters'" if "parameters" not in ds.attrs else str(error)
+        raise StressError(f"the dataset is not that of a case: {reason}") from error
     if lacking := [name for name in _FIELDS if name not in ds]:
         raise StressError(f"the dataset lacks {listed(lacking)}; run the case again")
     return case
