@@ -33,16 +33,16 @@ def to_mathml(latex: str, *, display: str) -> str:
     ValueError
         When the converter did not understand all of it.
     """
-    element = convert(latex, display=display)
+    mathml = convert(latex, display=display)
     try:
-        root = ElementTree.fromstring(element)
+        root = ElementTree.fromstring(mathml)
     except ElementTree.ParseError as cause:
         raise ValueError(f"no sound MathML comes of {latex!r}: {cause}") from cause
     for element in root.iter():
         text = (element.text or "").strip()
         if "\\" in text or text == "&":
             raise ValueError(f"{text!r} of {latex!r} is not understood")
-    return element
+    return mathml
 
 
 def _write(translator: Any, node: nodes.Element, display: str) -> str:
