@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.subsurface import results
 from fretwear.subsurface.cracks import PointLoops
 from fretwear.subsurface.results import StressError, largest_values, write_stresses
 
@@ -53,6 +54,33 @@ def test_planes_layers_and_points_agree(worn):
         np.testing.assert_allclose(at[..., 0], middle, atol=1e-4 * peak)
     at = points.crossland.values.reshape(3, x.size, 2)[..., 0]
     np.testing.assert_allclose(at, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
+
+
+def test_no_traction_exceeds_friction_at_the_edge_of_stick_of_worn_bodies():
+    """Contacts of the stored shape differ a little from those of which its cells are means."""
+    case = steel(cycles=3000, cell=CELL, error_estimate=False)
+    last = fretwear.simulate(case, quarter=True).isel(cycle=-1)
+    surface, _ = results._surface(last, case, 3000)
+    shears = surface.over_half_a_loop(8)
+    assert (abs(shears[1:]) <= surface.friction * surface.pressure).all()
+
+
+def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):
+    blocks = [{"cycles": 1000, "friction": 0.5}, {"cycles": 500, "friction": 0.7}]
+    case = steel(cycles=None, friction=None, cell=CELL, blocks=blocks)
+    found = [
+        results._surface(worn.isel(cycle=0), case, cycle)[0].friction for cycle in (0, 1000, 1500)
+    ]
+    assert found == [0.5, 0.5, 0.7]
+
+
+def test_the_constants_are_those_of_the_flat(worn):
+    """Of two materials the second."""
+    place = {"points": [(-1.3e-4, 0.0, 2e-5)], "phases": 4, "fatemi_socie": (1, 1e9)}
+    names = ("youngs_modulus", "poisson_ratio")
+    pairs = {f"{n}_{body}": worn[n] / (3 - body) for n in names for body in (1, 2)}
+    unlike = worn.drop_vars(names).assign_coords(pairs)
+    xr.testing.assert_equal(fretwear.stress(unlike, **place), fretwear.stress(worn, **place))
 
 
 def test_the_whole_contact_has_the_stresses_of_its_quarter(worn):

@@ -133,8 +133,9 @@ def uniaxial(amplitude=300e6, mean=50e6):
     )
 
 
-def test_parameters_of_a_loop_of_tension():
-    loops = uniaxial()
+@pytest.mark.parametrize("amplitude", [300e6, -300e6])
+def test_parameters_of_a_loop_of_tension(amplitude):
+    loops = uniaxial(amplitude)
     swt = loops.smith_watson_topper()
     assert swt.value == pytest.approx([350e6 * 300e6 / E], rel=1e-5)
     assert abs(swt.normal[0, 0]) == pytest.approx(1.0, abs=1e-4)
