@@ -1,10 +1,10 @@
 """Free-space convolution of a field on a window with a kernel that is even along x and y.
 
 Zero padding makes a discrete convolution exact: free space, no periodic images. Its frequencies
-fall into two branches, neither of which needs the zeros: the even ones are those of the window
-repeated periodically, the odd ones those of the window repeated with alternating sign. Half as
-long and without the zeros, both together take less time, and for the two branches of two axes the
-spectra of the kernel are fields of the window's size.
+fall into two branches, neither of which needs the zeros: the even ones belong to the window
+repeated periodically, the odd ones to the window repeated with alternating sign. Half as long and
+without the zeros, both together take less time, and for the two branches of two axes the spectra of
+the kernel are fields of the window's size.
 
 Where the field is even along both axes, only the quarter with positive coordinates is kept, and
 the transforms are cosine transforms: DCT-II for the even branch, DCT-IV for the odd one. They are
@@ -43,7 +43,7 @@ _PARTS = 4
 class Convolution(ABC, Generic[Real]):
     """Convolution of fields on a window with one kernel, in double or in single precision.
 
-    Its spectra are those of the kernel, by branch of the frequency along x and along y, for one
+    Its spectra are the kernel's, by branch of the frequency along x and along y, for one
     half of the frequencies along both axes, divided by the factor of a convolution's transforms.
     """
 
@@ -57,7 +57,8 @@ class Convolution(ABC, Generic[Real]):
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, with the kernel in some unit."""
         spectra = [
-            self.team.cellwise(np.divide, each, unit, dtype=np.float32) for each in self._spectra
+            self.team.cellwise(np.divide, spectrum, unit, dtype=np.float32)
+            for spectrum in self._spectra
         ]
         kind: Any = type(self)
         convolution: Convolution[Single] = kind(spectra, self._even, self.team)
@@ -74,9 +75,9 @@ class Convolution(ABC, Generic[Real]):
         convolution, as the window is not padded. It may put the result into its argument.
         """
         cells, spectrum = self._cells, self._spectra[0]
-        # The even frequencies are those of the window without padding.
+        # The even frequencies belong to the window without padding.
         inverted = self.team.cellwise(
-            lambda each: 1.0 / cells / (4 * cells * each + added),
+            lambda part: 1.0 / cells / (4 * cells * part + added),
             spectrum,
             dtype=spectrum.dtype.type,
         )
@@ -84,12 +85,12 @@ class Convolution(ABC, Generic[Real]):
         return lambda field: self._filtered(field, [factor])
 
     def _factor(self, spectrum: Real) -> Real:
-        """A spectrum as the transforms take it."""
+        """A spectrum in the form that the transforms take."""
         return spectrum
 
     @abstractmethod
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
-        """A field, its transforms of all branches, or of the even one, times factors."""
+        """A field whose transforms, of all branches or the even one, are multiplied by factors."""
 
 
 def offsets(shape: tuple[int, int], even: Even) -> tuple[int, int]:
@@ -102,21 +103,21 @@ def convolution(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Ar
     """Convolution with a kernel given at the `offsets` of a window, which is overwritten."""
     # On one thread: how a transform is shared out changes its last bits.
     spectrum = dct(1, kernel, (0, 1))
-    # What two transforms along each of the axes of the padded window leave.
+    # Two transforms along each of the axes of the padded window leave this factor.
     spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
     branches = [spectrum[x::2, y::2] for x in (0, 1) for y in (0, 1)]
     kind: Any = WholeConvolution
     if all(even):
-        # The frequency above all others is that of no field.
+        # No field has the frequency above all others.
         rows, columns = branches[-1].shape
-        branches = team.each(lambda each: np.ascontiguousarray(each[:rows, :columns]), branches)
+        branches = team.each(lambda branch: np.ascontiguousarray(branch[:rows, :columns]), branches)
         kind = QuarterConvolution
     result: Convolution[Array] = kind(branches, even, team)
     return result
 
 
 class QuarterConvolution(Convolution[Real]):
-    """By cosine transforms of a field that is even along both axes."""
+    """Convolution by cosine transforms, of a field that is even along both axes."""
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         by_branch: list[Real] = [field]
@@ -130,27 +131,27 @@ class QuarterConvolution(Convolution[Real]):
         def multiply(task: tuple[int, slice]) -> None:
             branch, rows = task
             block = by_branch[branch][rows]
-            even, *odd = (each[rows] for each in factors[2 * branch : 2 * branch + 2])
+            even, *odd = (factor[rows] for factor in factors[2 * branch : 2 * branch + 2])
             between = [dct(4, block, (1,), into=np.empty_like(block)) for _ in odd]
             dct(2, block, (1,))
             block *= even
             dct(3, block, (1,))
-            for each, factor in zip(between, odd, strict=True):
-                each *= factor
-                block += dct(4, each, (1,))
+            for part, factor in zip(between, odd, strict=True):
+                part *= factor
+                block += dct(4, part, (1,))
 
         def backward(columns: slice) -> None:
             result, *odd = (branch[:, columns] for branch in by_branch)
             dct(3, result, (0,))
-            for each in odd:
-                result += dct(4, each, (0,))
+            for part in odd:
+                result += dct(4, part, (0,))
 
         # Columns in parts for the threads, and rows in blocks that a processor's cache holds.
         columns: list[slice] = [slice(None)]
         parts, length = _PARTS * self.team.workers, field.shape[1]
         if parts > _PARTS:
             ends: list[int] = [length * n // parts // _COLUMNS * _COLUMNS for n in range(parts)]
-            columns = [slice(*each) for each in pairwise([*ends, length]) if each[0] < each[1]]
+            columns = [slice(*part) for part in pairwise([*ends, length]) if part[0] < part[1]]
         rows: Sequence[slice] = blocks_of_rows(field.shape, _BLOCK_BYTES // field.itemsize)
         self.team.each(forward, columns)
         self.team.each(multiply, [*product(range(len(by_branch)), rows)])
@@ -159,7 +160,7 @@ class QuarterConvolution(Convolution[Real]):
 
 
 class WholeConvolution(Convolution[Real]):
-    """By the compiled library, of all cells of a window: the other side of those that are even."""
+    """Convolution by the compiled library, on all cells of a window, mirrored if they are even."""
 
     def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
         is_single = spectra[0].dtype == np.float32
@@ -168,14 +169,14 @@ class WholeConvolution(Convolution[Real]):
         super().__init__(spectra, even, team)
 
     def _factor(self, spectrum: Real) -> Real:
-        """Its rows as lanes of vectors; forth and back, a field is doubled."""
+        """A spectrum with rows as lanes of vectors, halved: two transforms double a field."""
         lanes = self._window.lanes
         padded = np.pad(0.5 * spectrum, ((0, -len(spectrum) % lanes), (0, 0)), mode="edge")
         blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
         return np.ascontiguousarray(blocks).reshape(-1, lanes)
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
-        """Unfolded along the axes along which the field is even, and folded again."""
+        """Unfold the field along the axes in which it is even, convolve it, and fold it again."""
         whole: Any = field
         for axis in np.flatnonzero(self._even):
             whole = np.concatenate([np.flip(whole, int(axis)), whole], axis)
@@ -184,7 +185,7 @@ class WholeConvolution(Convolution[Real]):
         first = (
             n // 2 if is_even else 0 for n, is_even in zip(result.shape, self._even, strict=True)
         )
-        return np.ascontiguousarray(result[tuple(slice(each, None) for each in first)])
+        return np.ascontiguousarray(result[tuple(slice(start, None) for start in first)])
 
 
 def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None) -> Real:

@@ -5,9 +5,9 @@ distant points move by µκ (d − d'), d' being the approach of the same shape 
 normal contacts gives the whole curve. After a reversal it is followed at twice the size (Masing
 1926; for contacts Jäger 1998).
 
-The curve of d against P is concave, and the area between it and a chord is known without any
-contact in between: with Betti's theorem, twice that area is ∬ p g dA with the pressure of the one
-end and the gap of the other. That of the whole curve makes ∮ Q dδ = ∬ 4µps dA.
+The curve of d against P is concave, and Betti's theorem gives the area between it and a chord
+without any contact in between: twice that area is ∬ p g dA with the pressure at one end and the gap
+at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.theory import HertzContact
 
-# Ratio to the gap of the first cell outside above which a gap is not one of contact.
+# Gap, over the gap of the first cell outside, above which a cell is not in contact.
 _NO_GAP = 1e-2
-# Points of a quarter of a loop, contacts solved between its ends, and how well they foretell it.
+# Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
+# its next point.
 POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
-# A curve with an arc this flat is known from its area better than contacts are solved.
+# The area of a curve with an arc this flat gives it more accurately than contacts are solved.
 _STRAIGHT, _TOLERANCE = 1e-6, 1e-5
 # Part of the reduced gap beside a stick zone that wear has opened when it has doubled the gap.
 _DOUBLED = 0.5
@@ -67,27 +68,27 @@ class Measures:
 def measure(problem: WearProblem, state: State) -> Measures:
     """The scalars of a state.
 
-    Half-widths are those of the outermost edge on the axis, interpolated within a cell; where the
-    contact is not even, the mean of both sides.
+    A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
+    the mean of both sides if the contact is not even.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
     (contact_x, stick_x), (contact_y, stick_y) = (half_widths(state, axis) for axis in (0, 1))
     zone = geometry.zone(stick, stick_x)
-    # What the cells of the zone cover beyond its edge has the harmonic mean of the pressures on
-    # both sides: as much as the zone has there while nothing is worn, and nothing once slip has
+    # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
+    # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
     # worn the surface beside.
     stick_load = integral(np.where(stick, pressure, 0.0))
     beyond = integral(stick.astype(float)) - zone.area
-    within, beside = (pressure.ravel()[each].sum() for each in (zone.inside, zone.outside))
+    within, beside = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
     if beside > 0.0:
         stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
     stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
     peak, carried = float(pressure.max()), integral(pressure)
     follows = problem.slip_model.follows_shape
     if follows and not state.plastic.any():
-        # At the stick edge it grows as rings get narrower, up to the plastic limit where they are
-        # narrow enough to yield: take an annulus as wide as a cell.
+        # The peak at the stick edge grows as rings get narrower, up to the plastic limit where they
+        # are narrow enough to yield: take the mean over an annulus as wide as a cell.
         peak = geometry.largest_mean(pressure, min(problem.spacing))
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
@@ -128,7 +129,7 @@ def half_widths(state: State, axis: int) -> tuple[float, float]:
 
 
 def fractions(state: State, plane: Grid) -> tuple[Array, Array]:
-    """The parts of each cell of a plane in contact and in stick; their integrals are the areas."""
+    """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
     zones = zip((in_contact(state), state.reduced.stick), half_widths(state, 0), strict=True)
     contact, stick = (state.geometry.covered(*zone, plane) for zone in zones)
     return contact, stick
@@ -138,11 +139,11 @@ def scatter(state: State) -> dict[str, float]:
     """Standard deviations, in SI units, of the scalars that follow from where edges cut cells.
 
     The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
-    The load in a stick zone changes by the pressure at its edge, and its mean pressure by what this
-    differs from the mean. The outermost edge of a half-width jumps to another tip if the outermost
-    one that touches hardly does, or the next one nearly.
+    The load in a stick zone changes by the pressure at its edge, and its mean pressure by the
+    difference of this from the mean. The edge that sets a half-width jumps to another tip if the
+    outermost one hardly touches, or if the next one nearly does.
     """
-    geometry, pressure, found = state.geometry, state.pressure, {}
+    geometry, pressure, deviations = state.geometry, state.pressure, {}
     zones = {
         "contact": (in_contact(state), state.gap),
         "stick": (state.reduced.stick, state.reduced.gap),
@@ -150,21 +151,21 @@ def scatter(state: State) -> dict[str, float]:
     for zone_name, (cells, gap) in zones.items():
         zone = geometry.zone(cells, geometry.extent[0])
         bend = _bend(gap)
-        found[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
+        deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis_name, axis in (("x", 0), ("y", 1)):
             ways = geometry.along(axis)
             of_edges = [_of_edge(at, cells[along], gap[along], bend[along]) for along, at in ways]
-            found[f"{zone_name}_half_width_{axis_name}"] = sum(of_edges) / len(of_edges)
-    inside, outside = (pressure.ravel()[each] for each in (zone.inside, zone.outside))
+            deviations[f"{zone_name}_half_width_{axis_name}"] = sum(of_edges) / len(of_edges)
+    inside, outside = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
     at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
     mean = geometry.integral(np.where(cells, pressure, 0.0)) / area if area else 0.0
     of_load, of_mean = (
-        float(np.linalg.norm(each * zone.deviations)) for each in (at_edge, at_edge - mean)
+        float(np.linalg.norm(change * zone.deviations)) for change in (at_edge, at_edge - mean)
     )
-    found["stick_load_share"] = of_load / carried if carried else 0.0
-    found["mean_stick_pressure"] = of_mean / area if area else 0.0
-    return found
+    deviations["stick_load_share"] = of_load / carried if carried else 0.0
+    deviations["mean_stick_pressure"] = of_mean / area if area else 0.0
+    return deviations
 
 
 def _bend(gap: Array) -> Array:
@@ -177,8 +178,9 @@ def _bend(gap: Array) -> Array:
 def _of_edge(distance: Array, inside: Mask, gap: Array, bend: Array) -> float:
     """Standard deviation of the distance of the outermost edge of a zone on an axis, m.
 
-    A tip may touch within a cell whose mean gap is less than the surface bends there, and may not
-    where it touches in one cell only: as likely as not, a standard deviation of half the jump.
+    A tip may touch within a cell whose mean gap is less than the surface bends there, and a tip
+    that touches in a single cell may not. Either is as likely as not, so the standard deviation is
+    half the jump.
     """
     zone = np.flatnonzero(inside)
     if zone.size == 0 or zone[-1] == distance.size - 1:
@@ -204,12 +206,13 @@ def share_beyond_friction(state: State) -> float:
 def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     """How much larger than a peak pressure, Pa, the true one may be because cells do not show it.
 
-    Wear beside a stick zone moves pressure to its edge, where that of elastic bodies becomes
-    singular after a finite number of cycles, if slip follows the shape: it rises with the inverse
-    root of the distance, so that the largest mean over a cell grows without bound as cells get
-    narrower, up to the plastic limit. The mean over the last of four equal cells at such an edge is
-    twice that over all of them. On a grid, whose cells at the edge are no narrower than others, the
-    peak counts as regular until wear has doubled the gap of the reduced contact there.
+    Wear beside a stick zone moves pressure to its edge, where the pressure of elastic bodies
+    becomes singular after a finite number of cycles, if slip follows the shape: it rises with
+    the inverse root of the distance, so that the largest mean over a cell grows without bound
+    as cells get narrower, up to the plastic limit. The mean over the last of four equal cells
+    at such an edge is twice that over all of them. On a grid, whose cells at the edge are no
+    narrower than others, the peak counts as regular until wear has doubled the gap of the
+    reduced contact there.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
@@ -227,9 +230,10 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
 def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:
     """Distance of the outermost edge of a zone from the origin along an axis, m.
 
-    Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, beyond
-    one that has worn in evenly. The zero of r = e + b g^(2/3) + c g through three cells outside is
-    the edge, kept between the centres of the last cell inside and the first one outside.
+    Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, and
+    linearly if the contact has worn in. The zero of r = e + b g^(2/3) + c g through three cells
+    outside is the edge, kept between the centres of the last cell inside and the first one
+    outside.
 
     ``inside`` are the cells of the zone, ``gap`` is in m and zero in the zone, and ``axis`` is 0
     for the x axis and 1 for the y axis. The result is 0 if no cell on the axis belongs to the zone.
@@ -249,20 +253,20 @@ def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> floa
         return _border(distance, last)
     if plane_strain and outside.size == 3:
         # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
-        # laws through two cells foretell the gap of the third, whose position between them weighs
-        # their zeros.
+        # laws through two cells predict the gap of the third; its place between these predictions
+        # gives the weights of the zeros.
         powers = np.array([1.0, 1.5])
         near, far = outside[:2, None] ** (1.0 / powers)
         slopes = (far - near) / (x[1] - x[0])
         if (slopes > 0.0).all():
             zeros = x[0] - near / slopes
-            foretold = (slopes * (x[2] - zeros)) ** powers
-            weight = (outside[2] - foretold[0]) / (foretold[1] - foretold[0])
+            predicted = (slopes * (x[2] - zeros)) ** powers
+            weight = (outside[2] - predicted[0]) / (predicted[1] - predicted[0])
             weight = min(max(weight, 0.0), 1.0)
             # Strips may be so narrow that several beyond the edge count as in contact.
             closed = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
-            found = (1.0 - weight) * zeros[0] + weight * zeros[1]
-            return float(min(max(found, closed[-1] if closed.size else 0.0), x[0]))
+            zero = (1.0 - weight) * zeros[0] + weight * zeros[1]
+            return float(min(max(zero, closed[-1] if closed.size else 0.0), x[0]))
     center, first = float(distance[last]), float(x[0])
     near, far, *_ = roots = np.cbrt(outside)
     if outside.size == 3 and 0.0 < near < far < roots[2]:
@@ -314,8 +318,8 @@ def _border(distance: Array, last: int) -> float:
 class Loop:
     """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
 
-    At 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes that of a rig
-    in series.
+    There are 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes the
+    rig in series.
     """
 
     force: Array
@@ -324,10 +328,10 @@ class Loop:
 
 
 def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
-    """The loop of a state of a problem, whose shape is kept for the cycle.
+    """The loop of a state, whose shape is kept during the cycle.
 
-    A limited number of contacts between P and P* are solved, fewer if the curve is known earlier to
-    a thousandth of the displacement.
+    At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate before
+    to a thousandth of the displacement.
     """
     problem: WearProblem = workspace.problem.of(state)
     coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
@@ -353,13 +357,13 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
 def _curve(
     workspace: Workspace, problem: WearProblem, state: State, contacts: int
 ) -> tuple[Array, Array, float]:
-    """Loads, N, from P to P*, approaches, m, under them, and that under their mean."""
+    """Loads, N, from P to P*, the approaches, m, under them, and the approach under their mean."""
     if not problem.slip_model.follows_shape:
         return _unworn_curve(problem.hertz, state.reduced.load)
     geometry, low = state.geometry, state.reduced
     high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
-    ground = workspace.on(geometry)
-    shape = ground.unworn + state.opening + state.plastic
+    bodies = workspace.on(geometry)
+    shape = bodies.unworn + state.opening + state.plastic
     if not low.load > 0.0:
         lowest = float(shape.min())
         low = replace(low, gap=shape - lowest, approach=lowest)
@@ -368,33 +372,33 @@ def _curve(
     halfway = _approach_between(low, high, whole)
     if whole <= _STRAIGHT * rise * (high.load - low.load):
         contacts = 0
-    for found_before in range(contacts):
+    for solved_before in range(contacts):
         # Halfway where the curve bends most, which is between its ends at first.
         at = int(np.argmax(areas))
         lower, upper = family[at : at + 2]
         load = 0.5 * (lower.load + upper.load)
         # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
-        least, most, place = (each**_SPHERE for each in (lower.load, upper.load, load))
+        least, most, place = (end**_SPHERE for end in (lower.load, upper.load, load))
         square, stick = upper.pressure**2, lower.stick
         fall = square - lower.pressure**2
         fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
         guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
         guess *= load / geometry.integral(guess)
-        found = contact_under(ground.half_space, shape, load, None, guess, _TOLERANCE)
+        contact = contact_under(bodies.half_space, shape, load, None, guess, _TOLERANCE)
         expected = _approach_between(lower, upper, areas[at])
-        halfway = halfway if found_before else found.approach
-        family.insert(at + 1, found)
+        halfway = halfway if solved_before else contact.approach
+        family.insert(at + 1, contact)
         areas[at : at + 1] = [
-            geometry.integral(lower.gap * found.pressure),
-            geometry.integral(found.gap * upper.pressure),
+            geometry.integral(lower.gap * contact.pressure),
+            geometry.integral(contact.gap * upper.pressure),
         ]
-        if abs(found.approach - expected) <= _CLOSE * rise:
+        if abs(contact.approach - expected) <= _CLOSE * rise:
             break
     return (*_sampled(family, areas, whole), halfway)
 
 
 def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, float]:
-    """As `_curve`, of the unworn smooth contact from its load to a reduced one, N: a closed form.
+    """`_curve` of the unworn smooth contact, from its load to a reduced one, N, in closed form.
 
     The heights above the chord are scaled so that the polygon has the area of the curve.
     """
@@ -420,10 +424,10 @@ def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, floa
 def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
     """Loads and approaches from the last contact of a family to the first.
 
-    Between two contacts, their chord and as much of the arc of a sphere's curve as leaves twice
-    the area between them, and in sum twice that of the whole curve.
+    Between two contacts the curve is their chord plus the arc of a sphere's curve, scaled so that
+    twice the area above the chord is as given and sums up to the area of the whole curve.
     """
-    corners, approaches = np.array([(each.load, each.approach) for each in family]).T
+    corners, approaches = np.array([(contact.load, contact.approach) for contact in family]).T
     ends = np.trapezoid(approaches[[0, -1]], corners[[0, -1]])
     chords = 2.0 * (np.trapezoid(approaches, corners) - ends)
     fit = (whole - chords) / sum(areas) if whole > 0.0 else 0.0

@@ -8,7 +8,7 @@ reduced approach d*, and if the lowest point of the shape lies above it the cont
 whole.
 
 Displacements along y are left out. With them, at ν = 0.3, a smooth sphere slips 14 % less on the
-x axis and 13 % more on the y axis: its maximum wear depth is 6 to 12 % larger than that of this
+x axis and 13 % more on the y axis: its maximum wear depth is 6 to 12 % larger than in this
 model, its wear volume and dissipated energy up to 0.6 % smaller.
 
 The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
@@ -46,7 +46,7 @@ class ReducedContact:
     gap: Array  # g*, m, exactly zero in the stick zone
     approach: float  # δ*, m
     load: float  # P*, N
-    convolutions: int = 0  # of the half-space, most of them on a smaller window
+    convolutions: int = 0  # half-space convolutions spent, most of them on a smaller window
     # Derivative of g* by the approach of the bodies, if it depends on it and is known.
     response: Array | None = None
 
@@ -57,7 +57,7 @@ class ReducedContact:
 
 
 class Conditions(Protocol):
-    """What a slip model sees of a setup."""
+    """The part of a setup that a slip model sees."""
 
     @property
     def hertz(self) -> HertzContact:
@@ -65,22 +65,22 @@ class Conditions(Protocol):
 
     @property
     def normal(self) -> Normal:
-        """What presses the bodies together."""
+        """The load or approach that presses the bodies together."""
 
     @property
     def friction_law(self) -> Friction:
-        """What resists slip."""
+        """The resistance to slip."""
 
     @property
     def bodies(self) -> Bodies:
-        """What deforms."""
+        """The elastic bodies."""
 
     @property
     def unworn_sliding(self) -> Sliding:
         """The condition on the reduced contact of the unworn smooth contact."""
 
     def sliding(self, load: float, approach: float) -> Sliding:
-        """The condition on that of a contact with a load, N, and an approach, m."""
+        """The condition on the reduced contact at a load, N, and an approach, m."""
 
 
 class SlipModel(Part):
@@ -103,8 +103,8 @@ class SlipModel(Part):
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        ``sliding`` is the condition on it, None for that of the unworn contact; ``start`` a first
-        guess; and ``tolerance`` that of `solve_contact`.
+        ``sliding`` is the condition on it, by default that on the unworn contact; ``start`` is a
+        first guess, and ``tolerance`` is passed to `solve_contact`.
         """
         raise NotImplementedError
 
@@ -121,18 +121,18 @@ class SlipModel(Part):
         return WinklerLayer(rate * mean, wear + exponent * mean)
 
     def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:
-        """Whether a reduced contact, worn on, is still the one that a setup asks for.
+        """Whether a reduced contact that has worn on still meets the condition of a setup.
 
         Wear outside the stick zone does not change the contact under a reduced load. A contact at
         a reduced approach follows the approach of the bodies, and a load that is not held falls.
-        ``load`` is P, N, of the contact that the reduced one belongs to.
+        ``load`` is the load P, N, of the full contact.
         """
         if not self.follows_shape:
             return True
         return setup.normal.holds_load and setup.sliding(load, 0.0).load == reduced.load
 
     def source(self, gap: Array, opening: Array) -> Array:
-        """G, m: what g* has besides the gap opened by wear, which adds to it or does not."""
+        """G, m: g* less the gap opened by wear, if wear adds to g*."""
         return gap - opening if self.follows_shape else gap
 
     def gap_after(self, gap: Array, wear: Array) -> Array:
@@ -162,8 +162,8 @@ class Jaeger(SlipModel):
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
-        If the reduced approach does not reach the shape nothing sticks, and the bodies slide by
-        their gap.
+        If the shape lies above the reduced approach nothing sticks, and the bodies slide by their
+        gap.
         """
         sliding = sliding or setup.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
@@ -179,9 +179,9 @@ class Jaeger(SlipModel):
         lowest, scale, flexibility = float(shape.min()), setup.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
-            nothing, gap = np.zeros_like(shape), shape - sliding.level
-            response = nothing - 1.0 if half_space.gives_stiffness else None
-            return ReducedContact(nothing, gap, sliding.level, 0.0, response=response)
+            zeros, gap = np.zeros_like(shape), shape - sliding.level
+            response = zeros - 1.0 if half_space.gives_stiffness else None
+            return ReducedContact(zeros, gap, sliding.level, 0.0, response=response)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
         # P* is at most P.
@@ -193,18 +193,19 @@ class Jaeger(SlipModel):
             tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
         before: tuple[float, float] | None = None
         while True:
-            found = contact_under(
+            contact = contact_under(
                 half_space, shape, None, lowest + tried, guess, tolerance, flexibility
             )
-            convolutions += found.convolutions
-            excess = tried + flexibility * found.load - depth
+            convolutions += contact.convolutions
+            excess = tried + flexibility * contact.load - depth
             if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
-                return replace(found, convolutions=convolutions)
+                return replace(contact, convolutions=convolutions)
             low, high = (low, tried) if excess > 0 else (tried, high)
-            stiffness = power * found.load / tried
+            stiffness = power * contact.load / tried
             if before is not None:
-                stiffness = (found.load - before[1]) / (tried - before[0])
-            before, guess = (tried, found.load), found.pressure if found.load > 0.0 else guess
+                stiffness = (contact.load - before[1]) / (tried - before[0])
+            before = tried, contact.load
+            guess = contact.pressure if contact.load > 0.0 else guess
             tried -= excess / (1.0 + flexibility * stiffness)
             if not low < tried < high:
                 tried = 0.5 * (low + high)
@@ -212,11 +213,11 @@ class Jaeger(SlipModel):
 
 @dataclass(frozen=True)
 class CattaneoMindlin(SlipModel):
-    """Slip of the unworn smooth sphere or cylinder, whatever the shape: of simpler studies.
+    """Slip of the unworn smooth sphere or cylinder, whatever the shape, as in simpler studies.
 
-    The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3), of a cylinder a strip of half the
-    width c = a (1 − Q/µP)^(1/2), and slip has the closed form of the Hertzian contact; both ignore
-    wear and roughness. So does the loop of force and displacement.
+    The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3) or, for a cylinder, a strip of
+    half-width c = a (1 − Q/µP)^(1/2), and slip has the closed form of the Hertzian contact. Both
+    ignore wear and roughness, and so does the loop of force and displacement.
     """
 
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
@@ -227,7 +228,7 @@ class CattaneoMindlin(SlipModel):
         setup: Conditions,
         half_space: HalfSpace,
         shape: Array,  # noqa: ARG002 - of any shape
-        sliding: Sliding | None = None,  # noqa: ARG002 - that of the unworn contact
+        sliding: Sliding | None = None,  # noqa: ARG002 - as for the unworn contact
         start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
         tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
@@ -242,7 +243,7 @@ class CattaneoMindlin(SlipModel):
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
     def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:  # noqa: ARG002
-        """Whether the unworn contact, which is all that it follows, has the same reduced load."""
+        """Whether the unworn contact, on which alone it depends, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 
 
@@ -258,7 +259,7 @@ def contact_under(
     """The normal contact of a shape, m, under a load, N, or at an approach, m.
 
     The stick zone is smaller than the contact, so the problem is solved on a part of the cells that
-    holds the start and a margin, and again on a larger one if the zone reaches its border.
+    holds the start and a margin, and again on a larger part if the zone reaches its border.
     """
     geometry, cellwise, convolutions = half_space.geometry, half_space.team.cellwise, 0
     if start is None:
@@ -269,13 +270,13 @@ def contact_under(
     while True:
         bodies = half_space.around(held)
         part = bodies.geometry
-        found = solve_contact(
+        solution = solve_contact(
             ContactProblem(bodies, geometry.resized(shape, part), load, approach=approach),
             geometry.resized(start, part),
             tolerance,
             verified=False,
         )
-        pressure = part.resized(found.pressure, geometry)
+        pressure = part.resized(solution.pressure, geometry)
         # The gap on all cells comes from a convolution of its own; one in single precision is
         # good enough beyond the part if the contact itself need not be better.
         inside = geometry.where(part)
@@ -288,24 +289,24 @@ def contact_under(
             lambda moved, unit, shape, approach: (
                 np.multiply(moved, unit, dtype=np.float64) + shape - approach
             ),
-            *(moved, unit, shape, found.approach),
+            *(moved, unit, shape, solution.approach),
         )
         if tolerance >= _SINGLE_IS_ENOUGH:
-            gap[inside] = found.gap
-        convolutions += found.convolutions + 1
+            gap[inside] = solution.gap
+        convolutions += solution.convolutions + 1
         missed = cellwise(lambda gap: gap < 0, gap, dtype=np.bool_)
         missed[inside] = False
         if not missed.any():
             break
         held, start = held | missed, pressure
-    # Noise in the stick zone would grow with wear like exp(β∫p dN): there the gap is exactly zero.
+    # Noise in the stick zone would grow with wear like exp(β∫p dN): the gap is set to zero there.
     gap = cellwise(lambda p, gap: np.where(p > 0, 0.0, np.maximum(gap, 0.0)), pressure, gap)
     carried, response = geometry.integral(pressure) if load is None else float(load), None
-    if load is None and found.stiffness is not None:
-        response = half_space.displacement(found.stiffness) - 1.0
+    if load is None and solution.stiffness is not None:
+        response = half_space.displacement(solution.stiffness) - 1.0
         response[pressure > 0] = 0.0
-        response /= 1.0 + flexibility * geometry.integral(found.stiffness)
-    return ReducedContact(pressure, gap, found.approach, carried, convolutions, response)
+        response /= 1.0 + flexibility * geometry.integral(solution.stiffness)
+    return ReducedContact(pressure, gap, solution.approach, carried, convolutions, response)
 
 
 @dataclass(frozen=True)
@@ -343,7 +344,7 @@ class WearLayer(Layer):
     shift: Array | None  # ΔG over the stage, m
     exponent: Array  # x₀, the part of the exponent that is already known
     rate: float  # τ, 1/Pa
-    # Derivative of ΔG by the approach of the bodies, and the approach, m, of the given ΔG.
+    # Derivative of ΔG by the approach of the bodies, and the approach, m, at which ΔG is given.
     response: Array | None = None
     level: float | None = None
 
@@ -355,10 +356,10 @@ class WearLayer(Layer):
         return replace(self, shift=shift, level=approach)
 
     def per_approach(self, pressure: Array) -> Array:
-        """Derivative of the wear depth by the approach; not positive, as the response."""
-        nothing = np.zeros_like(pressure)
-        falls = nothing if self.response is None else -self.response
-        return -replace(self, wear=nothing, reduced_gap=nothing, shift=falls).displacement(pressure)
+        """Derivative of the wear depth by the approach; not positive, like the response."""
+        zeros = np.zeros_like(pressure)
+        falls = zeros if self.response is None else -self.response
+        return -replace(self, wear=zeros, reduced_gap=zeros, shift=falls).displacement(pressure)
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the wear depth, m, to a field; never less than at the start of the stage."""

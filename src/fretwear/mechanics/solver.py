@@ -14,7 +14,7 @@ the last one. The result has the accuracy asked for, in two thirds of the time; 
 The preconditioner inverts K + diag c nearly. Where c is uniform, the spectrum of the half-space
 does that. The layer of a wear step is not uniform: nothing wears in the stick zone, while in the
 slip zone the layer is softer than the half-space under waves of a cell's length and stiffer under
-those of the contact's. So two uniform layers are inverted, none and the mean one, and combined in
+waves of the contact's. So two uniform layers are inverted, none and the mean one, and combined in
 each cell with weights that depend on its own c: an additive Schwarz method whose parts overlap
 (Smith, Bjørstad and Gropp, "Domain Decomposition", Cambridge University Press, 1996).
 """
@@ -42,34 +42,34 @@ from fretwear.mechanics.team import kernels
 if TYPE_CHECKING:
     from fretwear.mechanics.geometry.grid import GridHalfSpace
 
-# Cells, what weighs them, and an inverse of the bodies with a uniform layer there.
+# Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
 _COARSE = 1e-2
 _ACTIVE_SET_STEPS = 60
-# A step reduces the residual of the free cells by so much: the first one from near the solution,
-# later ones and one from afar while more than a few cells changed sides, and when the sets are the
-# final ones nearly; but not below a part of the tolerance.
+# Factors by which a step reduces the residual of the free cells: `_FIRST` for the first step if the
+# residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a part `_FEW` of cells
+# change sides, `_AT_LAST` with nearly the final sets; but not below a part of the tolerance.
 _NEAR = 0.02
 _FIRST = 0.05
 _WHILE_CHANGING = 0.5
 _AT_LAST = 0.05
 _FEW = 0.02
 _ENOUGH = 0.07
-# Descent of a clipped step where the gap and the step of each cell are opposite, as a rule, is 1.
+# Least descent of a clipped step; it is 1 if gap and step are opposite in every cell.
 _STEEP = 0.05
 # If the worst cell does not improve, the mean of the others has hidden it: solve more accurately.
 _STALLED = 0.95
 _MORE_CARE = 0.1
-# Steps are made in single precision: the error of a displacement relative to its largest value,
-# and what part of the residual it may become until the displacement is computed anew.
+# Steps are made in single precision: the error of a displacement relative to its largest value, and
+# the part of the residual that it may reach before the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
 # Cells change sides where the gap is beyond this part of the tolerance.
 _MARGIN = 0.3
 _LARGEST_ITERATIONS = 40
-# Below the first mean tangent a single layer, stiffer by the second for its scaling, does; above,
-# shares grow with the tangent around the third.
+# Below the first mean tangent a single layer suffices, stiffer by the second for its scaling. Above
+# it, shares grow with the tangent around the third.
 _SOFT = 0.3
 _STIFFENING = 3.0
 _HALF_SHARE = 2.0
@@ -209,8 +209,8 @@ class ActiveSet:
             self._cells = FreeCells(
                 bodies.single, self._inverses, self.free, problem.approach is None
             )
-        # While many cells still change sides it does not pay to solve for them exactly; what the
-        # caller started from has most of them right.
+        # While many cells still change sides it does not pay to solve for them exactly; the start
+        # of the caller has most of them right.
         if self.convolutions > 1:
             few = changed <= _FEW * np.count_nonzero(self.free)
             reduction = _AT_LAST if few else _WHILE_CHANGING
@@ -220,7 +220,7 @@ class ActiveSet:
         # In units of the worst violation and of the influence of a cell on itself.
         unit, cells = self.residual * self.scale, self._cells
         pressure_unit = unit / bodies.self_influence
-        found, moved, missed, iterations = cells.solve(
+        pressure, moved, missed, iterations = cells.solve(
             self.gap, -unit, self._tangent(), self._care * reduction, enough
         )
         self.convolutions += iterations
@@ -229,7 +229,7 @@ class ActiveSet:
         step, gap = np.empty_like(self.pressure), problem.weighted(self.gap)
         share = stray * pressure_unit
         lowest, highest, slope = kernels.scale_step(
-            team, self.pressure, gap, found, pressure_unit, cells.uniform, share, step
+            team, self.pressure, gap, pressure, pressure_unit, cells.uniform, share, step
         )
         if lowest >= 0 and highest <= problem.limit:
             self._search(step, slope, moved, unit, -stray * unit)
@@ -287,8 +287,8 @@ class ActiveSet:
 def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Inverse]:
     """Approximate inverses of K + diag c: on the whole window, and on inner cells that differ much.
 
-    The tangent c is in units of the influence of a cell on itself, None without a layer; that of
-    the free cells, which are known approximately, determines the uniform layers.
+    The tangent c is in units of the influence of a cell on itself, None without a layer. Its values
+    on the free cells, which are known approximately, determine the uniform layers.
     """
     invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
     everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
@@ -306,8 +306,8 @@ def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask
         uniform = count / kernels.inner(team, softness, inside) - 1.0
         share = of_tangent(lambda c: np.sqrt((_STIFFENING + uniform) / (_STIFFENING + c)), tangent)
         return [(everywhere, share, invert(max(uniform, 0.0)))]
-    # The square of the layer's share grows with the tangent from none to all at the mean and falls
-    # again above; the other one is what lacks to one, none above.
+    # The square of the layer's share grows with the tangent from zero to one at the mean and falls
+    # again above; the square of the other share complements it to one, and is zero above.
     scale, above = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
 
     def of_layer(c: Single) -> Single:
@@ -328,7 +328,7 @@ class FreeCells:
 
         (K + diag c) s = r − α   on the free cells,
 
-    of no load in sum, or with α = 0 at a given approach. M is the `preconditioner`; M 1, the
+    where s has no load in sum, or α = 0 at a given approach. M is the `preconditioner`; M 1, the
     ``uniform`` pressure, nearly lets the free cells sink alike.
     """
 
@@ -368,7 +368,7 @@ class FreeCells:
     ) -> tuple[Single, Single, float, int]:
         """Preconditioned conjugate gradients.
 
-        It returns s, its displacement K s, the sum of s, which is zero under a given load but for
+        It returns s, its displacement K s, the sum of s, which vanishes under a given load up to
         rounding, and the number of steps, of one convolution each.
 
         Directions of zero sum keep the load: with z₁ = M 1, the residual loses the uniform part

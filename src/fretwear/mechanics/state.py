@@ -36,11 +36,12 @@ class WearProblem(Setup):
     spacing: tuple[float, float]  #: cell size along x and y, m
     extent: tuple[float, float]  #: half-widths along x and y, m, of the first window
     team: Team = ALONE  #: threads that share the work on fields
-    geometry: type[Geometry] = Grid  #: what cells to compute on
-    #: How many times wider than usual rings and strips are; fields and peaks are still those of
+    geometry: type[Geometry] = Grid  #: kind of cells to compute on
+    #: How many times wider than usual rings and strips are; fields and peaks are still means over
     #: cells as large as the spacing.
     coarseness: float = 1.0
-    #: The cycle up to which each setup holds, the first one this; none if this one always does.
+    #: The setups, this one first, each with the cycle up to which it holds; empty if this one
+    #: always holds.
     blocks: tuple[tuple[float, Setup], ...] = ()
 
     def with_setup(self, setup: Setup) -> WearProblem:
@@ -62,7 +63,7 @@ class WearProblem(Setup):
         return ContactProblem(half_space, shape, load, self.plastic_limit, layer, approach)
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
-        """P, N, of a contact: the load that is held, or what it carries."""
+        """P, N, of a contact: the load that is held, or else the load that it carries."""
         load, _ = self.normal.given
         return geometry.integral(contact.pressure) if load is None else float(load)
 
@@ -113,7 +114,7 @@ class WearProblem(Setup):
 
 @dataclass(frozen=True)
 class StageMeans:
-    """What a wear law may read of a contact that slips in part."""
+    """Means of a contact that slips in part, which a wear law may read."""
 
     problem: WearProblem
     stage: Stage
@@ -137,12 +138,12 @@ def in_contact(stage: Stage) -> Mask:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A self-consistent contact: that of a state, or at the end of a stage."""
+    """A self-consistent contact, of a state or at the end of a stage."""
 
     pressure: Array  #: p, Pa, shape of the geometry as for all fields
     gap: Array  #: m
     wear: Array  #: wear depth of both bodies, m
-    opening: Array  #: what wear has added to the gap at no load, m: all but what stayed as debris
+    opening: Array  #: gap at no load opened by wear, m: the wear less the debris that stayed
     plastic: Array  #: plastic depth, m
     load: float  #: P, N
     approach: float  #: δ, m
@@ -151,9 +152,9 @@ class Stage:
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
 
     def source_since(self, base: Stage, model: SlipModel, team: Team = ALONE) -> Array:
-        """Change of G since another stage, m: of what slip has besides wear.
+        """Change of G, the part of slip that is not due to wear, since another stage, m.
 
-        It changes only with the reduced contact.
+        G changes only with the reduced contact.
         """
         change: Array = team.cellwise(
             lambda gap, opened, gap_then, opened_then: (
@@ -175,35 +176,35 @@ class State(Stage):
     """The contact after a number of cycles, with everything that a later step needs."""
 
     cycle: float  #: number of cycles N; between the requested ones not an integer
-    geometry: Geometry  #: where the fields are given; outside, nothing has touched yet
+    geometry: Geometry  #: cells of the fields; the bodies have not touched beyond yet
     next_step: float  #: number of cycles that the next step should try
     #: How p, Pa, changed per cycle in the last step of usual length: a guess for the next one.
     pressure_rate: Array
-    source_rate: Array  #: the same of G of `source_since`, m
+    source_rate: Array  #: the same for G of `source_since`, m
     step: int = 0  #: how many steps were accepted so far
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
-    convolutions: int = 0  #: of the half-space, spent so far, rejected steps included
+    convolutions: int = 0  #: half-space convolutions spent so far, rejected steps included
 
     def on(self, workspace: Workspace, geometry: Geometry) -> Self:
-        """The same state on other cells; gaps are computed where they were not known."""
+        """The same state on other cells; gaps are computed on cells that are new."""
         old = self.geometry
         if geometry == old:
             return self
-        ground, problem = workspace.on(geometry), workspace.problem
+        bodies, problem = workspace.on(geometry), workspace.problem
         fields: dict[str, Any] = {
             name: old.resized(getattr(self, name), geometry) for name in FIELDS
         }
         if self.opening is self.wear:
             fields["opening"] = fields["wear"]
         fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.plastic_limit)
-        shape = ground.unworn + fields["opening"] + fields["plastic"]
+        shape = bodies.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
 
-        def gap(pressure: Array, approach: float, known: Array) -> Array:
-            moved = ground.half_space.displacement(pressure)
-            found = np.where(pressure > 0, 0.0, np.maximum(moved + shape - approach, 0.0))
-            found[here] = known[there]
-            return found
+        def gap(pressure: Array, approach: float, before: Array) -> Array:
+            moved = bodies.half_space.displacement(pressure)
+            result = np.where(pressure > 0, 0.0, np.maximum(moved + shape - approach, 0.0))
+            result[here] = before[there]
+            return result
 
         reduced, spent = self.reduced, 2
         stuck = old.resized(reduced.pressure, geometry)
@@ -218,7 +219,7 @@ class State(Stage):
             start = replace(reduced, pressure=np.maximum(stuck, 0.0))
             now = problem.at(self.cycle)
             sliding = now.sliding(self.load, self.approach)
-            reduced = now.slip_model.reduced(now, ground.half_space, shape, sliding, start)
+            reduced = now.slip_model.reduced(now, bodies.half_space, shape, sliding, start)
             spent += reduced.convolutions
         return replace(
             self,

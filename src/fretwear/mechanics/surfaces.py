@@ -28,10 +28,10 @@ from fretwear.theory import (
 )
 
 LEAST_AXIS_RATIO = 0.05
-"""Half-axes of an ellipse that is still a point contact."""
+"""Least ratio of the half-axes of an ellipse that still counts as a point contact."""
 
 UNKNOWN_RADIUS = 1.0
-"""Radius, m, that stands for that of a shape whose file is missing."""
+"""Radius, m, that stands in for a shape whose file is missing."""
 
 
 class Indenter(Part):
@@ -39,7 +39,7 @@ class Indenter(Part):
 
     #: Whether the gap depends on the distance from the axis alone.
     is_axisymmetric: ClassVar[bool] = False
-    detail: ClassVar[str] = "detail"  #: the feature that `finest` is the length of, in a word
+    detail: ClassVar[str] = "detail"  #: word for the feature whose length is `finest`
     cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
     is_hertzian: ClassVar[bool] = True  #: whether its smooth contact is Hertzian
     #: Whether its smooth contact is known before a run, not only its scales.
@@ -72,7 +72,7 @@ class Indenter(Part):
 
     @property
     def is_known(self) -> bool:
-        """Whether the shape is available: that of a missing file is not."""
+        """Whether the shape is available, which it is not if its file is missing."""
         return True
 
     def hertz(self, normal: Normal, modulus: float) -> HertzContact:
@@ -80,7 +80,7 @@ class Indenter(Part):
         return normal.hertz(self._unit(modulus))
 
     def _unit(self, modulus: float) -> HertzContact:
-        """That contact under a unit load."""
+        """The smooth contact under a unit load."""
         return self.smooth(self.curvature_radius, 1.0, modulus)
 
     def half_widths(self, contact: HertzContact) -> tuple[float, float]:
@@ -229,7 +229,7 @@ class _Elliptic(Indenter):
 
     @property
     def even(self) -> Even:
-        """Both, where the axes of the ellipse are those of the coordinates."""
+        """Both, if the ellipse has its axes along x and y."""
         return self.rotation == 0.0, self.rotation == 0.0
 
     @property
@@ -253,7 +253,7 @@ class _Elliptic(Indenter):
 
     @property
     def problem(self) -> tuple[str, str] | None:
-        """The contact is not too elongated: radii are not too unlike, axes not nearly parallel."""
+        """The contact must not be too elongated, as with unlike radii or nearly parallel axes."""
         ratio = self._unit(1.0).axis_ratio
         slender = min(ratio, 1.0 / ratio)
         if slender >= LEAST_AXIS_RATIO:
@@ -295,7 +295,7 @@ class Ellipsoid(_Elliptic):
 
 @dataclass(frozen=True)
 class CrossedCylinders(_Elliptic):
-    """Two cylinders: that of the flat body along x, the other one at an angle to it."""
+    """Two cylinders: the flat body is one along x, and the other lies at an angle to it."""
 
     radii: Annotated[
         float | tuple[float, float],

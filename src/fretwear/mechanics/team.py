@@ -1,8 +1,8 @@
 """Threads that share the work on one case.
 
-A field is done in parts. What parts there are follows from the field alone, and what they give is
-put together in their order: no bit of a result depends on the number of threads. The threads belong
-to the compiled kernels, which need no interpreter.
+A field is processed in parts. The field alone determines the parts, and their results are joined in
+order: no bit of a result depends on the number of threads. The threads belong to the compiled
+kernels, which need no interpreter.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest
 if _sources and kernels.source != _digest:
     raise ImportError(f"{kernels.__file__} was compiled from other sources: {_COMPILE}")
 
-# Fields of so few cells are not worth sharing, as measured. Others are done in a few equal parts:
-# between two parts a thread needs the interpreter, and may have to wait for it.
+# Fields of so few cells are not worth sharing, as measured. Others are processed in a few equal
+# parts: between two parts a thread needs the interpreter, and may have to wait for it.
 _SMALL, _PARTS = 2**17, 4
 
 
@@ -41,11 +41,11 @@ class Team(kernels.Threads):  # type: ignore[misc]
     """A number of ``workers``, threads including the caller's; the others start when needed.
 
     ``each`` applies a function to each of some parts and returns the results in order; each thread
-    takes the next part as soon as it has done the last one.
+    takes the next part as soon as it has finished the last one.
     """
 
     def for_cells(self, count: int) -> Team:
-        """Who goes over a field of so many cells: one thread if it is small."""
+        """The team for a field of so many cells: a single thread if it is small."""
         return self if count > _SMALL else ALONE
 
     @overload
@@ -75,8 +75,8 @@ class Team(kernels.Threads):  # type: ignore[misc]
         result = np.empty(field.shape, dtype)
 
         def fill(rows: slice) -> None:
-            own = (each[rows] if isinstance(each, np.ndarray) else each for each in others)
-            result[rows] = function(field[rows], *own)
+            parts = (other[rows] if isinstance(other, np.ndarray) else other for other in others)
+            result[rows] = function(field[rows], *parts)
 
         self.each(fill, blocks_of_rows(field.shape, -(-len(field) // _PARTS) * field.shape[1]))
         return result

@@ -1,4 +1,4 @@
-"""What all geometries have in common, and the unworn bodies on them.
+"""The interface that geometries share, and the unworn bodies on them.
 
 A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
 (`fretwear.mechanics.geometry.rings`) or the strips of a line contact
@@ -43,7 +43,7 @@ Parts = dict[tuple[int, int], "GridHalfSpace"]
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
-# Standard deviations of edges, in cells: anywhere in a cell with equal probability, and found
+# Standard deviations of edges, in cells: anywhere in a cell with equal probability, and located
 # within it. The outermost edge of Hertzian contacts of 30 to 34 cells has a root mean square error
 # of 0.08 on strips and grids and 0.11 on rings, wherever it cuts a cell.
 ANYWHERE, WITHIN_A_CELL = 1.0 / math.sqrt(12.0), 0.1
@@ -59,11 +59,13 @@ class Zone:
     area: float  #: m²
     inside: Places  #: cells of the zone, shape (sides,)
     outside: Places  #: cells beside the zone, shape (sides,)
-    deviations: Array  #: of the area by where edges cut these cells, m², shape (sides,)
+    deviations: (
+        Array  #: standard deviation of the area, by where edges cut these cells, m², shape (sides,)
+    )
 
 
 class CellProblem(Protocol):
-    """What a geometry needs to know of a problem to choose its cells; in SI units."""
+    """The part of a problem by which a geometry chooses its cells; in SI units."""
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -71,7 +73,7 @@ class CellProblem(Protocol):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half-widths along x and y of what the first cells cover, m."""
+        """Half-widths along x and y of the region that the first cells cover, m."""
 
     @property
     def coarseness(self) -> float:
@@ -112,7 +114,7 @@ class CellProblem(Protocol):
 class Geometry(ABC):
     """The cells of a contact; fields on them have its ``shape``."""
 
-    #: Tolerance of the integration on these cells over the one asked for.
+    #: Tolerance of the integration on these cells, over the requested one.
     of_tolerance: ClassVar[float] = 1.0
     #: Whether displacements have no component along y, as in a line contact.
     plane_strain: ClassVar[bool] = False
@@ -147,7 +149,7 @@ class Geometry(ABC):
 
     @property
     def sides(self) -> tuple[float, float] | None:
-        """Sides of equal cells along x and y, m; None where cells differ."""
+        """Sides of equal cells along x and y, m; None if cells differ."""
         return None
 
     @property
@@ -163,7 +165,7 @@ class Geometry(ABC):
     @property
     @abstractmethod
     def weights(self) -> Array | None:
-        """Areas of the cells over their mean; None where all are equal."""
+        """Areas of the cells over their mean; None if all are equal."""
 
     @abstractmethod
     def integral(self, field: Array) -> float:
@@ -175,7 +177,7 @@ class Geometry(ABC):
 
     @abstractmethod
     def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
-        """The part of each cell of a grid within a zone, given as for `zone`."""
+        """The fraction of each cell of a grid within a zone, given as for `zone`."""
 
     @abstractmethod
     def largest_mean(self, field: Array, width: float) -> float:
@@ -254,7 +256,7 @@ class HalfSpace(ABC):
     ) -> Contact:
         """Solve a normal contact of these bodies; see `fretwear.mechanics.contact.solve_contact`.
 
-        ``start`` is None where nothing is known of the pressure.
+        ``start`` is None if no guess of the pressure exists.
         """
 
 
@@ -281,7 +283,7 @@ class Workspace:
     def __init__(self, problem: WearProblem) -> None:
         self.problem = problem
         self._bodies: dict[Geometry, UnwornBodies] = {}
-        # Shared by all windows: parts of its own would cost each of them an array or two more.
+        # Shared by all windows: separate parts would cost each of them an array or two more.
         self._parts: Parts = {}
 
     def on(self, geometry: Geometry) -> UnwornBodies:

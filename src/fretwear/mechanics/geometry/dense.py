@@ -45,10 +45,10 @@ _ROOM, _GROWTH = 0.88, 1.12
 WIDENED = 1.04
 # Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
-# Solutions at most. Plastic flow of a step may be less deep than the tolerance of a contact, and a
-# factorization is more accurate: by this factor.
+# Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
+# be less deep than that tolerance, and a factorization is more accurate.
 _SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
-# Solutions after each of which no fewer cells changed sides than ever, until they do so one by one.
+# Solutions without a new minimum of cells that change sides, before these do so one by one.
 _PATIENCE = 8
 
 Distance = TypeVar("Distance", float, Array)
@@ -82,7 +82,7 @@ class DenseCells(Geometry):
 
     @property
     def y(self) -> Array:
-        """The x axis stands for all."""
+        """Zero: the cells lie on the x axis."""
         return np.zeros(1)
 
     @property
@@ -127,7 +127,7 @@ class DenseCells(Geometry):
     def zone(self, cells: Mask, radius: float) -> Zone:
         """The zone of some cells that reaches as far as a distance, m.
 
-        Its other edges, as those of ridges, lie somewhere in a cell, which counts as on a grid.
+        Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
         """
         edges = np.asarray(self.edges)
         cells = cells & (edges[:-1, None] < radius)
@@ -144,9 +144,9 @@ class DenseCells(Geometry):
         return Zone(area, inner, outer, deviations)
 
     def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
-        """The part of each cell of a grid in the zone of some cells that ends at a distance, m.
+        """The fraction of each cell of a grid in the zone of some cells that ends at a distance, m.
 
-        As in `zone`: times the area of a cell, their sum is the area of the zone.
+        The fractions, times the area of a cell, sum up to the area from `zone`.
         """
         edges = np.asarray(self.edges)
         cells = cells[:, 0] & (edges[:-1] < radius)
@@ -161,21 +161,21 @@ class DenseCells(Geometry):
         return replace(self, edges=tuple(cut.tolist())).written(parts, plane)[""]
 
     def _sides(self, cells: Mask) -> tuple[Places, Places]:
-        """Cells inside and outside each edge of a zone, outward; all of one axis."""
+        """Cells inside and outside each edge of a zone, outward; all with one axis."""
         steps = np.flatnonzero(cells[1:] != cells[:-1])
         inner = np.where(cells[steps], steps, steps + 1)
         return inner, 2 * steps + 1 - inner
 
     def _counted(self, cells: Mask) -> Array:
-        """The part of each cell that counts to a zone, up to its outermost edge; of one axis."""
+        """Fraction of each cell that counts to a zone, up to its outermost edge; on one axis."""
         counted = cells.astype(np.float64)
         np.subtract.at(counted, self._sides(cells)[0][:-1], OPEN_PER_SIDE)
         return counted
 
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
-        """A field on other cells: of the same integral, zero beyond the outermost of these.
+        """A field on other cells, with the same integral and zero beyond the outermost of these.
 
-        Cells that both have from the innermost outward keep their values. Between other edges, the
+        Cells that both share from the innermost outward keep their values. Between other edges, the
         integral from the origin is interpolated monotonically: positive fields remain positive.
         """
         count = self.where(other)[0].stop
@@ -183,7 +183,8 @@ class DenseCells(Geometry):
             result = np.zeros(other.shape, dtype=field.dtype)
             result[:count] = field[:count]
             return result
-        places, others = (self._measure(np.asarray(each)) for each in (self.edges, _edges(other)))
+        both = self.edges, _edges(other)
+        places, others = (self._measure(np.asarray(edges)) for edges in both)
         within = np.concatenate([[0.0], np.cumsum(field[:, 0].astype(float) * np.diff(places))])
         integrals = interpolated(places, within, np.minimum(others, places[-1]))
         return (np.diff(integrals) / np.diff(others))[:, None].astype(field.dtype)
@@ -238,14 +239,14 @@ class DenseCells(Geometry):
     def plane(self, spacing: tuple[float, float]) -> Grid:
         """The grid on which fields are written: a quarter of what the cells hold, or a row."""
         x, y = (
-            max(1, math.floor(each / size)) for each, size in zip(self.extent, spacing, strict=True)
+            max(1, math.floor(half / size)) for half, size in zip(self.extent, spacing, strict=True)
         )
         return Grid((x, y), spacing)
 
     def written(
         self, fields: dict[str, NDArray[Element]], plane: Grid
     ) -> dict[str, NDArray[Element]]:
-        """Means of fields over the cells of a grid; of states, that of most of a cell.
+        """Means of fields over the cells of a grid; of states, the one that covers most of a cell.
 
         Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
         kept, and no mean lies beyond the values around it.
@@ -265,7 +266,7 @@ class DenseCells(Geometry):
                 before, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
                 least = np.where(np.abs(slopes) < np.abs(before), slopes, before)
                 parts_of[name] += beyond * np.where(slopes * before > 0.0, least, 0.0)[cell]
-        found = {name: np.empty(plane.shape, field.dtype) for name, field in fields.items()}
+        result = {name: np.empty(plane.shape, field.dtype) for name, field in fields.items()}
         rows = max(1, _CELLS_AT_ONCE // plane.shape[1])
         for first in range(0, plane.shape[0], rows):
             block = slice(first, min(first + rows, plane.shape[0]))
@@ -275,10 +276,12 @@ class DenseCells(Geometry):
                     means = np.add.reduceat(share * values[at], starts)
                 else:
                     kinds = np.unique(values)
-                    each = [np.add.reduceat(share * (values[at] == kind), starts) for kind in kinds]
-                    means = kinds[np.argmax(each, axis=0)]
-                found[name][block] = means.reshape(-1, plane.shape[1])
-        return found
+                    areas = [
+                        np.add.reduceat(share * (values[at] == kind), starts) for kind in kinds
+                    ]
+                    means = kinds[np.argmax(areas, axis=0)]
+                result[name][block] = means.reshape(-1, plane.shape[1])
+        return result
 
     def _shares(self, parts: Array, plane: Grid, block: slice) -> tuple[Places, Array, Places]:
         """Parts of these cells in each cell of some rows of a grid, their shares, and the first.
@@ -311,7 +314,7 @@ def interpolated(places: Array, values: Array, others: Array) -> Array:
     """Values at other positions, by monotone cubics: Fritsch and Carlson (1980).
 
     "Monotone piecewise cubic interpolation", SIAM J. Numer. Anal. 17; slopes are the harmonic means
-    of Fritsch and Butland (1984). scipy has them too, and takes longer to import than a short run.
+    of Fritsch and Butland (1984). scipy has them too, but takes longer to import than a short run.
     """
     steps, rises = np.diff(places), np.diff(values) / np.diff(places)
     before, after = 2.0 * steps[1:] + steps[:-1], steps[1:] + 2.0 * steps[:-1]
@@ -329,7 +332,7 @@ def interpolated(places: Array, values: Array, others: Array) -> Array:
 
 
 def _slope_at_end(step: float, following: float, rise: float, next_rise: float) -> float:
-    """Of the parabola through three values, as far as it is monotone."""
+    """Slope of the parabola through three values, as far as this is monotone."""
     slope = ((2.0 * step + following) * rise - step * next_rise) / (step + following)
     if slope * rise <= 0.0:
         return 0.0
@@ -386,8 +389,8 @@ class DenseHalfSpace(HalfSpace):
 
         Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
         semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of
-        their gap, and the free ones by their pressure: all at once or, where that goes round in
-        circles, the outermost, by which no set repeats; Júdice and Pires, "A block principal
+        their gap, and the free ones by their pressure: all at once or, if that goes round in
+        circles, the outermost, so that no set repeats; Júdice and Pires, "A block principal
         pivoting algorithm for large-scale strictly monotone linear complementarity problems",
         Comput. Oper. Res. 21 (1994).
         """
@@ -405,7 +408,7 @@ class DenseHalfSpace(HalfSpace):
         for step in range(1, _SOLUTIONS + 1):
             separation = problem.separation(pressure[:, None], displacement)[:, 0]
             if not free.any():
-                # The next to close carries what is missing, the next to open what is too much.
+                # The next cell to close takes up a missing load, the next to open an excess.
                 lacks = problem.load is not None and problem.total > float(weights @ pressure)
                 bound = pressure <= 0.0 if lacks else pressure > 0.0
                 if not bound.any():
@@ -431,19 +434,19 @@ class DenseHalfSpace(HalfSpace):
                 problem = replace(problem, layer=layer)
             change = np.zeros_like(pressure)
             change[cells] = moved + level * uniform
-            wanted = pressure + change
-            displacement = self.displacement(wanted[:, None])
+            unbounded = pressure + change
+            displacement = self.displacement(unbounded[:, None])
             gap = problem.shape[:, 0] + displacement[:, 0] - level * unit
             if layer is not None:
-                bounded = np.clip(wanted, 0.0, limit)
+                bounded = np.clip(unbounded, 0.0, limit)
                 gap += layer.displacement(bounded[:, None])[:, 0]
             scale = float(np.abs(displacement).max())
             worst = float(np.abs(gap[cells]).max())
             margin = 0.3 * tolerance * scale
-            low, high = wanted <= 0.0, wanted >= limit
+            low, high = unbounded <= 0.0, unbounded >= limit
             stays = free & ~low & ~high
             now = stays | (~free & low & (gap < -margin)) | (~free & high & (gap > margin))
-            pressure = np.clip(wanted, 0.0, limit)
+            pressure = np.clip(unbounded, 0.0, limit)
             if (now == free).all() and worst <= tolerance * scale:
                 beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
                 residual = max(worst, *beyond) / scale

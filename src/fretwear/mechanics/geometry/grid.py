@@ -1,9 +1,9 @@
 """Equal rectangular cells: a window around the origin, its half-space, and its growth.
 
 Pressure exists only near the contact, so fields live on a window a little larger than it. A smooth
-contact grows at its border, and pressure near the window's border announces it. Between the
-contact and the next asperity tip of a rough one lies up to a wavelength without contact: the
-surface beyond the window is checked too. There it is unworn, and its gap is the displacement by
+contact grows at its border, and pressure near the window's border announces it. In a rough
+contact the next asperity tip lies up to a wavelength away, with no contact in between: the surface
+beyond the window is checked too. There it is unworn, and its gap is the displacement by
 the pressure inside, plus the shape, minus the approach.
 """
 
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from fretwear.mechanics.contact import Contact, ContactProblem
     from fretwear.mechanics.state import Stage
 
-# A window grows, by the last factor of its half-width, if there is pressure in this many cells at
-# its border or, before a step, in this fraction of it.
+# A window grows by a factor if there is pressure within this many cells of its border, plus this
+# fraction of its cells before a step.
 _BORDER = 2
 _AHEAD = 0.02
 _GROWTH = 1.12
@@ -59,7 +59,7 @@ class Grid(Geometry):
     #: 3 and 5 for a half-space that is not even along both axes.
     shape: tuple[int, int]
     spacing: tuple[float, float]  #: cell size along x and y, m
-    #: Whether fields are even along x and along y: then the cells are those of the positive side.
+    #: Whether fields are even along x and along y: then cells lie on the positive side only.
     even: Even = (True, True)
 
     def __post_init__(self) -> None:
@@ -128,7 +128,7 @@ class Grid(Geometry):
         return float(field.sum()) * self.unit_area
 
     def zone(self, cells: Mask, radius: float) -> Zone:  # noqa: ARG002
-        """The zone of some cells, its area corrected for what those at its edge have open.
+        """The zone of some cells, its area corrected for the open parts of cells at its edge.
 
         A cell counts completely as soon as a part of it belongs to the zone, so a count of cells is
         too large by a fraction of a cell for each cell side on the edge (Yastrebov, Anciaux and
@@ -141,14 +141,14 @@ class Grid(Geometry):
         return Zone(area, inner, outer, np.full(inner.size, ANYWHERE * self.unit_area))
 
     def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
-        """The part of each cell in the zone of some cells.
+        """The fraction of each cell in the zone of some cells.
 
-        A cell at its edge lacks as much for each of its sides there as `zone` takes off.
+        A cell at the edge loses, for each of its sides there, the part that `zone` subtracts.
         """
         inner, _, border = self._sides(cells)
-        found = cells.astype(np.float64).ravel()
-        np.subtract.at(found, np.concatenate([inner, border]), OPEN_PER_SIDE)
-        return found.reshape(cells.shape)
+        fractions = cells.astype(np.float64).ravel()
+        np.subtract.at(fractions, np.concatenate([inner, border]), OPEN_PER_SIDE)
+        return fractions.reshape(cells.shape)
 
     def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
         """Largest value of a field."""
@@ -185,7 +185,7 @@ class Grid(Geometry):
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
 
-        Cells that this window lacks get zero; cells that the other lacks are dropped.
+        The result is zero on cells that this window lacks; cells that the other lacks are dropped.
         """
         result = np.zeros(other.shape, dtype=field.dtype)
         result[other.where(self)] = field[self.where(other)]
@@ -194,9 +194,9 @@ class Grid(Geometry):
     def where(self, other: Geometry) -> Index:
         """Indices of the cells of this window shared with another."""
         slices = []
-        for own, count, is_even in zip(self.shape, other.shape, self.even, strict=True):
-            kept = min(own, count)
-            first = 0 if is_even else (own - kept) // 2
+        for size, count, is_even in zip(self.shape, other.shape, self.even, strict=True):
+            kept = min(size, count)
+            first = 0 if is_even else (size - kept) // 2
             slices.append(slice(first, first + kept))
         return slices[0], slices[1]
 
@@ -273,7 +273,7 @@ class Grid(Geometry):
     def grown(self, sides: tuple[bool, bool]) -> Grid:
         """The next larger window along x, along y or both; this one for none."""
         x, y = (
-            each * (_GROWTH if side else 1.0) for each, side in zip(self.extent, sides, strict=True)
+            half * (_GROWTH if side else 1.0) for half, side in zip(self.extent, sides, strict=True)
         )
         return self.covering((x, y)) if any(sides) else self
 
@@ -294,8 +294,8 @@ class Grid(Geometry):
         wavelengths, reach = workspace.problem.wavelengths, workspace.problem.reach(approach)
         # A wavelength beyond, as far as the surface lies below the approach.
         x, y = (
-            max(own, min(own + wavelength, far))
-            for own, wavelength, far in zip(self.extent, wavelengths, reach, strict=True)
+            max(half, min(half + wavelength, far))
+            for half, wavelength, far in zip(self.extent, wavelengths, reach, strict=True)
         )
         wide = self.covering((x, y))
         if wide.shape == self.shape:
@@ -357,8 +357,8 @@ def influence_coefficients(
 class GridHalfSpace(HalfSpace):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
-    Its displacement is a discrete convolution with the influence coefficients of Love. With the
-    composite modulus E*, Pa; ``parts`` are the same bodies on smaller windows, found before.
+    Its displacement is a discrete convolution with the influence coefficients of Love. The
+    composite modulus E* is in Pa; ``parts`` are the same bodies on smaller windows, made before.
     """
 
     def __init__(
@@ -398,8 +398,8 @@ class GridHalfSpace(HalfSpace):
         grid = self.geometry.around(cells)
         if grid.shape == self.geometry.shape:
             return self
-        found = self._parts.pop(grid.shape, None)
-        part = found or GridHalfSpace(grid, self._modulus, self.team, self._parts)
+        kept = self._parts.pop(grid.shape, None)
+        part = kept or GridHalfSpace(grid, self._modulus, self.team, self._parts)
         self._parts[grid.shape] = part
         if len(self._parts) > _PARTS:
             # Drop the one unused for longest, since zones seldom return to an earlier size.

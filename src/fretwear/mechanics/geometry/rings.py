@@ -44,15 +44,15 @@ _ACROSS_BAND = 9.0
 _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
 _MOST_BANDED = 75.0
 _LEAST_ANNULUS = 1e-3
-# Part of the plastic limit from which on rings are those of bodies that yield.
+# Peak pressure over the plastic limit, above which rings are graded as for bodies that yield.
 _NEARLY = 0.9
 # Rings are replaced when they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
-# Stick radius over that of the contact below which rings are those of a contact that slides as a
-# whole: less than a part in 10⁷ of its area sticks.
+# Stick radius over the contact radius, below which rings are graded as for a contact that slides as
+# a whole: less than a part in 10⁷ of its area sticks.
 _LEAST_STICK = 3e-4
-# Ratio of two radii below which the influence of discs on each other is that of a series.
+# Ratio of two radii, below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
 # Width of the narrower of two rings over the radius of the larger one below which differences of
 # discs lose more digits than its width changes, if that is less than such a part of its own radius.
@@ -64,11 +64,11 @@ class Grading:
     """The widths that the rings of a contact need."""
 
     stick: float  # radius of the edge of the stick zone, m
-    contact: float  # the largest expected of the contact
-    unworn: float  # that of the unworn contact
+    contact: float  # largest expected radius of the contact, m
+    unworn: float  # radius of the unworn contact, m
     narrowest: float  # width at the stick edge, m
-    ahead: float = 0.0  # distance inward over which it is kept
-    behind: float = 0.0  # and outward
+    ahead: float = 0.0  # distance inward over which this width is kept, m
+    behind: float = 0.0  # the same outward, m
     coarseness: float = 1.0  # factor on all widths
 
     @classmethod
@@ -90,14 +90,14 @@ class Grading:
         if limiting is not None:
             band = limiting.width_above(problem.plastic_limit)
         else:
-            # Of a flat punch.
+            # The stick zone is as wide as the unworn contact: take the band of a flat punch.
             punch = hertz.load / (2.0 * math.pi * stick * problem.plastic_limit)
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
         # A band too narrow for the rings of an elastic contact to yield leaves them as they are.
         share = share_of_band(band, narrowest)
         narrowest *= (min(finest, band / _ACROSS_BAND) / narrowest) ** share
-        # Where the slip annulus asks for narrower ones than a wide band, so many are enough.
+        # If the slip annulus needs narrower rings than a wide band, a limited number suffices.
         band = min(share * band, _MOST_BANDED * narrowest)
         return cls(stick, contact, unworn, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
 
@@ -117,8 +117,8 @@ class Grading:
         places = np.array([self.stick - left, self.stick + 0.5 * self.behind, self.contact])
         edges = np.asarray(rings.edges)
         ring = np.clip(np.searchsorted(edges, places), 1, edges.size - 1)
-        found = edges[ring] - edges[ring - 1]
-        return bool((found <= _LENIENT * self.width(places)).all())
+        widths = edges[ring] - edges[ring - 1]
+        return bool((widths <= _LENIENT * self.width(places)).all())
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class Rings(DenseCells):
     def first(cls, problem: CellProblem) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
-        A ValueError says that it has no rotational symmetry.
+        It raises a ValueError for a problem without rotational symmetry.
         """
         if problem.rough is not None or not problem.indenter.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
@@ -157,9 +157,9 @@ class Rings(DenseCells):
         stick = self._radius(stage.reduced.pressure)
         touched = self._radius(stage.wear + stage.pressure)
         radii = stick, touched
-        grading, banded = (Grading.of(problem, *radii, yields=each) for each in (False, True))
-        # Until it nearly yields a contact with a limit is one without. A peak that becomes singular
-        # is higher on narrower rings.
+        grading, banded = (Grading.of(problem, *radii, yields=yields) for yields in (False, True))
+        # A contact with a limit behaves as one without until it nearly yields. A peak that becomes
+        # singular is higher on narrower rings.
         finer = max(1.0, grading.narrowest / banded.narrowest)
         peak = float(stage.pressure.max()) * math.sqrt(finer)
         if peak > _NEARLY * problem.plastic_limit or stage.plastic.any():
@@ -246,14 +246,14 @@ def mean_influence(edges: Array) -> Array:
     series = 0.75 * math.pi * square * (1.0 - 0.125 * square)
     bracket = np.where(ratio < _SMALL, series, bracket)
     discs[larger, smaller] = discs[smaller, larger] = (8.0 / 3.0) * edges[larger] ** 3 * bracket
-    found = np.diff(np.diff(discs, axis=0), axis=1)
+    influence = np.diff(np.diff(discs, axis=0), axis=1)
     widths, middles = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
     lost = widths[:, None] < _NARROW * np.maximum.outer(middles, middles)
     narrow = lost & (widths < _OF_RADIUS * middles)[:, None] & (widths[:, None] <= widths)
     if narrow.any():
         across = 2.0 * math.pi * (middles * widths)[:, None] * np.diff(_mean_under_discs(edges))
-        found = np.where(narrow, across, np.where(narrow.T, across.T, found))
-    return found
+        influence = np.where(narrow, across, np.where(narrow.T, across.T, influence))
+    return influence
 
 
 def _mean_under_discs(edges: Array) -> Array:
@@ -282,9 +282,9 @@ def _mean_under_discs(edges: Array) -> Array:
 
 
 def _elliptic_integrals(complement: Array) -> tuple[Array, Array]:
-    """E and K of moduli whose complementary ones k' are given, not zero; by Gauss's means.
+    """E and K by their complementary moduli k', not zero, by arithmetic-geometric means.
 
-    scipy.special has them too, and takes longer to import than a short run.
+    scipy.special has both, but takes longer to import than a short run.
     """
     mean, geometric = np.ones(complement.shape), complement
     total, power = 0.5 * (1.0 - complement) * (1.0 + complement), 0.5

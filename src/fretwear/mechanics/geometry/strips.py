@@ -1,9 +1,10 @@
 """The strips of a line contact in plane strain.
 
-A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and where a
-contact of three dimensions has areas, this one has widths. The surface of a half-plane under a load
-per length sinks without bound, so displacements are relative to the one at a distance from the
-middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics, Cambridge
+A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and widths
+take the place of the areas of a contact in three dimensions. The surface of a half-plane under a
+load per length sinks without bound, so displacements are relative to the surface at a distance from
+the middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics,
+Cambridge
 University Press, section 2.4.
 """
 
@@ -21,10 +22,10 @@ from fretwear.mechanics.geometry import CellProblem
 from fretwear.mechanics.geometry.dense import DenseCells, Distance
 from fretwear.theory import LineContact, share_of_band
 
-# Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
-# pressure grows without bound, and of the widest; and how the width grows with the distance.
+# Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
+# elastic pressure grows without bound, and the widest; and growth of the width with the distance.
 NARROWEST_STRIP, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
-# Strips across an unworn slip zone, at least.
+# Least number of strips across an unworn slip zone.
 _ACROSS_SLIP = 20.0
 # Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
 # strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
@@ -110,7 +111,8 @@ class Strips(DenseCells):
 def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
     """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
 
-    Without images: for a contact that is not even. Parameters as of `Strips`, ``count`` distances.
+    It has no images, for a contact that is not even. Parameters are as for `Strips`, with ``count``
+    distances.
     """
     at = np.arange(-1.0, count + 1.0) * (spacing / reference)
     return -2.0 / (math.pi * modulus) * reference**2 / spacing * np.diff(_logarithm(at), 2)
