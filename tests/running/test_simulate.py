@@ -108,7 +108,7 @@ def test_shear_of_the_smooth_contact_is_cut_to_what_friction_bears(surface):
     """And whoever runs it is told, but not where the smooth contact is elastic."""
     simple = {"slip_model": "cattaneo_mindlin", "cycles": 10, "output_cycles": (), "cell": "2 um"}
     with pytest.warns(
-        DoubtfulResultWarning, match=r"is cut to that \(in [\d.]+ % of the stick zone\)"
+        DoubtfulResultWarning, match=r"is cut to it \(in [\d.]+ % of the stick zone\)"
     ):
         ds = simulate(make_case(**simple, **surface), quarter=True)
     shear, bound = ds.shear_traction.astype(float), float(ds.friction) * ds.pressure.astype(float)
@@ -116,7 +116,7 @@ def test_shear_of_the_smooth_contact_is_cut_to_what_friction_bears(surface):
     assert (shear == -bound).where(bound > 0).sum() > 0
     assert integral(ds, "shear_traction").min() > float(ds.tangential_load)
     smooth = simulate(make_case(**simple), quarter=True)
-    assert "is cut to that" not in smooth.attrs["warnings"]
+    assert "is cut to it" not in smooth.attrs["warnings"]
 
 
 def area(ds, zone):

@@ -56,8 +56,8 @@ class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record on disk.
 
     Used as a context manager: an interrupted run leaves a checkpoint of the last accepted step. The
-    caller discards that of a finished run once the result is stored. An existing file is read at
-    once; a message says why it was not used, or where the run resumes. It is written after
+    caller discards the checkpoint of a finished run once its result is stored. An existing file is
+    read at once; a message says why it was not used, or where the run resumes. It is written after
     `SECONDS_BETWEEN`, or a single longer step, and sooner at snapshots.
     """
 
@@ -122,7 +122,7 @@ class Checkpoint:
 
 
 def identity_of(case: Case) -> dict[str, Any]:
-    """What a run must share with the one that wrote a checkpoint in order to resume from it."""
+    """The identity of a run, which must equal the one in a checkpoint to resume from it."""
     return {
         "code": code_digest(),
         "parameters": case.canonical_parameters(),
@@ -139,18 +139,18 @@ def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any])
 
     def packed(value: Any) -> dict[str, Any]:
         if not isinstance(value, np.ndarray):
-            return {each.name: getattr(value, each.name) for each in fields(value)}
-        place = next((n for n, known in enumerate(arrays) if known is value), len(arrays))
+            return {field.name: getattr(value, field.name) for field in fields(value)}
+        place = next((n for n, array in enumerate(arrays) if array is value), len(arrays))
         arrays[place : place + 1] = [value]
         return {_ARRAY: place}
 
     content = json.dumps({"identity": identity, "record": record}, default=packed)
-    shapes = json.dumps([each.shape for each in arrays])
+    shapes = json.dumps([array.shape for array in arrays])
     with atomic_path(path) as temporary:
         with temporary.open("wb") as stream:
             stream.write(f"{content}\n{shapes}\n".encode())
-            for each in arrays:
-                stream.write(np.ascontiguousarray(each).data)
+            for array in arrays:
+                stream.write(np.ascontiguousarray(array).data)
         add_checksum(temporary)
 
 
@@ -171,14 +171,14 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
                 if not 0 <= math.prod(shape) <= path.stat().st_size:
                     raise ValueError("the file is smaller than it announces")
                 arrays.append(np.fromfile(stream, count=math.prod(shape)).reshape(shape))
-        if (found := dict(content["identity"])) == expected:
-            known: RunRecord = unpack(RunRecord, content["record"], arrays)
-            _check(known)
-            return known
+        if (written := dict(content["identity"])) == expected:
+            restored: RunRecord = unpack(RunRecord, content["record"], arrays)
+            _check(restored)
+            return restored
     except (LookupError, TypeError, ValueError, RecursionError, OSError) as cause:
         problem = "this is not a checkpoint, or one of another version"
         raise DataFileError(path, problem, _START_ANEW) from cause
-    keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
+    keys = sorted(key for key in {*written, *expected} if written.get(key) != expected.get(key))
     problem = f"this checkpoint is of another run (another {', '.join(keys)})"
     raise DataFileError(path, problem, _START_ANEW)
 
@@ -188,9 +188,9 @@ def _check(record: RunRecord) -> None:
     states = [*record.snapshots, *([] if record.last is None else [record.last])]
     if bool(record.history) != bool(states):
         raise ValueError("states and history do not match")
-    known = {each.name: each for each in SCALARS}
+    scalars = {scalar.name: scalar for scalar in SCALARS}
     if not all(
-        known[name].allows(number) if name in known else math.isfinite(number)
+        scalars[name].allows(number) if name in scalars else math.isfinite(number)
         for row in record.history
         for name, number in row.items()
     ):
@@ -199,7 +199,7 @@ def _check(record: RunRecord) -> None:
         reduced = state.reduced
         of_cells = [state.pressure, state.gap, state.wear, state.plastic, reduced.pressure]
         of_cells += [reduced.gap, state.pressure_rate, state.source_rate]
-        if {each.shape for each in of_cells} != {tuple(state.geometry.shape)}:
+        if {field.shape for field in of_cells} != {tuple(state.geometry.shape)}:
             raise ValueError("the shape of a field does not match its geometry")
         if not state.is_finite:
             raise ValueError("a field is not finite")
@@ -208,13 +208,14 @@ def _check(record: RunRecord) -> None:
 def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any:
     """Restore a value of an annotated type from JSON and the arrays beside it.
 
-    Of a union of dataclasses, or of those that make an abstract class, the one with the packed
-    fields is chosen. A LookupError, TypeError or ValueError says that something else was packed.
+    If the type is a union of dataclasses or an abstract class, the dataclass with the packed fields
+    is chosen from its members or subclasses. A LookupError, TypeError or ValueError says that
+    something else was packed.
     """
     parts = tuple(part for part in get_args(kind) if part is not ...)
     if isinstance(packed, list):
         kinds = parts if len(parts) == len(packed) else parts[:1] * len(packed)
-        items = (unpack(*each, arrays) for each in zip(kinds, packed, strict=True))
+        items = (unpack(*pair, arrays) for pair in zip(kinds, packed, strict=True))
         return list(items) if get_origin(kind) is list else tuple(items)
     if get_origin(kind) is dict:
         return {str(name): unpack(parts[1], value, ()) for name, value in packed.items()}
@@ -225,11 +226,11 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
         return packed
     if packed.keys() == {_ARRAY}:
         return arrays[packed[_ARRAY]]
-    for each in (one for stated in (kind, *parts) for one in _concrete(stated)):
-        if is_dataclass(each) and {own.name for own in fields(each)} == packed.keys():
-            types = get_type_hints(each)
+    for concrete in (one for stated in (kind, *parts) for one in _concrete(stated)):
+        if is_dataclass(concrete) and {field.name for field in fields(concrete)} == packed.keys():
+            types = get_type_hints(concrete)
             values = {name: unpack(types[name], packed[name], arrays) for name in packed}
-            return cast("type[Any]", each)(**values)
+            return cast("type[Any]", concrete)(**values)
     raise TypeError(f"{kind} has no fields {', '.join(packed)}")
 
 
@@ -245,7 +246,8 @@ def _concrete(kind: Any) -> Iterator[Any]:
 def reason_of(error: Exception) -> tuple[str, bool]:
     """Say why something failed, and whether that should never happen.
 
-    Of what should not, the words say whether a library failed or fretwear itself, and whom to tell.
+    If it should never happen, the words say whether a library failed or fretwear itself, and whom
+    to tell.
     """
     words = str(error) or type(error).__name__
     if isinstance(error, DataFileError) or (isinstance(error, MemoryError) and str(error)):
@@ -287,8 +289,8 @@ def simulate_to_file(
     Two jobs never compute the same file at once: the later one waits, and keeps the file if it then
     holds the same case, with the same snapshots, from the same version.
 
-    `tell` takes a line for people: where the run resumes, why a checkpoint was not used, for whom
-    the job waits. The command is the call that leads to the same results. A ContactError or a
+    `tell` takes messages: where the run resumes, why a checkpoint was not used, for which process
+    the job waits. The command is a call that gives the same results. A ContactError or a
     WearError leaves the checkpoint; it is a DataFileError if the file cannot be written or another
     process has come to compute it, a MemoryError if there is no room for it.
     """
@@ -300,8 +302,8 @@ def simulate_to_file(
 
     with Lock(path, tell) as lock:
         if lock.waited and finished_by(path, case) == code_digest():
-            with open_history(path) as known:
-                steps = known.sizes["step"] - 1
+            with open_history(path) as earlier:
+                steps = earlier.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
         with Checkpoint(checkpoint_of(path), case, tell) as checkpoint:
             seen: list[Observer] = [checkpoint, *observers]
@@ -324,7 +326,7 @@ class BatchOutcome(NamedTuple):
     """The outcome of a batch."""
 
     case_ids: list[str]  # of all cases
-    found: list[str]  # of those done before
+    found: list[str]  # of cases finished before
     failed: dict[str, str]  # why cases failed, by id
 
 
@@ -346,38 +348,38 @@ def run_batch(
     """
     cases = {point.id: point.case for point in study.points(*points) if point.case}
     files = {case_id: results / "cases" / f"{case_id}.nc" for case_id in cases}
-    digests = {each: finished_by(files[each], case) for each, case in cases.items()}
-    older = [each for each, digest in digests.items() if digest not in (None, code_digest())]
+    digests = {key: finished_by(files[key], case) for key, case in cases.items()}
+    older = [key for key, digest in digests.items() if digest not in (None, code_digest())]
     left = older if not keep_older else []
-    found = [each for each in cases if digests[each] is not None and each not in left]
-    for case_id in found:
+    finished = [key for key in cases if digests[key] is not None and key not in left]
+    for case_id in finished:
         forget(results, case_id)
         # Left by a disk that failed after the file had got its name.
         with suppress(OSError):
             checkpoint_of(files[case_id]).unlink(missing_ok=True)
         Lock(files[case_id]).remove_if_abandoned()
-    if found:
-        log.note(f"{len(found)} of {len(cases)} cases were done before")
+    if finished:
+        log.note(f"{len(finished)} of {len(cases)} cases were done before")
     if older:
         what = "kept" if keep_older else "computed again"
         log.note(f"{len(older)} of them by another version of the code: {what}")
     # A case during which an earlier process vanished may end this one too, so it comes last.
     vanished, failed = failures(results), dict[str, str]()
-    to_do = {case_id: case for case_id, case in cases.items() if case_id not in found}
+    to_do = {case_id: case for case_id, case in cases.items() if case_id not in finished}
     log.batch(to_do)
     for case_id in sorted(to_do, key=lambda case_id: case_id in vanished):
         # Recorded at the start, because a process that is killed cannot do so.
         record(results, case_id)
         command = shlex.join(["fretwear", "run", str(study.file), "--case", case_id])
         with open_log(log_file(results, case_id)) as stream:
-            own, case, file = log_to(stream), to_do[case_id], files[case_id]
+            case_log, case, file = log_to(stream), to_do[case_id], files[case_id]
             try:
-                with log.case(case, file) as seen, own.case(case, file) as seen_by_own:
+                with log.case(case, file) as seen, case_log.case(case, file) as seen_by_log:
                     simulate_to_file(
                         case,
                         file,
-                        observers=[seen, seen_by_own],
-                        tell=own.note,
+                        observers=[seen, seen_by_log],
+                        tell=case_log.note,
                         command=command,
                         threads=threads,
                     )
@@ -392,4 +394,4 @@ def run_batch(
         if reason := failed.get(case_id):
             record(results, case_id, reason)
             log.note(f"{case_id} failed: {reason} (log: {log_file(results, case_id)})")
-    return BatchOutcome([*cases], found, failed)
+    return BatchOutcome([*cases], finished, failed)

@@ -27,29 +27,29 @@ _CERTAIN = 1.25
 _ADVISED = 0.8
 _LEAST_BYTES = 1e6
 
-# Folders of both versions of Linux control groups, and in these the limit of the memory, what is
-# used, and what of that is given back on demand.
+# Folders of both versions of Linux control groups, and their files with the limit of the memory,
+# the memory in use, and the part of it that is given back on demand.
 _CONTROL_GROUPS_1 = (
     "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file",
 )  # fmt: skip
 _CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
 
-# What a job is to take: starting it, or queueing it on a cluster, costs seconds. A small study is
-# divided into so many that they keep the cores busy, or more where each has more to do than to
-# start. A workflow of the most jobs is planned in seconds; beyond, the jobs take longer instead.
+# Time of a job, and numbers of jobs: starting one, or queueing it on a cluster, costs seconds. A
+# small study has enough jobs to keep the cores busy, and more if each takes longer than its start.
+# A workflow of the most jobs is planned in seconds; a larger study has longer jobs instead.
 SECONDS_PER_JOB = 180.0
 LEAST_JOBS = 16
 JOBS_FOR_MANY_CORES = 64
 SECONDS_WORTH_A_JOB = 10.0
 MOST_JOBS = 2000
 
-# Processor time of one transform there and back on the machine that the constants of
-# `fretwear.study.plan` were measured on: what `python -m benchmarks.cost --speed` prints.
+# Processor time of a forward and inverse transform on the machine on which the constants of
+# `fretwear.study.plan` were measured, as `python -m benchmarks.cost --speed` prints it.
 SECONDS_PER_TRANSFORM = 2.0e-5
 SECONDS_PER_CELL_AND_TRANSFORM = 2.2e-8
 
-# Smaller windows fit into the fastest memory, which the rest of a run does not; larger ones would
-# take long to time, and no longer a cell.
+# Smaller windows fit into the fastest memory, unlike the rest of a run; larger ones would take long
+# to time, but no longer per cell.
 _SIZES = (128, 192, 256, 384, 512)
 _SECONDS_TIMED = 0.05
 _LEAST_REPETITIONS = 3
@@ -77,14 +77,14 @@ def available_memory(
 
 def _left_to_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
     for line in _text(proc / "self/cgroup").splitlines():
-        _, controllers, own = line.split(":", 2)
+        _, controllers, group_path = line.split(":", 2)
         if controllers and "memory" not in controllers.split(","):
             continue
         folder, limit, used, given_back = _CONTROL_GROUPS_1 if controllers else _CONTROL_GROUPS_2
         root = control_groups / folder
-        # Limits of the groups around the own one hold as well; inside of a container none but
-        # the outermost folder may be seen, which then is the own group.
-        inner = root / own.lstrip("/")
+        # Limits of the enclosing groups hold as well; in a container only the outermost folder may
+        # be visible, which then is the group of the process.
+        inner = root / group_path.lstrip("/")
         for group in (inner, *inner.parents[: len(inner.parts) - len(root.parts)]):
             # Version 2 says "max" where there is no limit, version 1 a number beyond any memory.
             with suppress(ValueError):
@@ -149,9 +149,10 @@ def batches(plan: Plan) -> tuple[Batch, ...]:
     single: dict[str, Batch] = {}
     for number, planned in enumerate(plan.points, 1):
         if planned.id and planned.id not in single:
-            each = plan.estimates[planned.id]
-            seconds = each.seconds - SECONDS_TO_START
-            single[planned.id] = Batch(number, number, (planned.id,), seconds, each.memory_bytes)
+            expected = plan.estimates[planned.id]
+            seconds = expected.seconds - SECONDS_TO_START
+            memory = expected.memory_bytes
+            single[planned.id] = Batch(number, number, (planned.id,), seconds, memory)
     return joined(list(single.values()), plan.study.batch)
 
 
@@ -164,24 +165,24 @@ def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batc
     """
     numbers: Iterable[int] = (place // (cases_each or 1) for place in range(len(single)))
     if cases_each is None:
-        total = math.fsum(each.seconds for each in single)
+        total = math.fsum(batch.seconds for batch in single)
         least = min(len(single), LEAST_JOBS)
         spread = min(len(single), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
         jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
-        # The middle of a case decides, so that no batch is left with the remainder.
-        ends = accumulate(each.seconds for each in single)
-        middles = (end - 0.5 * each.seconds for end, each in zip(ends, single, strict=True))
+        # The middle of a case decides, so that the last batch is not just a remainder.
+        ends = accumulate(batch.seconds for batch in single)
+        middles = (end - 0.5 * batch.seconds for end, batch in zip(ends, single, strict=True))
         numbers = (int(middle / (total / jobs)) for middle in middles)
     parts = defaultdict[int, list[Batch]](list)
-    for number, each in zip(numbers, single, strict=True):
-        parts[number].append(each)
+    for number, batch in zip(numbers, single, strict=True):
+        parts[number].append(batch)
     return tuple(
         Batch(
             first=part[0].first,
             last=part[-1].last,
-            case_ids=tuple(case_id for each in part for case_id in each.case_ids),
-            seconds=math.fsum(each.seconds for each in part),
-            memory_bytes=max(each.memory_bytes for each in part),
+            case_ids=tuple(case_id for batch in part for case_id in batch.case_ids),
+            seconds=math.fsum(batch.seconds for batch in part),
+            memory_bytes=max(batch.memory_bytes for batch in part),
         )
         for part in parts.values()
     )
@@ -212,11 +213,11 @@ def machine_speed(estimates: Iterable[Estimate]) -> float:
 
 def transform_seconds(cells_x: int, cells_y: int) -> float:
     """Return the processor time, s, of a forward and inverse transform of a padded window."""
-    # numpy, which the library of units imports anyway: scipy's transforms start in 0.2 s more.
+    # By numpy, which the library of units imports anyway: importing scipy's takes 0.2 s more.
     import numpy as np
 
-    # The C library returns large arrays to the system at once, at a cost that is not that of
-    # transforms, until an even larger one has been freed.
+    # Until an even larger array has been freed, the C library returns large arrays to the system at
+    # once, which takes time that transforms do not.
     np.empty(_FREED)
     window = np.zeros((cells_x, 2 * cells_y))
     window[: cells_x // 2] = 1.0
@@ -235,7 +236,9 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
     The memory, bytes, defaults to what is available now.
     """
     available = available_memory() if available is None else available
-    reasons = ((name, why_too_large(each, available)) for name, each in plan.estimates.items())
+    reasons = (
+        (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
+    )
     if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
         yield (
             f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}\n"
@@ -252,8 +255,8 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         yield f"in {_cases(listed)} the contact {doubt.what}:{_listed(listed)}\n    {doubt.remedy}"
 
 
-def _cases(found: Sequence[str]) -> str:
-    return f"{len(found)} case{'s' * (len(found) != 1)}"
+def _cases(lines: Sequence[str]) -> str:
+    return f"{len(lines)} case{'s' * (len(lines) != 1)}"
 
 
 def _listed(lines: Sequence[str]) -> str:

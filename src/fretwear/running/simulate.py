@@ -45,18 +45,18 @@ if TYPE_CHECKING:
 
 _MARGIN = 1.15
 
-# Standard deviations in an estimated error, on half of the cases of the page of verification.
+# Standard deviations in an estimated error, chosen on half of the cases of the verification page.
 _DEVIATIONS = 2.0
-# Values below this part of the largest have just begun, and say nothing of the others.
+# Values below this part of the largest have just begun to grow, and do not represent the others.
 _TRACE = 0.01
-# Words in the names of what follows from the place of the edges of contact and stick. These lie
-# somewhere in a cell, so that one of the scalars is the same in both runs now and then, and stays
-# so for a whole elastic run, or jumps by a row of asperities: the upper quartile of all of them
-# says how well the edges are known.
+# Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
+# in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
+# or jumps by a row of asperities: the upper quartile over all of these scalars measures how well
+# the edges are resolved.
 _OF_EDGES = ("area", "half_width", "stick")
-# Words in the names of what adds up over steps or follows what wear has left, and the standard
-# deviation that steps leave in it, over their tolerance: of volumes and energies on rings, strips
-# and grids, runs at a tenth of the tolerance differ by 0.03 to 0.14 of it.
+# Words in the names of scalars that add up over steps or follow from the worn shape, and their
+# standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
+# grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
 _OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
 
 
@@ -130,13 +130,13 @@ def simulate(
 ) -> xr.Dataset:
     """Run a case.
 
-    A smooth indenter with rotational symmetry is computed on concentric rings: scalars are those
-    of the rings, fields are sampled on a quarter of the grid that `cell` asks for.
+    A smooth indenter with rotational symmetry is computed on concentric rings: scalars come from
+    the rings, and fields are means over a quarter of the grid that `cell` asks for.
 
     `observers` are called with each accepted `Step`, cycle 0 included. The result does not depend
     on the number of `threads`, to the last bit. `progress` shows a bar, also in a notebook.
 
-    The dataset holds the whole contact or, of a `quarter`, the part computed: one side along each
+    The dataset holds the whole contact or, with `quarter`, the part computed: one side along each
     axis in which the contact is even, see ``symmetry``. Its fields are over ``cycle``, ``x`` and
     ``y``, its scalars over ``cycle``, at the case's `output_cycles`; every parameter is a scalar
     coordinate.
@@ -178,7 +178,7 @@ def _without_threads_of_blas(case: Case) -> Iterator[None]:
     ten times as long as they compute.
     """
     if case.loading.stroke:
-        import scipy.linalg  # noqa: F401 - it comes with a BLAS, which has to be there to be told
+        import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
     with threadpool_limits(1, user_api="blas"):
         yield
 
@@ -194,9 +194,9 @@ def run(
 ) -> Result:
     """Run a case as `simulate` does, and keep its history too.
 
-    The record takes every step; one that an earlier run has left makes this one resume there, with
-    the same result to the last bit. The command is an attribute of the dataset. Reasons to doubt
-    the results are passed to `warn`.
+    Every step is added to the record; a run resumes at the end of a record that an earlier run has
+    left, with the same result to the last bit. The command is an attribute of the dataset. Reasons
+    to doubt the results are passed to `warn`.
 
     A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
     checkpoints: a resumed run starts its twin anew.
@@ -227,7 +227,7 @@ def run(
         follow()
         loops = [loop(workspace, state) for state in snapshots]
         of_both = zip(snapshots, loops, strict=True)
-        rows = [_scalars(workspace, state, each.opening) for state, each in of_both]
+        rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
         fields = _snapshot_fields(workspace, snapshots)
     scalars, columns = _columns(rows), _columns(record.history)
     errors = {}
@@ -246,8 +246,8 @@ def run(
     if in_line:
         symmetry = "even_x"
         columns, scalars, errors = (
-            {name: values for name, values in each.items() if not name.endswith("_y")}
-            for each in (columns, scalars, errors)
+            {name: values for name, values in table.items() if not name.endswith("_y")}
+            for table in (columns, scalars, errors)
         )
     cycles = [state.cycle for state in snapshots]
     dataset = labelled_case(
@@ -263,11 +263,13 @@ def run(
         symmetry=symmetry,
         command=command,
     )
-    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
-        warn(found)
+    for doubt in dataset.attrs["warnings"].splitlines()[len(before) :]:
+        warn(doubt)
     variables = LINE_SCALARS if in_line else SCALARS
     history = labelled_history(steps_at, columns, of_steps, spent, variables)
-    curves = {n: np.array([getattr(each, n) for each in loops]) for n in ("force", "displacement")}
+    curves = {
+        n: np.array([getattr(curve, n) for curve in loops]) for n in ("force", "displacement")
+    }
     return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
 
 
@@ -296,14 +298,14 @@ def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
 
 
 def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
-    """Every scalar of a state: the measures of each step, and those of its loop."""
-    found = vars(measure(workspace.problem.of(state), state))
-    full = 4.0 * opening * found["tangential_force"]
-    found["sliding_criterion"] = found["dissipated_energy"] / full if full else math.nan
+    """All scalars of a state: the measures of every step, and scalars of its loop."""
+    scalars = vars(measure(workspace.problem.of(state), state))
+    full = 4.0 * opening * scalars["tangential_force"]
+    scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else math.nan
     shares = workspace.problem.wear_law.shares or ()
     for body, share in zip(("indenter", "flat"), shares, strict=False):
-        found[f"wear_volume_{body}"] = share * found["wear_volume"]
-    return found
+        scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
+    return scalars
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
@@ -317,51 +319,53 @@ def estimated_errors(
     spread: Mapping[str, NDArray[np.float64]],
     tolerance: float,
 ) -> dict[str, NDArray[np.float64]]:
-    """Estimate how far results are from those of infinitely narrow cells and short steps.
+    """Estimate how far results are from the limit of infinitely narrow cells and short steps.
 
-    The scalars by name at the snapshots, shape (n,), are those of a run and of its twin, whose
-    cells are some times wider; so are the estimates, in the units of the scalars.
+    The scalars by name at the snapshots, shape (n,), belong to a run and to its twin, whose cells
+    are some times wider. The estimates have the same names, shapes and units.
 
     Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
     times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
     standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
-    between. What two runs differ by at one snapshot may be small by chance: what they differ by in
-    the median snapshot, relative to the value, counts if it is more. It is that of the logarithms,
-    so that a hard snapshot beside an easy one does not count for both. What is not there in one of
-    the two runs, NaN, is zero there; where the run has none, there is no error.
+    between. The difference of two runs at one snapshot may be small by chance: the median over the
+    snapshots of the difference relative to the value counts if it is larger. It is the median of
+    logarithms, so that a hard snapshot beside an easy one does not count for both. A value missing
+    in one of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
 
-    What falls, as the energy of a contact that wears in, is what is left of more: relative to it,
-    an error is no smaller than before. Two runs that agree again do so where they cross.
+    A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
+    relative error is no smaller than before. Two runs that agree again merely cross.
 
-    Two runs may differ by less than what cells leave open by themselves, above all where nothing
-    moves the edges from one snapshot to the next: the standard deviations that edges within cells
-    cause, `fretwear.mechanics.measures.scatter`, are a lower bound. So is a share of the tolerance
-    for what steps add up after the first snapshot: cells and steps may err in opposite directions.
+    Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
+    not move from one snapshot to the next: the standard deviations that edges within cells cause,
+    `fretwear.mechanics.measures.scatter`, are a lower bound. So is a share of the tolerance for
+    values that steps add up after the first snapshot: cells and steps may err in opposite
+    directions.
     """
     apart, sizes, usual = {}, {}, {}
     for name, values in scalars.items():
-        own, other = (np.nan_to_num(np.abs(each)) for each in (values, coarser[name]))
-        apart[name] = np.where(np.isnan(values), np.nan, np.abs(own - other))
-        sizes[name] = np.maximum(own, other)
-        counts = own > _TRACE * own.max()
+        fine, wide = (np.nan_to_num(np.abs(run)) for run in (values, coarser[name]))
+        apart[name] = np.where(np.isnan(values), np.nan, np.abs(fine - wide))
+        sizes[name] = np.maximum(fine, wide)
+        counts = fine > _TRACE * fine.max()
         differs = counts & (apart[name] > 0)
         logarithms = np.log(apart[name][differs] / sizes[name][differs])
         usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
     of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
-    known = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
-    usual.update((name, max(usual[name], known)) for name in of_edges)
+    typical = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
+    usual.update((name, max(usual[name], typical)) for name in of_edges)
     part = _DEVIATIONS / math.sqrt(times**2 - 1.0)
-    found = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
-    found |= {name: np.maximum(found[name], _DEVIATIONS * each) for name, each in spread.items()}
-    for name in (name for name in found if any(word in name for word in _OF_STEPS)):
+    estimates = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
+    for name, deviations in spread.items():
+        estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
+    for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
         least = _DEVIATIONS * _STEPPING * tolerance * np.abs(scalars[name][1:])
-        found[name][1:] = np.maximum(found[name][1:], least)
-    for name, errors in found.items():
-        own = np.abs(scalars[name])
-        for now, falls in enumerate(own[1:] < own[:-1], start=1):
+        estimates[name][1:] = np.maximum(estimates[name][1:], least)
+    for name, errors in estimates.items():
+        size = np.abs(scalars[name])
+        for now, falls in enumerate(size[1:] < size[:-1], start=1):
             if falls:
-                errors[now] = max(errors[now], errors[now - 1] * own[now] / own[now - 1])
-    return found
+                errors[now] = max(errors[now], errors[now - 1] * size[now] / size[now - 1])
+    return estimates
 
 
 def wear_problem(
@@ -396,15 +400,15 @@ def wear_problem(
 
 
 def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
-    """The fields of a dataset over all snapshots on one plane, from the start as stored.
+    """The fields of a dataset over all snapshots on one plane, in the precision that is stored.
 
     Lists of many snapshots in double precision, then stacked, would take most of a run's memory.
     """
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[:1] if workspace.problem.indenter.is_line else plane.shape
-    known = (*FIELDS, *(BODY_FIELDS if workspace.problem.wear_law.shares else ()))
-    stored = {each.name: np.empty((len(snapshots), *shape), each.dtype) for each in known}
+    about = (*FIELDS, *(BODY_FIELDS if workspace.problem.wear_law.shares else ()))
+    stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
@@ -417,7 +421,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
             bodies = [state.wear_indenter, state.wear_flat] if bodies else []
-        found = {
+        values_of = {
             "pressure": state.pressure,
             "reduced": reduced.pressure,
             "slip": slip,
@@ -426,14 +430,14 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             "plastic_depth": state.plastic,
             "gap": state.gap,
             "contact_state": contact_state,
-            **{each.name: wear for each, wear in zip(BODY_FIELDS, bodies, strict=False)},
+            **{field.name: wear for field, wear in zip(BODY_FIELDS, bodies, strict=False)},
         }
-        written = state.geometry.written(found, plane)
-        # Means over a cell whose part slips obey Coulomb's law as far as they are of one pressure.
+        written = state.geometry.written(values_of, plane)
+        # Means over a cell that slips in part obey Coulomb's law if computed from mean pressures.
         sticking = replace(reduced, pressure=written["reduced"])
         written["shear_traction"] = problem.shear_traction(written["pressure"], sticking)
         if plane != state.geometry:
-            # Cells that an edge cuts touch where they carry load, and slip as far as they wear.
+            # Cells cut by an edge touch if they carry load, and their slip follows from their wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)

@@ -1,8 +1,8 @@
 """The jobs of a study before any of them runs, and the records that they leave.
 
 No scipy, xarray or matplotlib here: the Snakefile is read at every call, even if nothing is left to
-do. Nothing of a result depends on a record of a failure, a log or a table of resources: truncated
-or foreign ones are ignored, and a failure to write one ends no computation. ``results`` is the
+do. No result depends on a record of a failure, a log or a table of resources: truncated or foreign
+ones are ignored, and a failure to write one ends no computation. ``results`` is the
 folder of a study's results everywhere.
 """
 
@@ -56,7 +56,7 @@ _SUFFIX = ".failed.json"
 _MOST_RECORD = 100_000
 _MOST_BYTES = 100_000_000
 _MEBIBYTE = 1 << 20
-# File systems differ in how finely they keep the time of a file, and clients of a network one too.
+# File systems, and the clients of network ones, differ in the resolution of file times.
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
 _FAILURES_LISTED = 20
@@ -87,12 +87,12 @@ def study_file(name: str) -> Path:
 
 
 class Job(NamedTuple):
-    """What Snakemake has to know of the job of a batch."""
+    """The properties of the job of a batch that Snakemake needs."""
 
     points: str  # the first and the last, for the command line
     title: str
     priority: int  # the longest first, so that none is left at the end
-    memory_mb: int  # to be reserved by a scheduler
+    memory_mb: int  # for a scheduler to reserve
     minutes: int  # likewise
 
 
@@ -110,10 +110,10 @@ class StudyJobs:
 
         Any other key is a `StudyError`: a misspelt key must not run the default.
         """
-        known = tuple(_CHOICES)
-        rule, remedy = "is not known", f"known are {', '.join(known)}"
-        unknown = [key for key in config if key not in known]
-        problems = [Problem(key, config[key], rule, remedy, None, known, key) for key in unknown]
+        keys = tuple(_CHOICES)
+        rule, remedy = "is not known", f"known are {', '.join(keys)}"
+        unknown = [key for key in config if key not in keys]
+        problems = [Problem(key, config[key], rule, remedy, None, keys, key) for key in unknown]
         # Snakemake passes some words on as text, others as YAML values.
         given = {key: config.get(key, usual) for key, (usual, _, _) in _CHOICES.items()}
         texts = {key: "" if value is None else str(value) for key, value in given.items()}
@@ -144,12 +144,12 @@ class StudyJobs:
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name, a hash of the contents of their files in any order of points."""
-        found, cases = {}, self.study.cases()
+        by_name, cases = {}, self.study.cases()
         for batch in batches(Plan(self.study)):
             snapshots = [(case_id, cases[case_id].output_cycles) for case_id in batch.case_ids]
             text = json.dumps([self.code, snapshots], separators=(",", ":"))
-            found[hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]] = batch
-        return found
+            by_name[hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]] = batch
+        return by_name
 
     @cached_property
     def targets(self) -> tuple[str, ...]:
@@ -157,18 +157,18 @@ class StudyJobs:
 
         A name ends in the number of a round, which increases when a case file was removed or
         changed after the batch was done: the file of the last round is then outdated, and a job is
-        needed to bring it up to date. Finding this out writes and removes nothing.
+        needed to bring it up to date. This check writes and removes no files.
         """
-        folder, found = Path(self.folder), list[str]()
+        folder, names = Path(self.folder), list[str]()
         present = case_files(folder / "cases")
         for name, batch in self.batches.items():
             rounds = (folder / BATCHES / f"{name}-{number}.json" for number in count())
-            found += next(
+            names += next(
                 [file.stem]
                 for file in rounds
                 if not file.exists() or is_finished(file, batch.case_ids, present)
             )
-        return tuple(found)
+        return tuple(names)
 
     def job(self, target: str) -> Job:
         """Return the job that leaves a file of this name."""
@@ -192,7 +192,7 @@ class StudyJobs:
             if case_id in cases
         ]
         lines = [f"fretwear: {len(failed)} of {len(cases)} cases failed"]
-        lines += [f"  {each}" for each in few_of(failed, _FAILURES_LISTED)]
+        lines += [f"  {line}" for line in few_of(failed, _FAILURES_LISTED)]
         end = f"{self.folder}/report.html shows what is done; the next run tries these again."
         return "\n".join([*lines, end]) if failed else ""
 
@@ -207,8 +207,8 @@ FileTrace = tuple[int, float]  # size in bytes, and time of the last change, s
 def case_files(folder: Path) -> dict[str, FileTrace]:
     """Return size and time of the case files in a folder, by case id, without opening them."""
     with suppress(OSError), os.scandir(folder) as entries:
-        found = {each.name[:-3]: each.stat() for each in entries if each.name.endswith(".nc")}
-        return {name: (file.st_size, round(file.st_mtime, 3)) for name, file in found.items()}
+        files = {file.name[:-3]: file.stat() for file in entries if file.name.endswith(".nc")}
+        return {name: (stat.st_size, round(stat.st_mtime, 3)) for name, stat in files.items()}
     return {}
 
 
@@ -226,14 +226,14 @@ def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
 def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileTrace]) -> bool:
     """Return whether the files of a batch are unchanged since it recorded them in ``path``.
 
-    ``present`` are the case files that are there, from `case_files`.
+    ``present`` are the existing case files, from `case_files`.
     """
     try:
         left = json.loads(read_data(path, _MOST_BYTES))["cases"]
         traces = ((*left[case_id], *present[case_id]) for case_id in case_ids)
         return all(
-            size == found and abs(time - modified) <= _SECONDS_OF_DOUBT
-            for size, modified, found, time in traces
+            size == size_now and abs(time - modified) <= _SECONDS_OF_DOUBT
+            for size, modified, size_now, time in traces
         )
     except (OSError, ValueError, LookupError, TypeError, RecursionError, OverflowError):
         return False
@@ -256,13 +256,13 @@ def forget(results: str | PathLike[str], case_id: str) -> None:
 
 def failures(results: str | PathLike[str]) -> dict[str, str]:
     """Return why cases that were started have no result, by id."""
-    found = {}
+    reasons = {}
     for file in sorted(Path(results, LOGS).glob(f"*{_SUFFIX}")):
         with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
-            known, case_id = json.loads(read_data(file, _MOST_RECORD)), file.name[: -len(_SUFFIX)]
-            if known["case_id"] == case_id and isinstance(known["reason"], str):
-                found[case_id] = known["reason"]
-    return found
+            entry, case_id = json.loads(read_data(file, _MOST_RECORD)), file.name[: -len(_SUFFIX)]
+            if entry["case_id"] == case_id and isinstance(entry["reason"], str):
+                reasons[case_id] = entry["reason"]
+    return reasons
 
 
 def log_file(results: str | PathLike[str], case_id: str) -> Path:
@@ -292,7 +292,7 @@ class Spent(NamedTuple):
 def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
     """Sum the resources of the simulation jobs, each by its last run; None if not measured.
 
-    Their tables are in subfolders of ``benchmarks/``, those of other rules in ``benchmarks/``
+    Their tables are in subfolders of ``benchmarks/``; tables of other rules are in ``benchmarks/``
     itself.
     """
     rows = []
@@ -306,6 +306,6 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
     if not rows:
         return None
     columns = zip(*rows, strict=True)
-    seconds, processor, memory = (list(filter(math.isfinite, each)) for each in columns)
+    seconds, processor, memory = (list(filter(math.isfinite, column)) for column in columns)
     largest = max(memory, default=math.nan) * _MEBIBYTE
     return Spent(len(rows), math.fsum(seconds), math.fsum(processor), largest)

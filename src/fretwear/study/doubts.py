@@ -23,23 +23,23 @@ from fretwear.study.spacing import (
 from fretwear.theory import share_of_band
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
-FEW_POINTS = 20  # measured on a contact radius: fewer hardly show a roughness
-GREATEST_MEASURED_SLOPE = 1.0  # that a profilometer shows; a steeper surface has wrong units
-FEW_CELLS = 5  # on a stick radius: of fewer its edge is hardly one
-GREATEST_SLOPE = 0.3  # of a roughness; half-space theory takes slopes for small
+FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
+GREATEST_MEASURED_SLOPE = 1.0  # in profilometry; a steeper surface has wrong units
+FEW_CELLS = 5  # cells on a stick radius; fewer hardly show its edge
+GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
 
-# Relative errors of results: above the first they are marked, above the second doubtful.
+# Relative errors of results: above the first, results are marked; above the second, doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
 
-# Energy of the first cycle of unlike bodies, relative to that of later ones: β/µ of 1 gives 4 at
+# Energy of the first cycle of unlike bodies, relative to later cycles: β/µ of 1 gives 4 at
 # Q/µP = 0.3 and 1 at 0.6, larger β/µ hardly more.
 _MOST_OF_FIRST_CYCLE = 6.0
 
-# Cells narrower than this part of what they are would take a hundred times longer; of a point
-# contact over a stroke, whose matrices are dense, the second.
+# Least factor on the width of cells: narrower ones would take a hundred times longer. The second is
+# for a point contact over a stroke, whose matrices are dense.
 LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = LEAST_COARSENESS, 0.5
 LEAST_TOLERANCE = 1e-5
 
@@ -58,17 +58,16 @@ class Doubt:
 
 def _lengths(**lengths: float) -> str:
     """Lengths, m, by their names."""
-    told = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
-    return ", ".join(told).replace("_", " ")
+    texts = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
+    return ", ".join(texts).replace("_", " ")
 
 
 def _of_cells(case: Case) -> Iterator[Doubt]:
     """Rings and strips follow the edge of stick, with several of them across the band that yields.
 
-    There the bodies sink by the width of that band while wear frees a cell, in 1/(β p_lim) cycles,
-    so the edge of stick recedes by as many of its widths as there are such times, or less. Where
-    that is little, only the plastic volume is wrong: zero on cells that show no pressure above the
-    limit.
+    While wear frees a cell, in 1/(β p_lim) cycles, the bodies sink by the width of that band, so
+    the edge of stick recedes by at most one width in each such time. If it recedes little, only the
+    plastic volume is wrong: it is zero on cells that show no pressure above the limit.
     """
     cells, tips = case.grid_spacing, zones_of_tip(case)
     cell = math.sqrt(math.prod(cells))
@@ -93,12 +92,12 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
         for zone, (widths, number) in tips.items()
         for wide, cell in zip(widths, cells, strict=True)
     ]
-    coarsest, told = max(coarse, default=(0.0, ""), key=lambda each: each[0])
+    coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
     if coarsest > 2.0:
         yield Doubt(
             "touches on asperities whose contacts, or the zones that slip or yield in them, are "
             "too narrow for the cells",
-            told,
+            detail,
             "trust results within their estimated errors; where these are large, a warning after "
             "the run tells what would reduce them"
             if case.error_estimate
@@ -116,7 +115,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
 def _reaches_limit(case: Case) -> bool:
     """Whether wear brings the pressure p at the edge of stick to the plastic limit in time.
 
-    The neighbourhood of the edge has no scale of its own: its pressure follows from β N p alone.
+    The neighbourhood of the edge has no length scale: its pressure follows from β N p alone.
     On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP
     of 0.1 to 0.9 and limits of 1.05 to 5 p0.
     """
@@ -152,16 +151,17 @@ def _of_slip(case: Case) -> Iterator[Doubt]:
 
 def _of_surfaces(case: Case) -> Iterator[Doubt]:
     radius = case.hertz_radius
-    surfaces = [each for each in (case.roughness, case.counterface) if each is not None]
-    measured = [each for each in surfaces if math.isfinite(min(each.sides))]
-    sides = [min(each.sides) for each in measured]
-    distances = [max(each.finest) / 2.0 for each in measured]
+    both = case.roughness, case.counterface
+    surfaces = [surface for surface in both if surface is not None]
+    measured = [surface for surface in surfaces if math.isfinite(min(surface.sides))]
+    sides = [min(surface.sides) for surface in measured]
+    distances = [max(surface.finest) / 2.0 for surface in measured]
     for surface, side, distance in zip(measured, sides, distances, strict=True):
         likely = surface.steepest <= GREATEST_MEASURED_SLOPE
         if not (likely and distance <= radius <= 10.0 * side):
             lengths = {"side": side, "distance_of_points": distance, "height": surface.highest}
             yield Doubt(
-                "is that of a surface whose units are probably wrong",
+                "belongs to a surface whose units are probably wrong",
                 _lengths(**lengths, contact_radius=radius),
                 "compare with what the instrument shows, and export the file with its units",
             )
@@ -176,8 +176,8 @@ def _of_surfaces(case: Case) -> Iterator[Doubt]:
         yield Doubt(
             "is computed on a surface measured at few points",
             _lengths(distance=max(distances), contact_radius=radius),
-            f"measure {FEW_POINTS} points per contact radius or more: what lies between is not "
-            "known",
+            f"measure {FEW_POINTS} points per contact radius or more: heights in between are "
+            "not known",
         )
     if case.rough is not None and min(case.rough.period) < 3.0 * radius:
         yield Doubt(
@@ -192,15 +192,14 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
 
     The model has neither. The first changes pressure and wear in every cycle; the second is
     forgotten after the first cycles, except by the mean of the tractions at +Q and −Q. Estimates
-    are those of `tests/mechanics/test_neglected.py`, rounded up.
+    come from `tests/mechanics/test_neglected.py`, rounded up.
     """
     beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
     local, in_all = beta * (friction + 2.0 * beta), 2.0 * beta**2
     given = f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ"
     if local > LARGE_ERROR:
         yield Doubt(
-            "is that of unlike bodies, whose friction also moves them apart, which the model "
-            "neglects",
+            "joins unlike bodies, whose friction also moves them apart, which the model neglects",
             f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
             f"{100.0 * in_all:.2g} % of wear volume and dissipated energy",
             "treat these as uncertain by as much; slip that the normal load causes affects only "
@@ -212,15 +211,15 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
             "has so few cycles that the first one counts, in which unlike bodies still slip from "
             "the normal loading, which the model neglects",
             f"{given}; up to {100.0 * first:.0f} % more energy and wear in that cycle",
-            f"run {math.ceil(first / LARGE_ERROR)} cycles or more, or take slip, wear and energy "
-            "for those of later cycles, which forget the normal loading",
+            f"run {math.ceil(first / LARGE_ERROR)} cycles or more, or read slip, wear and energy "
+            "as values of later cycles, which forget the normal loading",
         )
 
 
 def _of_materials(case: Case) -> Iterator[Doubt]:
     pressures = case.plastic_limit, case.hertz.mean_pressure
     if pressures[0] < pressures[1]:
-        numbers = (format_quantity(each, PRESSURE, 3) for each in pressures)
+        numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
         yield Doubt(
             "yields all over at the first loading, beyond what a pressure limit describes",
             "plastic limit {}, mean Hertz pressure {}".format(*numbers),
@@ -247,38 +246,40 @@ def doubts(
     cannot bear the shear of the slip model.
     """
     checks = (_of_cells, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
-    found = [doubt for check in checks for doubt in check(case)]
+    reasons = [doubt for check in checks for doubt in check(case)]
     if trouble:
         what = "is computed without estimates of errors, since a run on wider cells failed"
         remedy = "write a finer cell, or error_estimate: false to do without"
-        found.append(Doubt(what, trouble, remedy))
+        reasons.append(Doubt(what, trouble, remedy))
     if beyond_friction > SMALL_ERROR:
         what = (
-            "has the shear of the smooth unworn contact, which exceeds what friction bears on the "
-            "pressure of this one, and is cut to that"
+            "has the shear of the smooth unworn contact, which exceeds the friction that the "
+            "pressure of this one can bear, and is cut to it"
         )
         detail = f"in {100.0 * beyond_friction:.2g} % of the stick zone"
-        found.append(Doubt(what, detail, "write slip_model: jaeger for the shear of this surface"))
-    words, error = max((errors or {}).items(), key=lambda each: each[1], default=("", 0.0))
+        reasons.append(
+            Doubt(what, detail, "write slip_model: jaeger for the shear of this surface")
+        )
+    words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if error > LARGE_ERROR:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
-        found.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
-    return tuple(found)
+        reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
+    return tuple(reasons)
 
 
 def finer(case: Case, error: float) -> str:
-    """Return what a study file should say to reduce a relative error to `SMALL_ERROR`.
+    """Return the keys of a study file that reduce a relative error to `SMALL_ERROR`.
 
-    Errors are estimated from a run with wider cells and a tolerance larger by the square of that,
-    so both are reduced alike. Where that would take too long, it says what error would be left.
+    Errors are estimated from a run with wider cells and a tolerance larger by the square of that
+    factor, so both are reduced alike. If that would take too long, the text states the error left.
     """
     of_scar = case.loading.stroke and not case.indenter.is_line
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)
     cell = cell_text([rounded_down(smaller * width) for width in case.grid_spacing])
     tolerance = max(smaller**2 * case.tolerance, LEAST_TOLERANCE)
-    found = f"cell: {cell} and tolerance: {tolerance:.1g}"
+    text = f"cell: {cell} and tolerance: {tolerance:.1g}"
     left = smaller * error
     if left > 1.1 * SMALL_ERROR:
-        found += f", which leaves an error of about {100.0 * left:.0f} %, or accept it"
-    return found
+        text += f", which leaves an error of about {100.0 * left:.0f} %, or accept it"
+    return text

@@ -33,7 +33,7 @@ IN_BLOCKS = {
 
 @dataclass(frozen=True, init=False, kw_only=True)
 class Draft(Setup):
-    """What is pressed and rubbed: the members of a case, valid each by itself, in SI units."""
+    """The members of a case, each valid by itself, in SI units."""
 
     indenter: Annotated[
         Indenter,
@@ -126,20 +126,23 @@ class Draft(Setup):
 
     @classmethod
     def of(cls, assembled: Mapping[str, Any]) -> Self:
-        """Return what is made of members already read and checked; some may be missing.
+        """Return the case of members already read and checked; some may be missing.
 
-        Blocks give the number of cycles, and snapshots and loads per length suit the others.
+        The number of cycles follows from the blocks; snapshots and loads per length are adapted to
+        the other members.
         """
         case = object.__new__(cls)
-        own = vars(case)
-        own |= assembled
+        values = vars(case)
+        values |= assembled
         if blocks := case.blocks:
-            own["cycles"] = sum(block.cycles for block in blocks)
-            own["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
-        if "cycles" in own:
-            own["output_cycles"] = snapshots_of(own.get("output_cycles"), own["cycles"])
-        if getattr(own.get("indenter"), "is_line", False):
-            own |= {name: own[name].in_line() for name in ("normal", "loading") if name in own}
+            values["cycles"] = sum(block.cycles for block in blocks)
+            values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+        if "cycles" in values:
+            values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
+        if getattr(values.get("indenter"), "is_line", False):
+            values |= {
+                name: values[name].in_line() for name in ("normal", "loading") if name in values
+            }
         return case
 
     def __getattr__(self, name: str) -> Any:
@@ -162,7 +165,7 @@ class Draft(Setup):
 
     @property
     def is_graded(self) -> bool:
-        """Whether it is computed on graded rings or strips: `cell` is that of written fields."""
+        """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
         is_line = self.rough is None and self.indenter.is_line and not self.loading.stroke
         return self.is_on_rings or is_line
 
@@ -170,7 +173,7 @@ class Draft(Setup):
     def tangential_ratio(
         self,
     ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
-        """X = Q/(µP); of the unworn smooth contact if a displacement is imposed."""
+        """X = Q/(µP); for the unworn smooth contact if a displacement is imposed."""
         return self.loading.ratio(*self._unworn)
 
     @property
@@ -215,8 +218,8 @@ class Draft(Setup):
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
         """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
 
-        For an elliptical contact, that of the circle of the same area. It also sets the scale of
-        contacts outside Hertz's theory, but is not among their coordinates.
+        For an elliptical contact, it is the radius of a circle of the same area. It also sets the
+        scale of contacts outside Hertz's theory, but is not among their coordinates.
         """
         return self.hertz.contact_radius
 
@@ -247,8 +250,8 @@ class Draft(Setup):
             end += block.cycles
             changed: dict[str, Any] = {"blocks": ()}
             for member, about in IN_BLOCKS.items():
-                known = about.keys
-                if given := {name: value for name, value in block.values if name in known}:
+                keys = about.keys
+                if given := {name: value for name, value in block.values if name in keys}:
                     changed[member] = about.changed(getattr(self, member), given)
             yield end, None if None in changed.values() else self.of(vars(self) | changed)
 

@@ -1,4 +1,4 @@
-"""The default grid spacing: what resolves the contact, up to a limit on its cost."""
+"""The default grid spacing, which resolves the contact up to a limit on its cost."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Spacing = tuple[float, float]
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 CELLS_PER_SLIDING_RADIUS = (8, 16)  # of a point and a line contact
-CELLS_PER_SLIDING_EDGE = 8  # that is rounded, up to so many on the radius:
+CELLS_PER_SLIDING_EDGE = 8  # of a rounded edge, up to so many on the radius:
 MOST_CELLS_PER_SLIDING_RADIUS = (16, 400)
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
@@ -31,7 +31,7 @@ CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips h
 CELLS_ACROSS_TIP = 12.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
 STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
-# Width of cells over that of a tip's own ones from which on the band that yields counts.
+# Width of cells, over the width that suits a tip, from which on the band that yields counts.
 FINEST_IN_TIP = 0.01
 NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 MOST_CELLS, MOST_STRIPS = 30_000, 1_000
@@ -41,8 +41,8 @@ LEAST_COARSENESS = 0.125
 MOST_WRITTEN = 600
 """Cells along an axis of the whole contact on which fields of graded cells are only written."""
 LARGEST_ROUNDING = 1.1
-"""Over this a length rounded down to two digits is less, at most."""
-# Largest part of the window that is beyond the contact, over the contact.
+"""Largest ratio of a length to itself rounded down to two digits."""
+# Largest half-width of the window, over the contact radius.
 _WINDOW = 1.28
 
 # Fitted to runs, with the costs of `fretwear.study.plan`.
@@ -67,7 +67,7 @@ def usual_spacing(case: Draft) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
-    `MOST_CELLS` allow; where it is that of written fields only, as far as `MOST_WRITTEN` allow.
+    `MOST_CELLS` allow; if only written fields have it, as far as `MOST_WRITTEN` allow.
     """
     (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
@@ -80,16 +80,16 @@ def usual_spacing(case: Draft) -> Spacing:
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     if case.is_graded:
         least = 2.0 * _WINDOW * greatest_contact_radius(case) / MOST_WRITTEN
-        dx, dy = (each if each >= least else LARGEST_ROUNDING * least for each in (dx, dy))
+        dx, dy = (width if width >= least else LARGEST_ROUNDING * least for width in (dx, dy))
     return dx, dy
 
 
 def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
-    Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
-    contact that yields does so in a narrow ring at the edge of stick, which asks for twice the
-    cells unless it is too narrow for these to yield, and so does a rough one that is pressed flat.
+    Contact radius, stick radius and slip annulus belong to the smooth elastic sphere. A smooth
+    contact that yields does so in a narrow ring at the edge of stick, and so does a rough one that
+    is pressed flat: it needs twice the cells, unless the ring is too narrow for these to yield.
     Wave lengths count along their own direction, so dx and dy differ where the waves do.
     """
     zones = zones_of_tip(case)
@@ -114,13 +114,13 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
         least = radius / MOST_CELLS_PER_SLIDING_RADIUS[is_line]
         contact = min(radius / CELLS_PER_SLIDING_RADIUS[is_line], max(edge, least))
     # An elliptical contact is resolved alike along both of its axes.
-    wide = (each / radius * contact for each in case.indenter.half_widths(case.hertz))
-    fine = [[each / part.cells for each in part.finest] for part in case.surfaces.values()]
-    dx, dy = (min(each) for each in zip(wide, *fine, strict=True))
+    wide = (half / radius * contact for half in case.indenter.half_widths(case.hertz))
+    fine = [[length / part.cells for length in part.finest] for part in case.surfaces.values()]
+    dx, dy = (min(widths) for widths in zip(wide, *fine, strict=True))
     # A line contact has one row of cells.
     coarse = dx, dx if is_line else dy
     tips = ([wide / cells for wide in widths] for widths, cells in zones.values())
-    dx, dy = (min(each) for each in zip(coarse, *tips, strict=True))
+    dx, dy = (min(widths) for widths in zip(coarse, *tips, strict=True))
     return coarse, (dx, dy)
 
 
@@ -136,9 +136,9 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
-    none where there are no tips of known shape, or where they are pressed flat. A tip near
-    the middle carries the share of the area that it stands for under the pressure of the smooth
-    contact, which under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip. Where
+    none if there are no tips of known shape, or if they are pressed flat. A tip near the middle
+    carries the load on its share of the area under the pressure of the smooth contact. Under P*
+    that pressure is lower by the factor (1 − X)^(1/3), and so is the load of a tip. Where
     the tip itself is at the plastic limit, its contact carries its load at that pressure, and its
     stick zone its reduced load.
     """
@@ -155,16 +155,16 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     radius_x, radius_y = (1.0 / (c + of_indenter) for c in (tip.curvature_x, tip.curvature_y))
     contact = EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
     widened = max(1.0, contact.spread_radius(case.plastic_limit) / contact.contact_radius)
-    along_x, along_y = (widened * each for each in contact.half_widths)
+    along_x, along_y = (widened * half for half in contact.half_widths)
     zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
     share = math.cbrt(1.0 - min(case.tangential_ratio, 1.0))
-    # Where all slides there is no edge of stick.
+    # A contact that slides as a whole has no edge of stick.
     if math.isfinite(case.plastic_limit) and share > 0.0:
         round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
         band = LimitingState(round_one, 1.0 - share).width_above(case.plastic_limit)
         part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
         cell = 2.0 / CELLS_ACROSS_TIP
-        # Of a band that is too narrow for any cells to yield, the contact's own are enough.
+        # If a band is too narrow for any cells to yield, the cells of the contact are enough.
         if counts := share_of_band(part, FINEST_IN_TIP * cell):
             number = part / cell * (CELLS_ACROSS_YIELDING_BAND * cell / part) ** counts
             zones["band that yields"] = ((part * along_x, part * along_y), number)
@@ -172,10 +172,10 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
 
 
 def _zones_of_ridge(case: Draft, tip: Tip) -> dict[str, tuple[Spacing, float]]:
-    """Return the zones of a ridge along y, a line contact itself, and the stick zone of all.
+    """Return the zones of a ridge along y, itself a line contact, and the whole stick zone.
 
-    A ridge carries the pressure of the smooth contact over a wavelength, and under P* √(1 − X) of
-    that. Half the pressure that closes the gaps makes its contact half a wavelength wide
+    A ridge carries the pressure of the smooth contact over a wavelength, under P* reduced by the
+    factor √(1 − X). Half the pressure that closes the gaps makes its contact half a wavelength wide
     (Westergaard 1939); where the pressure is higher, ridges farther out touch on this width.
     """
     of_indenter = 1.0 / case.indenter.curvature_radius
@@ -184,7 +184,7 @@ def _zones_of_ridge(case: Draft, tip: Tip) -> dict[str, tuple[Spacing, float]]:
     contact = LineContact(1.0 / (tip.curvature_x + of_indenter), load, modulus)
     half, spread = contact.contact_radius, contact.spread_radius(case.plastic_limit)
     share = math.sqrt(1.0 - min(case.tangential_ratio, 1.0))
-    # At the plastic limit a width grows with the load, in an elastic contact with its root.
+    # The width grows with the load at the plastic limit, and with its root in an elastic contact.
     slip = max(half, spread) * (1.0 - (share if spread > half else math.sqrt(share)))
     width = min(2.0 * max(half, spread), 0.5 * tip.apart_x)
     zones = {
@@ -196,7 +196,7 @@ def _zones_of_ridge(case: Draft, tip: Tip) -> dict[str, tuple[Spacing, float]]:
 
 
 def rounded_down(length: float, digits: int = 2) -> float:
-    """Return a length of a few digits."""
+    """Return a length rounded down to a few digits."""
     unit = 10.0 ** (math.floor(math.log10(length)) + 1 - digits)
     # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
@@ -223,7 +223,7 @@ def greatest_contact_radius(case: Draft) -> float:
 def stick_shrinks(case: Draft) -> bool:
     """Whether the stick edge yields and slip follows it: then the contact widens without bound.
 
-    A band too narrow for the cells to yield does nothing of the kind.
+    A band too narrow for the cells to yield has no such effect.
     """
     if math.isinf(case.plastic_limit) or not case.slip_model.follows_shape:
         return False
