@@ -280,6 +280,18 @@ def test_wear_is_that_of_the_independent_reference(ratio, limit):
         assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.03)
 
 
+def test_bodies_that_sink_far_less_than_their_approach_meet_on_the_narrowest_rings():
+    """As worn ones do at a tiny reduced load: rounding of heights is all that may be left."""
+    rings = Rings.graded(Grading(0.0, A, A, 3e-6 * A), 1.3 * A)
+    bodies, unworn = rings.half_space(MODULUS), fretting().unworn(rings)
+    for offset in (0.0, 10.0 * HERTZ.approach, 100.0 * HERTZ.approach):
+        problem = ContactProblem(bodies, unworn + offset, SPHERE_LOAD)
+        found = solve_contact(problem, tolerance=1e-8)
+        assert found.approach - offset == near(HERTZ.approach, rel=1e-7)
+        # Of sums of some hundred terms.
+        assert found.residual < 1e-13 * (1.0 + offset / HERTZ.approach)
+
+
 def test_fields_on_a_plane_are_those_along_the_radius():
     problem = fretting(geometry=Rings)
     state = first_loading(problem)

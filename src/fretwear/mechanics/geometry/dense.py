@@ -417,26 +417,27 @@ class DenseHalfSpace(HalfSpace):
                 free[np.argmin(order)] = True
             cells = np.flatnonzero(free)
             block = matrix[np.ix_(cells, cells)]
-            right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
+            # Solved for the residual, so that the next solution corrects the rounding of this one.
+            left_open = (separation[cells] - approach) / unit
+            right = np.stack([-left_open, np.ones(cells.size)], axis=1)
             if layer is not None:
                 tangent = layer.tangent_in(unit, pressure[:, None], self.team)[:, 0]
                 block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
-                slope = layer.per_approach(pressure[:, None])[cells, 0]
-                right += np.stack([approach / unit * slope, -slope], axis=1)
+                right[:, 1] -= layer.per_approach(pressure[:, None])[cells, 0]
             moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
-            level = approach / unit
+            sinks = 0.0
             if problem.load is not None:
                 missing = problem.total - weights @ pressure
-                level = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
-                approach = float(level * unit)
+                sinks = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
+                approach += float(sinks * unit)
             if layer is not None:
                 layer = layer.at(approach)
                 problem = replace(problem, layer=layer)
             change = np.zeros_like(pressure)
-            change[cells] = moved + level * uniform
+            change[cells] = moved + sinks * uniform
             unbounded = pressure + change
             displacement = self.displacement(unbounded[:, None])
-            gap = problem.shape[:, 0] + displacement[:, 0] - level * unit
+            gap = problem.shape[:, 0] + displacement[:, 0] - approach
             if layer is not None:
                 bounded = np.clip(unbounded, 0.0, limit)
                 gap += layer.displacement(bounded[:, None])[:, 0]
@@ -456,7 +457,7 @@ class DenseHalfSpace(HalfSpace):
                 return Contact(
                     pressure[:, None],
                     gap[:, None],
-                    float(level * unit),
+                    approach,
                     high[:, None],
                     residual,
                     convolutions=step,
