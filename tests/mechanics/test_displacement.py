@@ -286,3 +286,19 @@ def test_blocks_follow_each_other_on_the_same_shape():
         *_, last = steps(case, start=start, geometry=Rings)
         np.testing.assert_array_equal(last.state.wear, run[-1].wear)
     assert Case(**case.canonical_parameters()).case_id == case.case_id
+
+
+def test_bodies_do_not_heal_where_rings_follow_another_load():
+    """Cubics through two plastic depths may cross, so rings are replaced before the depth grows."""
+    blocks = (
+        {"cycles": n, "load": load} for n, load in ((300, "50 N"), (300, "35 N"), (100, "50 N"))
+    )
+    case = blocks_of(*blocks, load=None, tangential_ratio=0.2, plastic_limit="1027 MPa")
+    run = [step.state for step in steps(case, geometry=Rings)]
+    for before, state in itertools.pairwise(run):
+        then = before.geometry.resized(before.plastic, state.geometry)
+        assert (state.plastic >= then * (1.0 - 1e-12)).all()
+    again = [state for state in run if state.cycle > 600]
+    # It yields as it is loaded again, and other rings are there.
+    assert again[0].plastic.max() > 0.0
+    assert len({state.geometry.edges for state in run if state.plastic.any()}) > 1

@@ -221,8 +221,8 @@ def first_loading(
 ) -> State:
     """The state with which a loading begins, yielded where the plastic limit requires it.
 
-    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0, on the first
-    cells of the problem unless there are others. A
+    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. Unless there
+    are other ``cells``, it is on the same ones, or on the first of the problem. A
     `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
@@ -230,13 +230,13 @@ def first_loading(
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     while True:
         ground, nothing = workspace.on(geometry), np.zeros(geometry.shape)
-        before = before and before.on(workspace, geometry)
-        wear, opening, plastic = (
-            getattr(before, name, nothing) for name in ("wear", "opening", "plastic")
+        start, wear, opening, plastic = (
+            nothing if before is None else before.geometry.resized(getattr(before, name), geometry)
+            for name in ("pressure", "wear", "opening", "plastic")
         )
         contact = solve_contact(
             problem.contact(ground.half_space, ground.unworn + opening + plastic),
-            getattr(before, "pressure", None),
+            start,
             tolerance=accuracy.contact,
         )
         spent += contact.convolutions
@@ -289,17 +289,18 @@ class Evolution(Integrator[State]):
 
     def load(self) -> None:
         """Load the bodies anew."""
-        problem, unworn, spent = self.problem, self.before is None, 0
-        self.state = first_loading(problem, self.accuracy, self.workspace, self.before)
-        for _ in range(_RELOADED if unworn else 0):
+        problem, before, spent = self.problem, self.before, 0
+        self.state = first_loading(problem, self.accuracy, self.workspace, before)
+        for _ in range(_RELOADED):
             fitting = self.state.geometry.ahead_of(problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:
                 self._move_to(fitting)
                 break
             # Bodies that yield have another edge of stick than was foreseen. What cells about that
-            # one would take over is not in equilibrium, by more than a first step wears.
-            spent += self.state.convolutions
-            self.state = first_loading(problem, self.accuracy, self.workspace, cells=fitting)
+            # one would take over is not in equilibrium, by more than a first step wears. A plastic
+            # depth is moved before it grows, or it might fall in places: cubics of two may cross.
+            spent += self.state.convolutions - getattr(before, "convolutions", 0)
+            self.state = first_loading(problem, self.accuracy, self.workspace, before, fitting)
         self.state = replace(self.state, convolutions=self.state.convolutions + spent)
 
     def settling(self) -> float:
