@@ -176,6 +176,30 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
     assert np.array_equal(elastic.wear_flat, without.wear_flat)
 
 
+def test_steep_ridges_below_their_limit_are_elastic_and_those_above_carry_the_load_at_it():
+    """The whole contact of a smooth cylinder, with which the search begins, is far from either."""
+
+    def loaded(limit):
+        problem = sliding(
+            stroke=8e-6,
+            roughness=WavyRoughness(2e-7, 0.05, 0.0),
+            limit=limit / P0,
+            extent=(1.5 * A, 1.5 * A),
+            cells=40,
+        )
+        return problem, next(slide(problem, (10.0,)))
+
+    _, elastic = loaded(math.inf)
+    peak = elastic.pressures.max()
+    _, below = loaded(1.2 * peak)
+    np.testing.assert_array_equal(below.pressures, elastic.pressures)
+    problem, above = loaded(0.8 * peak)
+    assert above.pressures.max() == pytest.approx(problem.plastic_limit, rel=1e-12)
+    assert above.plastic.max() > 0.0
+    loads = problem.spacing[0] * above.pressures.sum(axis=(1, 2))
+    np.testing.assert_allclose(loads, LOAD, rtol=1e-9)
+
+
 @pytest.mark.parametrize("part", [0.5, 0.9])
 def test_ridges_that_all_yield_have_the_area_that_carries_the_load_and_wear_on(part):
     """At each position of the stroke; and wear is that of the whole load on the whole path."""

@@ -157,20 +157,21 @@ class _Slider(Integrator[StrokeState]):
         while True:
             rubbing, before = self.rubbing, self.before
             at = rubbing.x[:, None] - rubbing.places[:, None, None]
-            closed = (at / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
+            inside = (at / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
+            start = inside.astype(np.float64)
             worn, sunk = np.zeros((2, 2, *rubbing.geometry.shape))
             if before is not None:
-                closed = closed | (before.pressures > 0).any(axis=0)
+                start = np.maximum(start, (before.pressures > 0).any(axis=0))
                 worn, sunk = before.worn, before.sunk
             rigid, change = np.zeros((2, 1, 1)), inf
-            found = rubbing.solve(self.opens * worn + sunk, rigid, closed)
+            found = rubbing.solve(self.opens * worn + sunk, rigid, start)
             # What sinks at one position carries less at others, where more sinks in the next pass.
             for left in reversed(range(_LARGEST_PASSES)):
                 settled = change <= self.tolerance or not found.flow.any() or not left
                 if self._outgrown(found) or settled:
                     break
-                sunk, means, closed = sunk + found.flow, found.means, found.pressures > 0
-                found = rubbing.solve(self.opens * worn + sunk, rigid, closed)
+                sunk, means, start = sunk + found.flow, found.means, found.pressures
+                found = rubbing.solve(self.opens * worn + sunk, rigid, start)
                 change = float(np.abs(found.means - means).sum() / means.sum())
             if rubbing is self.rubbing:
                 break
@@ -200,22 +201,22 @@ class _Slider(Integrator[StrokeState]):
         del output_step
         base = self.state
 
-        def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> Contacts:
+        def stage(known: Array, sunk: Array, rates: Array, start: Array) -> Contacts:
             compliance = self.opens * DIAGONAL * step * rates
-            return self.rubbing.solve(self.opens * known + sunk, compliance, closed)
+            return self.rubbing.solve(self.opens * known + sunk, compliance, start)
 
         middle, started = base.cycle + GAMMA * step, base.rates
         # What drives the wear coefficient lags by one stage.
         driver = self.driver(base.cycle, base.pressures)
         known = base.worn + DIAGONAL * step * started
-        first = stage(known, base.sunk, self.rates(middle, driver), base.pressures > 0)
+        first = stage(known, base.sunk, self.rates(middle, driver), base.pressures)
         reached = self.driver(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
         known = base.worn + WEIGHT * step * (started + between)
         ahead = max(0.0, reached + BEYOND * (reached - driver))
         rates = self.rates(end, ahead)
-        last = stage(known, sunk, rates, first.pressures > 0)
+        last = stage(known, sunk, rates, first.pressures)
         if self._outgrown(last):
             return None
         ended = rates * last.means
@@ -417,20 +418,24 @@ class Rubbing:
         order = np.argsort(shape + sunk, kind="stable")
         return np.sort(order[:count]), order[count : count + 1], self.load - count * carried
 
-    def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
+    def solve(self, opening: Array, compliance: Array, start: Array) -> Contacts:
         """The contacts of all positions; a ContactError if the cells in contact do not settle.
 
         ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
         and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
-        (2, 1, 1), not negative; ``closed`` is a first guess of the cells in contact, shape
-        (positions, 2n, m).
+        (2, 1, 1), not negative; ``start`` is a first guess of the pressures, Pa, shape
+        (positions, 2n, m), of which only the cells in contact and those at the limit matter.
+
+        Both bounds at once from a distant start lead to wrong sets of cells. So if no cell of the
+        start is at the limit, the contacts without a limit are solved first.
         """
         from scipy.linalg import cho_factor, cho_solve
 
-        shape_of_cells, shape_of_bodies = closed.shape, opening.shape
+        shape_of_cells, shape_of_bodies = start.shape, opening.shape
         compliance = np.broadcast_to(compliance, opening.shape).ravel()
-        opening, closed = opening.ravel(), closed.reshape(len(closed), -1).copy()
-        capped = np.zeros_like(closed)
+        opening, start = opening.ravel(), start.reshape(len(start), -1)
+        closed, capped = start > 0, start >= self.limit
+        limit = self.limit if capped.any() else inf
         shapes = [
             shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
         ]
@@ -479,13 +484,18 @@ class Rubbing:
                 touches = gap < (1.0 - _CLOSED) * approach
                 now_closed[place] = np.where(closed[place], pressure > 0, touches)
                 full, sunk = capped[place], approach - gap
-                held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * self.limit
+                held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * limit
                 now_capped[place] = np.where(full, held, yields)
                 if full.any():
                     sinking = worn[np.flatnonzero(full)].tocoo()
                     depth = np.maximum(sunk[full], 0.0)[sinking.row]
                     np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
-            if np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped):
+            settled = np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped)
+            if settled and limit > self.limit and (pressures > self.limit).any():
+                limit, fewest, patience = self.limit, closed.size + 1, _PATIENCE
+                capped = pressures > limit
+                continue
+            if settled:
                 means = np.sum([weight * (worn.T @ p) for weight, worn, *_, p in parts], axis=0)
                 return Contacts(
                     pressures.reshape(shape_of_cells),
