@@ -1,4 +1,4 @@
-"""How well the plan of a study predicts what its cases take on this machine.
+"""How well the plan of a study predicts the time and memory of its cases on this machine.
 
     python -m benchmarks.cost [--quick] [--output FILE.json]
     python -m benchmarks.cost --measured FILE.json
@@ -89,7 +89,7 @@ SPREAD: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Numbers:
-    """What a case takes: estimated or measured."""
+    """Time and memory of a case, estimated or measured."""
 
     cells: int
     steps: float
@@ -99,7 +99,7 @@ class Numbers:
 
     @classmethod
     def of(cls, expected: Estimate, speed: float) -> Numbers:
-        """What is expected on a machine of a speed."""
+        """The estimate for a machine of some speed."""
         return cls(
             expected.cells,
             expected.steps,
@@ -131,7 +131,7 @@ def measure(content: dict[str, Any]) -> Numbers:
 
 
 def compare(names: list[str], kept: Path | None) -> Iterator[tuple[str, Numbers, Numbers]]:
-    """Run the cases, or read what was kept of them; yield what was expected and measured."""
+    """Run the cases, or read their stored data; yield estimates and measurements."""
     earlier = json.loads(kept.read_text(encoding="utf-8")) if kept else {}
     for name in names:
         content = {**BASE, **SPREAD[name]}

@@ -1,4 +1,4 @@
-"""Fail every operation of a small study, and the power, and see what is left.
+"""Fail every operation of a small study, and the power, and judge the remains.
 
 ``python -m benchmarks.faults`` writes the table of docs/reliability.md; ``--every N`` tries every
 N-th point only. A process, into which ``faults.c`` is preloaded, computes, merges, draws and
@@ -102,7 +102,7 @@ class Fault(ctypes.Structure):
 
 @dataclass
 class Tally:
-    """What was found at the points of one fault."""
+    """The findings at the points of one fault."""
 
     name: str
     of: int = 0
@@ -170,7 +170,7 @@ class Trials:
         (self.home / "two.yaml").write_text(STUDY)
 
     def undisturbed(self, command: str) -> tuple[int, str]:
-        """Run a command in a child; return its exit status and what it said."""
+        """Run a command in a child; return its exit status and its output."""
         child = os.fork()
         if child == 0:
             self._work((command,), int)
@@ -259,7 +259,7 @@ class Trials:
         return tallies
 
     def judge(self, points: list[tuple[Tally, str]]) -> None:
-        """Run the study again in what faults have left, and note what is not as it should be."""
+        """Run the study again in the folder that faults have left, and note what is wrong."""
         found = self.verdict()
         if found:
             print(points[0][0].name, points[0][1], found, flush=True)
@@ -451,7 +451,7 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
 
 
 def warm(folder: Path, commands: tuple[str, ...]) -> None:
-    """Run the study once, so that no child imports anything or computes what is kept."""
+    """Run the study once, so that no child imports anything or recomputes cached values."""
     from fretwear.cli import main
     from fretwear.figures import study
 
@@ -471,7 +471,7 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
 
 
 def write_rows(begin: str, head: str, rows: dict[str, str], end: str) -> None:
-    """Put the rows of a table in the place of those of the same names, and others behind them."""
+    """Replace the rows of a table that have the same names, and append the others."""
     text = PAGE.read_text(encoding="utf-8")
     before, between, after = re.split(f"({begin}.*?{end})", text, flags=re.DOTALL)
     known = {row.split(" | ")[0][2:]: row for row in between.splitlines()[3:-1]}

@@ -158,7 +158,7 @@ def expected_of(text: str) -> Any:
 
 
 def read_study(file: Path) -> str:
-    """Read a study file and compare; say what differs."""
+    """Read a study file and compare; return the difference."""
     document = read_document(file)
     if not document.problems:
         text = file.read_bytes().decode("utf-8-sig")
@@ -215,7 +215,7 @@ def read_records(file: Path) -> str:
 
 
 def attempt(read: Callable[[Path], str], file: Path) -> tuple[str, str]:
-    """Read a file; say whether it was accepted, refused, or what else there was."""
+    """Read a file; return whether it was accepted or refused, or else the error."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -249,7 +249,7 @@ def trials(read: Callable[[Path], str], corpus: list[bytes], count: int, *, is_t
         chance = random.Random(number)
         if chance.random() < 0.1:
             return bytes(atheris.Mutate(content, most))
-        # Half of the files are changed again, the others from what they were.
+        # Half of the files are changed again, the others start from the original.
         again = content if chance.random() < 0.5 else chance.choice(corpus)
         text = changed_text(again.decode(errors="replace"), chance)
         return text.encode("utf-8", "surrogatepass")[:most]
@@ -292,7 +292,7 @@ def trials(read: Callable[[Path], str], corpus: list[bytes], count: int, *, is_t
 def kinds(
     folder: Path,
 ) -> Iterator[tuple[str, Callable[[Path], str], list[bytes], int, bool, bool]]:
-    """Yield what is changed: name, reader, files, how many, text or not, sealed or not."""
+    """Yield the targets: name, reader, files, how many, text or not, sealed or not."""
     (folder / "two.yaml").write_text(STUDY)
     study = load_study(folder / "two.yaml")
     results = folder / "results"

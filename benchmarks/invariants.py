@@ -65,13 +65,13 @@ NO_GAP = 2e-5
 # In other units all is the same to rounding, which a solver may amplify to its tolerance. The
 # factors are powers of two whose roots are too, so that hardly anything is rounded otherwise.
 UNITS, LENGTHS, MODULI = 1e-6, 64.0, 4096.0
-# What is a difference of nearly equal numbers, or found to a tolerance of its own.
+# Differences of nearly equal numbers, and results with a tolerance of their own.
 DIFFERENCES = ("error_estimate", "sliding_criterion", "convolutions")
 # The steps of a sweep, the part of the parameter they cover, and the part of a value that may
 # jump although no error is stated.
 STEPS, WIDTH, LEAST_JUMP = 12, 0.02, 3e-3
 
-# How a value grows with the unit of length and with that of pressure.
+# How a value scales with the units of length and pressure.
 UNIT_POWERS = {
     "m": (1, 0), "m2": (2, 0), "m3": (3, 0), "N": (2, 1), "N m-1": (1, 1), "J": (3, 1),
     "J m-1": (2, 1), "Pa": (0, 1), "Pa-1": (0, -1), "m2 W-1": (-1, -1), "s-1": (0, 0),
@@ -81,7 +81,7 @@ UNIT_POWERS = {
 
 @dataclass(frozen=True)
 class Surface:
-    """Heights, m, over the distance from an axis or over x and y, m: what is in a file."""
+    """Content of a file: heights, m, over the distance from an axis or over x and y, m."""
 
     axes: tuple[Array, ...]
     heights: Array
@@ -169,7 +169,7 @@ class Draw:
         return [draw(), draw()] if self.chance(part) else draw()
 
     def case(self) -> tuple[Given, Case]:
-        """Parameters in SI units, and the case; what the rules refuse is drawn again."""
+        """Parameters in SI units, and the case; cases that the rules refuse are drawn again."""
         while True:
             try:
                 given = self.given()
@@ -257,7 +257,7 @@ class Draw:
         return shape
 
     def loading(self, smooth: Case) -> Given:
-        """What is imposed along x."""
+        """The loading along x."""
         what = self.one_of("ratio", "ratio", "load", "displacement", "displacement", "stroke")
         friction, is_line = smooth.friction_law.coefficient, smooth.indenter.is_line
         near_one = self.one_of(-1, 1) * self.power(-12, -1)
@@ -341,7 +341,7 @@ class Draw:
         return {"wear_coefficient": None, "energy_wear_coefficient": per_energy}
 
     def blocks(self, given: Given) -> Given:
-        """Blocks of loading that change what there is."""
+        """Blocks of loading that change the given parameters."""
         count = max(1, given["cycles"] // 2)
         numbers = (
             "load",
@@ -381,7 +381,7 @@ class LongError(Exception):
 
 
 class Laws:
-    """What holds of each step of a run and of its results; it observes the run.
+    """The laws for each step of a run and for its results; it observes the run.
 
     ``worst`` has by law the largest violation, in units of the allowed one.
     """
@@ -448,7 +448,7 @@ class Laws:
             raise LongError
 
     def _imposed(self, problem: Any, measures: Given) -> None:
-        """Q or U is what is imposed."""
+        """Q or U equals the imposed value."""
         loading, friction = problem.loading, problem.friction_law.coefficient
         load, force = measures["normal_force"], measures["tangential_force"]
         if loading.is_force:
@@ -461,7 +461,7 @@ class Laws:
             self.law("U is as imposed", abs(moved - imposed), 1e-5 * scale)
 
     def of_result(self, result: Result) -> None:
-        """What is stored obeys the same laws."""
+        """Stored results obey the same laws."""
         case, dataset = self.case, result.dataset
         for name in dataset.data_vars:
             values = dataset[name].to_numpy()
@@ -541,7 +541,7 @@ class Laws:
 def judged(given: Given, folder: Path, *, again: bool = True) -> tuple[dict[str, float], str]:
     """Run a case, and again in other units; violations by law in units of the allowed ones.
 
-    Also how it ended, where it did not finish: what went wrong.
+    If it did not finish, the reason is returned too.
     """
     case = case_of(given, folder)
     laws = Laws(case)
@@ -598,7 +598,7 @@ def apart(one: Result, other: Result) -> float:
 
 
 def _of_displacements(name: str, values: Any) -> float:
-    """How many times the depths of bodies the approach is: what solvers' tolerances refer to.
+    """Ratio of the approach to the depths of bodies: tolerances of solvers refer to the former.
 
     Bodies sink at the limit by a difference of displacements, and beside the edge of stick they
     slip by one, which wear there multiplies. Wear volumes are judged by their own size.
@@ -726,7 +726,7 @@ def value_at(given: Given, name: str) -> float:
 
 
 def sweeps(seed: int, count: int, folder: Path) -> Iterator[Sweep]:
-    """Yield what is swept: across thresholds, then any parameter of random cases."""
+    """Yield the sweeps: across thresholds, then any parameter of random cases."""
     yield from thresholds()
     for number in range(count):
         draw = Draw(seed, number + 1_000_000, folder)
@@ -762,7 +762,7 @@ def main() -> int:
 
 
 def report_of(numbers: Iterable[int], seed: int, folder: Path) -> bool:
-    """Print what is wrong with each case, then a table of all laws; whether one was violated."""
+    """Print the violations of each case, then a table of all laws; whether one was violated."""
     found: dict[str, list[tuple[float, int]]] = {}
     for number in numbers:
         given, case = Draw(seed, number, folder).case()

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DIGITS = 6
 
 Data = dict[str, Any]
-"""What a section has measured: numbers, texts, lists and dictionaries of them, as JSON has them."""
+"""The data of a section: numbers, texts, and lists and dictionaries of them, as in JSON."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Page:
     surroundings
         What is kept of machine and versions beside the data of a section.
     footer
-        A line below a section, from what was kept of it.
+        A line below a section, from its stored data.
     clock
         Measures the seconds that a section takes.
     """
@@ -124,12 +124,12 @@ class Page:
     clock: Callable[[], float] = time.perf_counter
 
     def load(self, docs: Path) -> Data:
-        """What was measured so far, by section."""
+        """The data measured so far, by section."""
         path = docs / f"{self.name}.json"
         return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
     def measure(self, docs: Path, section: Section) -> None:
-        """Measure a section and keep what it finds; a library it lacks leaves the old data."""
+        """Measure a section and keep its data; if a library is missing, the old data stay."""
         print(f"== {section.title}", flush=True)
         surroundings, started = self.surroundings(), self.clock()
         try:
@@ -181,7 +181,7 @@ class Page:
         (docs / f"{self.name}.md").write_text(self.render(entries), encoding="utf-8")
 
     def check(self, docs: Path) -> int:
-        """Exit status: 0 where the page in a folder is what its data say, else 1."""
+        """Exit status: 0 if the page in a folder agrees with its data, else 1."""
         page = docs / f"{self.name}.md"
         if page.exists() and page.read_text(encoding="utf-8") == self.render(self.load(docs)):
             return 0

@@ -30,7 +30,7 @@ from fretwear.figures.style import MUTED, JournalFigure, styled
 SIZES = (64, 128, 256, 512, 1024, 2048)
 QUICK_SIZES = SIZES[:4]
 LARGEST = 3
-"""Exponents are those of so many of the largest sizes."""
+"""Number of the largest sizes from which exponents are fitted."""
 
 # Half-width of the last window of the run over the Hertz radius.
 _REACH = 1.5

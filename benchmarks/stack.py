@@ -28,7 +28,7 @@ from fretwear.study.study import Study, load_study
 
 _CHECKSUM_BYTES = 25
 
-# What the kernel tells of a child at its end includes the parent that it was forked from.
+# The kernel's figures for a child that has ended include the parent that it was forked from.
 PEAK = """
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""tamaas and ContactMechanics as contact solvers that keep what a next solve can use.
+"""tamaas and ContactMechanics as contact solvers that keep data for the next solve.
 
 Both are driven as their documentation says for a contact that is not periodic: tamaas with its
 operator for free surfaces, named to the solver; ContactMechanics with its free half-space. A
@@ -30,7 +30,7 @@ _ITERATIONS = 20_000
 
 @dataclass(frozen=True)
 class Pressed:
-    """What a peer finds: pressure, Pa, and displacement, m but for a constant, on the window."""
+    """A peer's solution on the window: pressure, Pa, and displacement, m, up to a constant."""
 
     pressure: Array
     displacement: Array
@@ -73,7 +73,7 @@ class Peer(ABC):
 
     @abstractmethod
     def _make(self, modulus: float) -> None:
-        """What belongs to the bodies and the window, not to the shape."""
+        """The data of the bodies and the window, without the shape."""
 
     @abstractmethod
     def solve(

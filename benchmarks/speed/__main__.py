@@ -16,7 +16,7 @@ DEFAULT = Path("benchmarks/results/speed.json")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table and write the JSON file; 1 where a row falls short of what is asked."""
+    """Print the table and write the JSON file; 1 if a row falls short of its requirement."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.speed", description=__doc__)
     names = [*groups(), "peers"]
     parser.add_argument("group", nargs="*", help=f"what to measure, of {', '.join(names)}")

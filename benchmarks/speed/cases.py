@@ -1,4 +1,4 @@
-"""The contacts of the table: those of the source study."""
+"""The contacts of the table, taken from the source study."""
 
 import math
 from typing import Any

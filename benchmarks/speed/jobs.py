@@ -45,7 +45,7 @@ def cold_contact(*, rough: bool, cells: int = 256, repeats: int = 5) -> Row:
 
     Each solve stands between two samples of the unit; the row is the median of the ratios.
     """
-    # What a process does once, such as imports, belongs to none of the solves.
+    # One-off work of a process, such as imports, belongs to none of the solves.
     solve_contact(first_contact(16, rough=rough))
     unit = Unit((cells, cells))
     ratios: list[Spent] = []
@@ -188,7 +188,7 @@ def rough_rows(coarser: float = 1.0, *, halved: bool = False) -> Iterator[Row]:
 
 
 def _half_spacing(job: str, case: Case, spacing: float, cycles: int) -> Row:
-    """Time per cell at half the spacing, relative to that of the case.
+    """Time per cell at half the spacing, relative to the case.
 
     Other work on the machine slows the finer grid most, which needs the memory that all share, and
     it comes and goes within a minute: the runs on the coarser grid take as long in all and lie
@@ -257,7 +257,7 @@ def keep(step):
 cases = [fretwear.Case(**case) for case in json.loads(sys.argv[1])]
 # The first, tiny, leads the process through everything that it does once.
 simulate.run(cases[0])
-# From here on the high-water mark counts anew: what imports held for a moment is not the run's.
+# From here on the high-water mark counts anew: memory held by imports does not count.
 Path("/proc/self/clear_refs").write_text("5")
 before = held("VmRSS")
 started, wall = time.process_time(), time.perf_counter()
@@ -338,7 +338,7 @@ def _ten_points() -> dict:
 def _command(
     name: str, job: str, arguments: Sequence[str], asked: float, aim: float, repeats: int
 ) -> Row:
-    """Shortest of some times: what else the machine does can only add."""
+    """Shortest of some times: other work of the machine can only add to it."""
     script = Path(sys.executable).with_name("fretwear")
     start = [str(script)] if script.exists() else [sys.executable, "-m", "fretwear"]
     walls, before = [], children_seconds()
@@ -361,7 +361,7 @@ Group = Callable[[], Iterator[Row]]
 
 
 def groups(*, full: bool = False, coarser: float = 1.0, repeats: int = 5) -> dict[str, Group]:
-    """What can be measured, by name.
+    """The measurements, by name.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The table of speeds: what was asked, what was aimed at, what was measured."""
+"""The table of speeds: required, aimed at, measured."""
 
 import math
 import os
@@ -30,7 +30,7 @@ class Row:
     unit
         Its unit.
     asked, aim
-        What must be reached and what is aimed at.
+        The required and the desired value.
     at_least
         Whether large is good.
     note
@@ -106,7 +106,7 @@ def header() -> str:
 
 
 def surroundings() -> dict[str, Any]:
-    """Machine, load, versions: what a reader needs to judge the numbers."""
+    """Machine, load and versions, by which a reader judges the numbers."""
     versions = {"Python": platform.python_version()}
     for package in _PACKAGES:
         try:
@@ -123,12 +123,12 @@ def surroundings() -> dict[str, Any]:
 
 
 def document(rows: Iterable[Row], **more: Any) -> dict[str, Any]:
-    """What the JSON file holds."""
+    """The content of the JSON file."""
     return {**surroundings(), **more, "rows": [row.as_json() for row in rows]}
 
 
 def falling_short(rows: Sequence[Row]) -> list[Row]:
-    """The rows that were measured and do not reach what was asked."""
+    """The measured rows that fall short of the requirement."""
     return [row for row in rows if row.verdict == "falls short"]
 
 

@@ -68,7 +68,7 @@ A check *falls short* when its largest deviation is above the bound; its section
 
 
 def surroundings() -> Data:
-    """Versions of what computes."""
+    """Versions of the software and its libraries."""
     packages = {name: version(name) for name in ("fretwear", "numpy", "scipy")}
     return {"versions": {"Python": platform.python_version(), **packages}}
 

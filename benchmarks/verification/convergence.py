@@ -1,4 +1,4 @@
-"""What halving the tolerance and halving the spacing change in capped runs."""
+"""Changes of capped runs when tolerance or spacing is halved."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -26,7 +26,7 @@ OTHERS = {"contact_area": "contact area", "dissipated_energy": "dissipated energ
 
 
 def results(problem: WearProblem, tolerance: float) -> Data:
-    """Scalars at some cycles, and what the run took."""
+    """Scalars at some cycles, and the effort of the run."""
     found = snapshots(problem, list(CYCLES), tolerance)
     last = found[CYCLES[-1]].state
     return {

@@ -30,7 +30,7 @@ FAMILIES = {
     "displacement": 4, "debris": 2,
 }  # fmt: skip
 SEED = 59203
-# What the indenter of each case of a family is, if not a sphere; and which of them are rough.
+# The indenter of the cases of a family, if not a sphere; and the families that are rough.
 LINES = {
     "line": (0, 1, 2), "rough line": range(6), "punch": (0, 1), "stroke": (0, 1, 3),
     "displacement": (2,), "debris": (1,),
@@ -52,20 +52,20 @@ SLOPES_OF_STROKE = (0.2, 0.5)  # each wave takes more positions
 LIMITS = (2.5, 6.0)  # plastic limit over Hertz's pressure
 # How much finer cells of the truth are, half as much where it would take longer than this, s.
 REFERENCE, LONGEST = 4.0, 15.0
-# The tolerance over that of the truth; on a grid steps err far less than cells.
+# The tolerance over the tolerance of the truth; on a grid steps err far less than cells.
 FINER = 10.0
-# What is smaller is no result but a trace; what errs less errs by rounding and the reference.
+# A smaller value is a trace, no result; a smaller error is due to rounding and the reference.
 TRACE, LEAST_ERROR = 0.01, 1e-4
 WITHIN, LARGEST_RATIO = 0.95, 6.0
 # Runs are repeated for so long, s, to time them.
 QUICK = 1.0
-# What is imposed is no result.
+# Imposed quantities are no results.
 IMPOSED = ("regime", "normal_force")
 JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in IMPOSED]
 
 
 def cases() -> Iterator[tuple[str, Case, Case]]:
-    """A name, the case, and that of its truth; drawn at random, X evenly."""
+    """A name, the case, and the case of its truth; drawn at random, X evenly."""
     for family, count in FAMILIES.items():
         rng = np.random.default_rng([SEED, *family.encode()])
         places = (rng.permutation(count) + 0.5) / count
@@ -87,7 +87,7 @@ def _truth(case: Case) -> Case:
 
 
 def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> tuple[str, Case]:
-    """A case of a family and its name; the place is that of X in its range."""
+    """A case of a family and its name; the place is the position of X in its range."""
 
     def between(least: float, most: float) -> float:
         return float(f"{math.exp(rng.uniform(math.log(least), math.log(most))):.2g}")
@@ -169,7 +169,7 @@ def _texts(rows: list[Mapping[str, float]]) -> Data:
 
 def measured(name: str, case: Case, true: Case) -> Data:
     """A case, its twin and its truth."""
-    # Of the shortest of several runs, since most are short.
+    # Time of the shortest of several runs, since most are short.
     runs = [(values(case), values(case.coarser, case.times_coarser))]
     while sum(of_run[-1] for both in runs for of_run in both) < QUICK:
         runs.append((values(case), values(case.coarser, case.times_coarser)))
@@ -217,7 +217,7 @@ def judged(entry: Data, case: Case) -> Data:
 
 
 def summary(entries: list[Data]) -> Data:
-    """What holds of some cases."""
+    """Properties of some cases."""
     true, estimated = (
         np.concatenate([each[key] for each in entries]) for key in ("true", "estimated")
     )

@@ -58,7 +58,7 @@ def smooth(ratio: float, limit: str | None) -> Case:
 
 
 def elastic(ratio: float) -> Data:
-    """Deviations from the limit of many cycles, and those of the areas of the first loading."""
+    """Deviations from the limit of many cycles, and of the areas at the first loading."""
     problem = wear_problem(smooth(ratio, None))
     first, last = snapshots(problem, [0.0, LONG], TOLERANCE).values()
     limiting = LimitingState(problem.hertz, ratio)

@@ -14,7 +14,7 @@ STRIPS = 128
 
 
 def first_cycle(poisson_ratio: float) -> Data:
-    """Energy and slip of the unworn contact over those of a single direction."""
+    """Energy and slip of the unworn contact, relative to a single direction."""
     single, vector = (VectorFriction(poisson_ratio, RATIO, CELLS, n) for n in (1, 2))
     pressure = single.pressed()
     alone, both = (sphere.slip(pressure)[0] for sphere in (single, vector))
@@ -32,7 +32,7 @@ def first_cycle(poisson_ratio: float) -> Data:
 
 
 def wear(poisson_ratio: float) -> list[Data]:
-    """Volume and depths at some times over those of a single direction."""
+    """Volume and depths at some times, relative to a single direction."""
     single, vector = (VectorFriction(poisson_ratio, RATIO, CELLS, n) for n in (1, 2))
     rows = []
     for tau, alone, both in zip(TIMES, single.worn(TIMES), vector.worn(TIMES), strict=True):
@@ -46,7 +46,7 @@ def wear(poisson_ratio: float) -> list[Data]:
 
 
 def dragged(ratio: float, force: float) -> Data:
-    """Cycles of unlike cylinders over those of alike ones, where pressure alone couples."""
+    """Cycles of unlike cylinders relative to alike ones, if pressure alone couples."""
     alike, unlike = (
         UnlikeCylinder(beta, FRICTION, lifts=False).cycles(force, 3)
         for beta in (0.0, ratio * FRICTION)

@@ -48,7 +48,7 @@ def run() -> Data:
 
 
 def _deviations(data: Data, name: str) -> list[float]:
-    """Of each seed: an area on the default cells, over the corrected one on the finer ones."""
+    """For each seed, an area on the default cells over the corrected one on finer cells."""
     pairs = zip(data["rows"][::2], data["rows"][1::2], strict=True)
     return [coarse[name] / fine["area"] - 1 for coarse, fine in pairs]
 

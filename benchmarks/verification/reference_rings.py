@@ -2,7 +2,7 @@
 
 Nothing is shared with the package but closed forms. Space is divided into rings of uniform
 pressure, fine where the stick edge passes, with a contact solver of its own; time into small
-backward steps, and what is reported is extrapolated to vanishing steps. The reduced-load problem
+backward steps, and reported values are extrapolated to vanishing steps. The reduced-load problem
 of Ciavarella (1998) and Jäger (1998) gives the slip, Archard's law the wear; where the pressure
 reaches the plastic limit the shape sinks for good.
 
@@ -295,7 +295,7 @@ class SmoothWear:
         full, reduced = state.full, state.reduced
         change = np.zeros_like(sphere)
         # Any number of sweeps makes a consistent step, so unlike the pressure they need no full
-        # convergence: the extrapolation to vanishing steps removes what is left.
+        # convergence: the extrapolation to vanishing steps removes the rest.
         for _ in range(6):
             layer = _WearingLayer(old, state.reduced.gap, change, rate)
             full = solve_contact(self.rings, layer, UNIT_HERTZ.load, self.limit, full)

@@ -1,4 +1,4 @@
-"""What the model neglects, solved for what it is: unlike bodies, and friction in two directions.
+"""Solutions of the effects that the model neglects: unlike bodies, friction in two directions.
 
 Dense matrices, Coulomb's law in every cell or strip, no reduced load.
 """
@@ -18,7 +18,7 @@ from .oracles import love, normal_contact, tangential_step
 class Cycle:
     """A cycle ±Q in each strip: path of slip, ∮p|ds|, mean of the tractions at +Q and −Q; µ∬p|ds|.
 
-    Lengths in units of the half-width a, tractions in those of E*.
+    Lengths are in units of the half-width a, tractions in units of E*.
     """
 
     path: Array
@@ -156,7 +156,7 @@ class VectorFriction:
         return x[near], y[near]
 
     def _images(self, kernel: Callable[[Array, Array], Array], sign: int) -> Array:
-        """Influence of each cell with its images, which are those of a traction odd for −1."""
+        """Influence of each cell with its images; −1 stands for a traction that is odd."""
         x, y = self.places
         return sum(
             (sign if i < 0 else 1)
@@ -260,7 +260,7 @@ class VectorFriction:
         while len(found) < len(times):
             pressure = self.pressed(wear)
             slip, traction = self.slip(pressure, traction)
-            # half of what explicit steps allow on cells of this side, and short at first
+            # half of the stable explicit step on cells of this side, and short at first
             stable = 0.58 * self.side * 2.0 / np.pi / (slip.max() / (self.friction * kappa))
             step = min(0.4 * stable, 0.12 * max(now, 0.02), times[len(found)] - now)
             rate = pressure * slip / unit

@@ -1,6 +1,6 @@
 """Contact and wear by other ways than the library: own Love formula, dense matrices, a full FFT.
 
-The tangential problem is solved for what it is, |q| ≤ µp and no slip below the bound, and knows
+The tangential problem is solved directly, |q| ≤ µp and no slip below the bound, and knows
 nothing of a reduced normal load; wear is Archard's law as it is written, one contact after the
 other.
 """
@@ -142,7 +142,7 @@ def tangential_step(
 ) -> TangentialStep:
     """Bring the tangential force to ``force``, or shift distant points by ``displacement``.
 
-    It starts from a state with the traction ``before``, which need not be that of the same
+    It starts from a state with the traction ``before``, which need not belong to the same
     pressure. ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The
     relative displacement of the surfaces in the step is v = δ - K (q - q_before) - drag: zero where
     |q| < µp, positive where q = µp, negative where q = -µp. ``drag``, m, is what a change of

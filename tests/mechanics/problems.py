@@ -80,7 +80,7 @@ def fretting(
 ) -> WearProblem:
     """The study's contact at Q/µP = ``load_ratio`` with ``cells`` cells on the Hertz radius.
 
-    ``limit`` is in units of the Hertz pressure p0; other changes are those of `WearProblem`.
+    ``limit`` is in units of the Hertz pressure p0; other changes are fields of `WearProblem`.
     """
     problem = WearProblem(
         indenter=SPHERE,

@@ -183,7 +183,7 @@ def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_doe
     # Archard's law for the unworn contact.
     archard = 7e-13 / 0.5 * first.measures.dissipated_energy * 2000
     assert last.measures.wear_volume == near(archard, rel=1e-4)
-    # The gap of γ = 0.75 after 4N cycles is that of γ = 0 after N, and the wear four times.
+    # The gap with γ = 0.75 after 4N cycles equals the gap with γ = 0 after N, and wear is fourfold.
     fine = {"tangential_ratio": 0.8, "tolerance": 0.003}
     plain = after(case_of(500, **fine))[500]
     kept = after(case_of(2000, debris_fraction=0.75, **fine))[2000]
@@ -194,7 +194,7 @@ def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_doe
 
 
 def test_debris_that_keeps_all_wears_as_one_that_keeps_nearly_all_while_the_stick_zone_grows():
-    """Slip ends within a step where stick begins, and what was worn before remains."""
+    """Slip ends within a step where stick begins, and the earlier wear remains."""
     rising = {"cycles": [0, 300], "values": [0.3, 0.9]}
     given = {"cycles": 300, "displacement_amplitude": "0.9 um", "friction": rising}
     worn = {}

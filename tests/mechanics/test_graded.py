@@ -75,7 +75,7 @@ def on_cells(kind, ratio):
 
 
 def at_onset(kind, displacement_ratio):
-    """The same on wider cells under a displacement in units of that of gross slip."""
+    """The same on wider cells, under a displacement in units of its value at gross slip."""
     problem, *_ = on_cells(kind, 0.5)
     compliance = {} if kind == "rings" else {"tangential_compliance": 1e-10}
     loading = DisplacementRatio(displacement_ratio=displacement_ratio, **compliance)
@@ -170,7 +170,7 @@ def test_influence_is_symmetric_and_that_of_discs():
 def test_influence_of_narrow_rings_adds_up_to_that_of_wide_ones():
     """They are differences of discs of nearly the same radius, which leave no digits by themselves.
 
-    A millionth is what the exact difference leaves of rings a 10 000th of the radius wide.
+    The exact difference is accurate to a millionth for rings a 10 000th of the radius wide.
     """
     ends = np.array([0.4, 0.9998, 0.9999, 1.0, 1.0001, 1.3])
     expected = mean_influence(np.insert(ends, 0, 0.0))[1:, 1:]
@@ -229,7 +229,7 @@ def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics(r
     np.testing.assert_allclose(widths[at_edge - 1 : at_edge + 1], 2e-4 * A, rtol=0.15)
     assert widths.max() <= 0.016 * 1.2 * A * (1 + 1e-9)
     assert rings.integral(np.ones(rings.shape)) == near(4 * math.pi * A**2)
-    # The mean of r² over a ring is that of its radii.
+    # The mean of r² over a ring equals the mean of the squares of its radii.
     assert (rings.areas[:, 0] * rings.x**2).sum() == near(0.5 * math.pi * (2 * A) ** 4)
     # As scipy has them, to the last bit, which takes longer to import than a short run.
     random = np.random.default_rng(1)

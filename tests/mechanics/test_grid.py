@@ -53,7 +53,7 @@ def test_displacement_is_symmetric_and_positive(even):
     matrix = np.stack([displacement(unit).ravel() for unit in units], axis=1)
     assert_equal_to_rounding(matrix, matrix.T)
     least = np.linalg.eigvalsh(matrix).min() * MODULUS / 1e-6
-    # 0.58 is the infimum over all wavelengths, that of a checkerboard; a finite grid stays above.
+    # 0.58 is the infimum over all wavelengths, of a checkerboard; a finite grid stays above.
     assert 0.58 < least < 0.60
 
 

@@ -1,4 +1,4 @@
-"""The compiled kernels, threads and transforms: what NumPy says, by however many threads."""
+"""The compiled kernels, threads and transforms agree with NumPy for any number of threads."""
 
 import shutil
 import subprocess

@@ -25,7 +25,7 @@ def test_normal_loading_of_unlike_cylinders_slips_outside_a_closed_form(ratio):
 @pytest.mark.parametrize("ratio", [0.1, 0.39, 1.0])
 @pytest.mark.parametrize("force", [0.3, 0.6, 0.9])
 def test_cycles_forget_how_the_normal_load_dragged_unlike_bodies(ratio, force):
-    """Slip, wear and energy are those of β = 0 from the second cycle on; mean tractions stay."""
+    """Slip, wear and energy are as for β = 0 from the second cycle on; mean tractions stay."""
     alike, unlike = (
         UnlikeCylinder(beta, FRICTION, lifts=False).cycles(force, 3)
         for beta in (0.0, ratio * FRICTION)
@@ -64,7 +64,7 @@ def both(ratio, cells, poisson_ratio=0.3):
 def test_friction_in_two_directions_slips_less_on_the_x_axis_and_more_on_the_y_axis(
     poisson_ratio, energy, x, y
 ):
-    """The numbers are those of 16 cells on the radius, the slip zone being 7 wide."""
+    """The numbers hold for 16 cells on the radius, with a slip zone 7 cells wide."""
     single, vector = (VectorFriction(poisson_ratio, 0.8, 12, number) for number in (1, 2))
     pressure = single.pressed()
     slips = [sphere.slip(pressure)[0] for sphere in (single, vector)]

@@ -117,7 +117,7 @@ def test_every_position_carries_the_load_without_penetration(worn):
 
 
 def test_blocks_follow_each_other():
-    """Equal blocks are one run, and each body loses what all of them wear off."""
+    """Equal blocks are one run, and each body loses the wear of all of them."""
     plain = sliding(cells=8)
     halves = replace(plain, blocks=((1000.0, plain), (math.inf, plain)))
     *_, whole = slide(plain, (1000.0, 2000.0))
@@ -202,7 +202,7 @@ def test_steep_ridges_below_their_limit_are_elastic_and_those_above_carry_the_lo
 
 @pytest.mark.parametrize("part", [0.5, 0.9])
 def test_ridges_that_all_yield_have_the_area_that_carries_the_load_and_wear_on(part):
-    """At each position of the stroke; and wear is that of the whole load on the whole path."""
+    """At each position of the stroke; and wear is due to the whole load on the whole path."""
     problem = sliding(
         roughness=WavyRoughness(2e-6, 0.05, 0.0),
         limit=part * HERTZ_PRESSURE / P0,
@@ -326,7 +326,7 @@ def test_wear_per_energy_falls_with_the_power_over_a_stroke():
 
 
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():
-    """Waves of either body stay on it; what is left in the end is the smooth scar and they."""
+    """Waves of either body stay on it; in the end the smooth scar and the waves are left."""
     waves = WavyRoughness(0.1e-6, math.radians(1.0), 0.0)
     width = 4 * waves.amplitude / math.tan(waves.slope_x)
     fine = {"spacing": (width / 16, width / 16)}
@@ -343,7 +343,7 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     flat = np.interp(x, smooth.geometry.x, smooth.wear_flat[:, 0])
     left = last.wear_flat[:, 0] + height - flat
     assert np.ptp(left[inside]) < 0.25 * np.ptp(height)
-    # Both bodies rough: that of the indenter moves with it.
+    # Both bodies are rough: the roughness of the indenter moves with it.
     pressed = Rubbing(replace(rough, counterface=waves), (60, 1))
     for place, shape in zip(pressed.places, pressed.shapes, strict=True):
         both = waves.height(pressed.x, 0.0) + waves.height(pressed.x - place, 0.0)
@@ -355,7 +355,7 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     ("flat", "edge", "load"), [("200 um", "1 mm", 100), ("500 um", "20 mm", 100)]
 )
 def test_the_rounded_edge_of_a_punch_is_resolved_over_a_stroke(flat, edge, load):
-    """Its peak pressure is that of the closed form, and worn depth that of narrower cells."""
+    """Peak pressure agrees with the closed form, and worn depth with narrower cells."""
     punch = {"kind": "flat_punch", "flat_half_width": flat, "edge_radius": edge}
     case = Case(
         indenter=punch, load=f"{load} N/mm", youngs_modulus="208 GPa", poisson_ratio=0.3,
@@ -384,7 +384,7 @@ def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edg
     # What cells of 2.9 µm give; were the bodies not seen to move, each would lose 82.5 nm.
     assert last.wear_indenter.max() == pytest.approx(95.0e-9, rel=0.02)
     assert last.wear_flat.max() == pytest.approx(59.4e-9, rel=0.02)
-    # With what each body loses unknown, only a stroke that is small beside the edge can be run.
+    # If the share of each body is unknown, only a stroke that is small beside the edge can be run.
     both = {"wear_coefficient": "3e-14 / Pa"}
     with pytest.raises(CaseError, match=r"each wears in a different place"):
         Case(**given, **both, sliding_amplitude="5 um")

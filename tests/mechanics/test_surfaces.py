@@ -53,7 +53,7 @@ def test_waves_are_those_of_the_study_and_rise_with_the_mean_slope():
 
 
 def test_a_rough_sphere_is_even_the_sum_of_both_and_reaches_as_far_as_it_rises():
-    """Of the waves it has the means over cells, which are less by sin(kΔ/2)/(kΔ/2) each way."""
+    """Waves enter by their means over cells, less by sin(kΔ/2)/(kΔ/2) each way."""
     window = Grid((12, 10), (2e-6, 5e-6), even=(False, False))
     rough, smooth = (fretting(roughness=each).unworn(window) for each in (WAVES, None))
     cell_x, cell_y = window.spacing
@@ -79,7 +79,7 @@ def test_of_two_rough_surfaces_the_gap_has_both():
     np.testing.assert_array_equal(mixed.height(x, y), WAVES.height(x, y) + random.height(x, y))
     assert (twice.even, mixed.even) == ((True, True), (False, False))
     assert twice.highest == near(AMPLITUDE, rel=1e-14)
-    # Whatever asks for cells asks for those of the finer one, along each axis.
+    # The finer surface sets the cells along each axis.
     assert mixed.finest == (min(WAVES.finest[0], 30e-6), min(WAVES.finest[1], 30e-6))
     assert mixed.wavelengths == (min(WAVES.finest[0], 60e-6), min(WAVES.finest[1], 60e-6))
 
@@ -224,7 +224,7 @@ def test_an_elliptical_contact_is_that_of_hertz(slender):
 def test_crossed_cylinders_touch_in_an_ellipse(angle, slender):
     crossed = case({"kind": "crossed_cylinders", "radii": "5 mm", "angle": f"{angle} deg"})
     assert crossed.hertz.axis_ratio == near(slender, rel=2e-6)
-    # The gap is that of its principal radii along axes, the first of which halves the angle.
+    # The gap follows from its principal radii along axes, the first of which halves the angle.
     indenter = crossed.indenter
     turn = indenter.rotation
     assert turn == near(math.radians(angle) / 2, rel=1e-9) if angle < 90 else turn == 0.0
@@ -366,7 +366,7 @@ def test_a_round_punch_is_moved_and_pressed_by_displacements(flat):
 
 
 def test_a_flat_punch_is_moved_over_the_slope_of_its_loop():
-    """U = µ [δ(P) − δ(P*)] + µ F (P − P*), F what C_t has beyond dδ/dP of the contact."""
+    """U = µ [δ(P) − δ(P*)] + µ F (P − P*), where F is C_t less dδ/dP of the contact."""
     indenter = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "10 mm"}
     given = case(
         indenter, 20e3, None, displacement_ratio=0.6, tangential_compliance="0.02 um/(N/mm)"

@@ -1,6 +1,6 @@
 """Slip is µκ times the gap under the reduced load: proved by solving the tangential problem.
 
-And what earlier cycles leave behind where the stick zone grows into worn ground.
+Earlier cycles leave tractions behind where the stick zone grows into worn ground.
 """
 
 from dataclasses import dataclass

@@ -102,7 +102,7 @@ def test_every_step_meets_the_conditions_of_contact_and_wears_on(runs, name):
     ],
 )
 def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
-    """Wear makes surfaces conform; what has touched once touches for ever."""
+    """Wear makes surfaces conform; cells that have touched once touch for ever."""
     problem = fretting(cells, **changes)
     states = list(evolve(problem, [cycles]))
     touching = [in_contact(state.on(Workspace(problem), states[-1].geometry)) for state in states]
@@ -297,7 +297,7 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
         assert name == "gap" or not field[~inside].any()
     np.testing.assert_array_equal(moved.reduced.gap[inside], state.reduced.gap.ravel())
     np.testing.assert_array_equal(moved.reduced.pressure[inside], state.reduced.pressure.ravel())
-    # Where nothing touches, both gaps are those of the deformed surfaces and never negative.
+    # Off contact, both gaps follow from the deformed surfaces and are never negative.
     bodies, unworn = problem.half_space(window), problem.unworn(window)
     for gap, pressure, approach in (
         (moved.gap, moved.pressure, moved.approach),
