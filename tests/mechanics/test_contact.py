@@ -245,8 +245,8 @@ def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_o
 
 
 def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
-    # Very shallow waves on unequal cells: the mean residual was soon small, unlike in a few cells at
-    # the edge never.
+    # Very shallow waves on unequal cells: the mean residual was soon small, the residual of a few
+    # cells at the edge never.
     radius, modulus, load = 1.0, 335760.8496047178, 222.95869899351814
     amplitude, slopes = 2.2289025243327458e-05, (0.001225830655240451, 0.0011498574636143453)
     numbers = [0.5 * np.pi * np.tan(slope) / amplitude for slope in slopes]
