@@ -39,9 +39,9 @@ DIAGONAL = 0.5 * GAMMA
 WEIGHT = 0.25 * sqrt(2.0)
 MAIN = (WEIGHT, WEIGHT, DIAGONAL)
 EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
-# What the embedded formula has more of the rates at the start, in between and at the end.
+# Weights of the embedded formula less those of the step, at the start, in between and at the end.
 DIFFERENCE = tuple(e - m for e, m in zip(EMBEDDED, MAIN, strict=True))
-# The second stage over the first, to foretell what goes on as it did.
+# Length of the second stage over the first, to extrapolate a change that continues.
 BEYOND = (1.0 - GAMMA) / GAMMA
 
 TOLERANCE = 0.01
@@ -53,11 +53,11 @@ _SMALLEST_STEP, _SMALLEST_FACTOR, _LARGEST_FACTOR = 1e-6, 0.2, 5.0
 
 _FIRST_STEP = 0.09
 # Each of the steps that lead to a requested cycle leaves this part of the way to the next, until
-# so many times are left in which the pressure of a cell settles, or this part of a usual step.
+# the rest is so many times in which the pressure of a cell settles, or this part of a usual step.
 _LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
 # A step shorter than this part of the usual one is no measure of how fields change over the next.
 _SHORT = 0.5
-# How often bodies are loaded on cells that suit the loaded ones better.
+# Largest number of loadings anew on cells that suit the loaded bodies better.
 _RELOADED = 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
@@ -110,10 +110,10 @@ class Integrator(ABC, Generic[StateT]):
 
     @abstractmethod
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[StateT]:
-        """A step of so many cycles to one that may be requested; None to try again on more cells.
+        """Step by so many cycles to an end that may be requested; None to try again on more cells.
 
-        It returns the state at its end, what to multiply the step by, and whether to keep it, and
-        raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
+        It returns the state at the end, the factor for the next step, and whether to accept this
+        one, and raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
         """
 
     def settling(self) -> float:
@@ -128,17 +128,17 @@ class Integrator(ABC, Generic[StateT]):
         as its gap closes. Later steps correct this. That is why ever shorter steps lead to a
         ``requested`` stop, until hardly a cell first touches within the last.
         """
-        # The first guess of a loading goes by the peak pressure, which may not wear anything.
-        wanted = max(self.state.next_step, _SMALLEST_STEP)
+        # The first guess of a loading follows the peak pressure, which may not wear anything.
+        length = max(self.state.next_step, _SMALLEST_STEP)
         trouble = "wear asks for shorter ones"
         settled = inf
         if requested:
-            settled = max(_SETTLED * self.settling(), _SHORTEST * wanted, _SMALLEST_STEP / _LEFT)
+            settled = max(_SETTLED * self.settling(), _SHORTEST * length, _SMALLEST_STEP / _LEFT)
         while True:
             now, left = self.state.cycle, stop - self.state.cycle
             # Steps of one length up to a stop, rather than a short one at the end.
-            step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
-            if wanted >= left > settled:
+            step = left if length >= left else min(length, max(0.5 * left, 0.5 * length))
+            if length >= left > settled:
                 step = (1.0 - _LEFT) * left
             if step < _SMALLEST_STEP:
                 raise WearError(
@@ -148,21 +148,21 @@ class Integrator(ABC, Generic[StateT]):
                 )
             end = stop if step == left else now + step
             try:
-                found = self.attempt(step, end, output_step=step == left)
+                attempted = self.attempt(step, end, output_step=step == left)
             except (ContactError, np.linalg.LinAlgError) as error:
-                wanted, trouble = 0.5 * step, str(error)
+                length, trouble = 0.5 * step, str(error)
                 continue
-            if found is None:
+            if attempted is None:
                 continue
-            state, factor, accepted = found
+            state, factor, accepted = attempted
             if accepted:
                 break
-            wanted, estimate = step * factor, state.error_estimate
+            length, estimate = step * factor, state.error_estimate
             trouble = f"the error is estimated as {estimate:.1e} instead of {self.tolerance:.1e}"
         following = step * factor
-        if step < wanted and factor >= 1.0:
+        if step < length and factor >= 1.0:
             # The step was cut short by a stop, which says nothing about the next one.
-            following = max(following, wanted)
+            following = max(following, length)
         self.state = replace(state, next_step=following)
         return self.state
 
@@ -229,13 +229,13 @@ def first_loading(
     geometry = cells or (problem.geometry.first(problem) if before is None else before.geometry)
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     while True:
-        ground, nothing = workspace.on(geometry), np.zeros(geometry.shape)
+        bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
         start, wear, opening, plastic = (
-            nothing if before is None else before.geometry.resized(getattr(before, name), geometry)
+            zeros if before is None else before.geometry.resized(getattr(before, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
         )
         contact = solve_contact(
-            problem.contact(ground.half_space, ground.unworn + opening + plastic),
+            problem.contact(bodies.half_space, bodies.unworn + opening + plastic),
             start,
             tolerance=accuracy.contact,
         )
@@ -248,8 +248,8 @@ def first_loading(
     load = now.load_of(geometry, contact)
     reduced = now.slip_model.reduced(
         now,
-        ground.half_space,
-        ground.unworn + plastic + opening,
+        bodies.half_space,
+        bodies.unworn + plastic + opening,
         now.sliding(load, contact.approach),
         tolerance=accuracy.first_reduced,
     )
@@ -266,15 +266,15 @@ def first_loading(
         residual=contact.residual,
         reduced=reduced,
         next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
-        pressure_rate=nothing,
-        source_rate=nothing,
+        pressure_rate=zeros,
+        source_rate=zeros,
         step=step,
         convolutions=spent + reduced.convolutions,
     )
 
 
 class Evolution(Integrator[State]):
-    """The steps of a contact whose bodies are not seen to move, within a block of loading."""
+    """The steps of a block of loading, for a contact that neglects the motion of the bodies."""
 
     def __init__(
         self,
@@ -296,8 +296,8 @@ class Evolution(Integrator[State]):
             if self.state.geometry.where(fitting)[0].stop:
                 self._move_to(fitting)
                 break
-            # Bodies that yield have another edge of stick than was foreseen. What cells about that
-            # one would take over is not in equilibrium, by more than a first step wears. A plastic
+            # The edge of stick of bodies that yield is not where cells expected it. Fields moved to
+            # cells that suit it are out of equilibrium, by more than a first step wears. A plastic
             # depth is moved before it grows, or it might fall in places: cubics of two may cross.
             spent += self.state.convolutions - getattr(before, "convolutions", 0)
             self.state = first_loading(problem, self.accuracy, self.workspace, before, fitting)
@@ -328,13 +328,13 @@ class Evolution(Integrator[State]):
             self.workspace.keep_only(geometry)
 
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
-        """Both stages, and what they differ by from embedded formulas."""
+        """Take both stages, and compare them with the embedded formulas."""
         base, problem, cellwise = self.state, self.problem, self._cellwise
         geometry, accuracy = base.geometry, self.accuracy
         model, team = problem.slip_model, problem.team
         now, driver = problem.worn_by(base, base.cycle, geometry)
         early, middle = GAMMA * step, base.cycle + GAMMA * step
-        # What drives the wear coefficient lags by one stage.
+        # The driver of the wear coefficient lags by one stage.
         then = problem.at(middle).driven(driver)
         p0, rate = base.pressure, now.wear_growth * step
         first = self.stage(
@@ -348,9 +348,9 @@ class Evolution(Integrator[State]):
         )
         p1 = first.pressure
         known = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
-        found, reached = problem.worn_by(first, middle, geometry)
+        midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).driven(max(0.0, reached + BEYOND * (reached - driver)))
-        r0, lagged, r1 = (each.wear_growth * step for each in (now, then, found))
+        r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
         if not r0 == lagged == r1:
             known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
         second = self.stage(
@@ -369,7 +369,7 @@ class Evolution(Integrator[State]):
         if fitting is not geometry:
             self._move_to(fitting)
             return None
-        rates = [each.wear_growth for each in (now, found, last)]
+        rates = [setup.wear_growth for setup in (now, midway, last)]
         error, factor, accepted = self._assess(step, last, rates, first, second)
         between = (1.0 - GAMMA) * step
         pressure_rate = cellwise(lambda p, q: (q - p) / between, p1, second.pressure)
@@ -401,8 +401,8 @@ class Evolution(Integrator[State]):
     ) -> tuple[float, float, bool]:
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
-        ``problem`` is that at the end of the step, and ``rates`` are β at its start and at the end
-        of both stages, 1/Pa per cycle.
+        ``problem`` holds at the end of the step, and ``rates`` are β at its start and at the end of
+        both stages, 1/Pa per cycle.
         """
         base, cellwise = self.state, self._cellwise
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
@@ -462,15 +462,16 @@ class Evolution(Integrator[State]):
         """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
 
         ``start`` and ``guess`` are first guesses of the pressure, Pa, and of the change of G by
-        plastic flow, m; ``tolerance`` is that of the contact, and ``problem`` that at the end of
-        the stage. Only one that ends at a requested cycle, an ``output_step``,
-        solves the reduced contact to full accuracy and has its residual from a separate
-        convolution. A ContactError says that a contact or the iteration between flow and wear does
-        not converge, or that a value is not finite.
+        plastic flow, m; ``tolerance`` applies to the contact, and ``problem`` to the end of the
+        stage. Only a stage that ends at a requested cycle, an ``output_step``, solves the reduced
+        contact to full accuracy and has its residual from a separate convolution. A ContactError
+        says that a contact or the iteration between flow and wear does not converge, or that a
+        value is not finite.
         """
         accuracy, geometry = self.accuracy, self.state.geometry
-        ground, cellwise = self.workspace.on(geometry), self._cellwise
-        bodies, unworn, team = ground.half_space, ground.unworn, problem.team
+        unworn_bodies, cellwise = self.workspace.on(geometry), self._cellwise
+        bodies, unworn = unworn_bodies.half_space, unworn_bodies.unworn
+        team = problem.team
         model, kept = problem.slip_model, problem.debris_fraction
         moves = not model.still_holds(base.reduced, problem, base.load)
         reduced, gap_before = base.reduced, base.reduced.gap
@@ -481,7 +482,7 @@ class Evolution(Integrator[State]):
             shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, gap_before)
             if reduced.response is not None and problem.normal.holds_load:
                 response = np.where(shift > guess, 0.0, reduced.response)
-                # Beyond the contact nothing changes G but d*: with the bodies, or with µ.
+                # Beyond the contact only d* changes G: with the bodies, or with µ.
                 ahead = float(guess[-1, 0] / reduced.response[-1, 0])
                 sliding = problem.sliding(base.load, base.approach)
                 held = reduced.approach + sliding.flexibility * reduced.load
@@ -562,10 +563,10 @@ class Evolution(Integrator[State]):
             if shift is not None:
                 missing = cellwise(np.subtract, missing, shift)
             # The wear due to the missing flow, or to slip that changes midway.
-            nothing, lost = np.zeros_like(opening), cellwise(np.abs, missing)
-            flow = WearLayer(nothing, lost, None, opened, opens)
+            zeros, lost = np.zeros_like(opening), cellwise(np.abs, missing)
+            flow = WearLayer(zeros, lost, None, opened, opens)
             if moves and not yielded:
-                flow = replace(flow, reduced_gap=nothing, shift=lost)
+                flow = replace(flow, reduced_gap=zeros, shift=lost)
             change = geometry.integral(flow.displacement(start, team))
             enough = accuracy.sweep if response is None else accuracy.following
             if change <= enough * self.tolerance * geometry.integral(opening):

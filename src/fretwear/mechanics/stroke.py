@@ -18,7 +18,8 @@ wear that positions share couples them symmetrically and adds to a sum of positi
 so a stage is one strictly convex problem. It is solved as one: on given sets of cells in contact,
 the pressures are eliminated position by position, which leaves a positive definite system for the
 wear alone, and cells change sides until each has pressure or a gap. Cells at the plastic limit bear
-it, and what still penetrates there is flow, half of it of each body: the most over all positions.
+it, and the penetration that is left there is flow, half of it in each body: the largest over all
+positions.
 """
 
 from __future__ import annotations
@@ -49,16 +50,16 @@ from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
 
-# Positions over half a stroke: at least, per half-width of the contact and per rounded edge of a
-# line contact, and per wave.
+# Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
+# rounded edge of a line contact and per wave.
 _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
 _MOST_FOR_EDGE = 24
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
 _FIRST_STEP, _LARGEST_SWEEPS = 0.1, 200
-# Sweeps in which no fewer cells change sides, before only one of them does.
+# Sweeps without a new minimum of cells that change sides, before only one of them does.
 _PATIENCE = 10
-# Passes over the stroke in which bodies sink when they are loaded, at most.
+# Largest number of passes over the stroke in which bodies sink when they are loaded.
 _LARGEST_PASSES = 20
 # Cells touch where the gap is below this part of the approach.
 _CLOSED = 1e-10
@@ -68,7 +69,7 @@ _CLOSED = 1e-10
 class StrokeState(State):
     """A state of a contact that slides as a whole.
 
-    Pressure, gap and approach are those in the middle of the stroke, and wear is that of both
+    Pressure, gap and approach belong to the middle of the stroke, and wear is the sum of both
     bodies there.
     """
 
@@ -91,21 +92,21 @@ class StrokeState(State):
         return np.asarray(self.worn[0])
 
     def on(self, workspace: Workspace, geometry: Geometry) -> Self:
-        """The same state on more cells; its gap is computed where it was not known."""
+        """The same state on more cells; its gap is computed on cells that are new."""
         old = self.geometry
         if geometry.shape == old.shape:
             return self
         moved = super().on(workspace, geometry)
-        nothing = np.zeros(geometry.shape)
+        zeros = np.zeros(geometry.shape)
         more, rows = np.subtract(geometry.shape, old.shape)
         return replace(
             moved,
-            reduced=replace(self.reduced, pressure=nothing, gap=nothing + self.reduced.gap[0, 0]),
+            reduced=replace(self.reduced, pressure=zeros, gap=zeros + self.reduced.gap[0, 0]),
             pressures=np.pad(self.pressures, ((0, 0), (more, more), (0, rows))),
             convolutions=self.convolutions,
-            worn=np.stack([old.resized(each, geometry) for each in self.worn]),
-            rates=np.stack([old.resized(each, geometry) for each in self.rates]),
-            sunk=np.stack([old.resized(each, geometry) for each in self.sunk]),
+            worn=np.stack([old.resized(field, geometry) for field in self.worn]),
+            rates=np.stack([old.resized(field, geometry) for field in self.rates]),
+            sunk=np.stack([old.resized(field, geometry) for field in self.sunk]),
         )
 
 
@@ -115,7 +116,7 @@ def slide(
     tolerance: float = TOLERANCE,
     start: StrokeState | None = None,
 ) -> Iterator[StrokeState]:
-    """Integrate the wear of both bodies over the cycles; parameters and errors as of `evolve`."""
+    """Integrate the wear of both bodies over the cycles; parameters and errors as for `evolve`."""
     return integrator.march(problem, stops, start, partial(_Slider, tolerance=tolerance))
 
 
@@ -131,14 +132,14 @@ class _Slider(Integrator[StrokeState]):
             self._resize(*state.geometry.shape)
 
     def _resize(self, x: int, y: int) -> None:
-        """Take so many cells, and put the state on them."""
+        """Use so many cells, and move the state to them."""
         self.rubbing = Rubbing(self.problem, (x, y))
         if self.before is not None:
             self.state = self.state.on(self.workspace, self.rubbing.geometry)
 
-    def _outgrown(self, found: Contacts) -> bool:
-        """Whether the contacts came near the border, and there are more cells now."""
-        touched, (x, y) = found.pressures > 0, self.rubbing.geometry.shape
+    def _outgrown(self, contacts: Contacts) -> bool:
+        """Add cells if the contacts come near the border; return whether they did."""
+        touched, (x, y) = contacts.pressures > 0, self.rubbing.geometry.shape
         wider = bool(touched[:, :_MARGIN].any() or touched[:, -_MARGIN:].any())
         higher = y > 1 and bool(touched[:, :, -_MARGIN:].any())
         if wider or higher:
@@ -164,22 +165,22 @@ class _Slider(Integrator[StrokeState]):
                 start = np.maximum(start, (before.pressures > 0).any(axis=0))
                 worn, sunk = before.worn, before.sunk
             rigid, change = np.zeros((2, 1, 1)), inf
-            found = rubbing.solve(self.opens * worn + sunk, rigid, start)
-            # What sinks at one position carries less at others, where more sinks in the next pass.
+            contacts = rubbing.solve(self.opens * worn + sunk, rigid, start)
+            # Cells that sink at one position carry less at others, where more sink next time.
             for left in reversed(range(_LARGEST_PASSES)):
-                settled = change <= self.tolerance or not found.flow.any() or not left
-                if self._outgrown(found) or settled:
+                settled = change <= self.tolerance or not contacts.flow.any() or not left
+                if self._outgrown(contacts) or settled:
                     break
-                sunk, means, start = sunk + found.flow, found.means, found.pressures
-                found = rubbing.solve(self.opens * worn + sunk, rigid, start)
-                change = float(np.abs(found.means - means).sum() / means.sum())
+                sunk, means, start = sunk + contacts.flow, contacts.means, contacts.pressures
+                contacts = rubbing.solve(self.opens * worn + sunk, rigid, start)
+                change = float(np.abs(contacts.means - means).sum() / means.sum())
             if rubbing is self.rubbing:
                 break
         cycle, step = (0.0, 0) if before is None else (before.cycle, before.step)
         growth = self.opens * self.rates(cycle).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
         first = _FIRST_STEP * depth / growth if growth > 0 else inf
-        state = self._state(cycle, step, found, worn, sunk + found.flow)
+        state = self._state(cycle, step, contacts, worn, sunk + contacts.flow)
         self.state = replace(state, next_step=first)
 
     def rates(self, cycle: float, driver: float = 0.0) -> Array:
@@ -190,14 +191,14 @@ class _Slider(Integrator[StrokeState]):
         )
 
     def driver(self, cycle: float, pressures: Array) -> float:
-        """What the wear coefficient follows, of contacts at all positions."""
+        """The driver of the wear coefficient, from the contacts at all positions."""
         problem = self.problem.at(cycle)
         return problem.wear_law.driver(StrokeMeans(problem, self.rubbing, pressures))
 
     def attempt(
         self, step: float, end: float, *, output_step: bool
     ) -> integrator.Attempt[StrokeState]:
-        """Both stages, and what they differ by from embedded formulas."""
+        """Take both stages, and compare them with the embedded formulas."""
         del output_step
         base = self.state
 
@@ -206,7 +207,7 @@ class _Slider(Integrator[StrokeState]):
             return self.rubbing.solve(self.opens * known + sunk, compliance, start)
 
         middle, started = base.cycle + GAMMA * step, base.rates
-        # What drives the wear coefficient lags by one stage.
+        # The driver of the wear coefficient lags by one stage.
         driver = self.driver(base.cycle, base.pressures)
         known = base.worn + DIAGONAL * step * started
         first = stage(known, base.sunk, self.rates(middle, driver), base.pressures)
@@ -230,23 +231,23 @@ class _Slider(Integrator[StrokeState]):
         return replace(state, error_estimate=error * self.tolerance), *integrator.assessed(error)
 
     def _state(
-        self, cycle: float, step: int, found: Contacts, worn: Array, sunk: Array
+        self, cycle: float, step: int, contacts: Contacts, worn: Array, sunk: Array
     ) -> StrokeState:
         """The state with the contact in the middle of the stroke."""
         problem, geometry = self.problem.at(cycle), self.rubbing.geometry
-        ground = self.workspace.on(geometry)
+        bodies = self.workspace.on(geometry)
         opening, plastic = self.opens * worn.sum(axis=0), sunk.sum(axis=0)
         # The middle of the stroke is the first position.
-        middle = found.pressures[0, geometry.shape[0] :]
-        separation = ground.half_space.displacement(middle) + ground.unworn + opening + plastic
+        middle = contacts.pressures[0, geometry.shape[0] :]
+        separation = bodies.half_space.displacement(middle) + bodies.unworn + opening + plastic
         free = (middle > 0) & (middle < problem.plastic_limit)
         approach = float(separation[free].mean())
         gap = separation - approach
         residual = np.abs(np.where(free, gap, np.minimum(gap, 0.0))).max() / approach
         slip = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
-        nothing = np.zeros(geometry.shape)
-        reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
-        rates = self.rates(cycle, self.driver(cycle, found.pressures))
+        zeros = np.zeros(geometry.shape)
+        reduced = ReducedContact(zeros, np.full(geometry.shape, slip), approach - slip, load=0.0)
+        rates = self.rates(cycle, self.driver(cycle, contacts.pressures))
         return StrokeState(
             cycle=cycle,
             next_step=0.0,
@@ -260,20 +261,20 @@ class _Slider(Integrator[StrokeState]):
             approach=approach,
             residual=float(residual),
             reduced=reduced,
-            pressure_rate=nothing,
-            source_rate=nothing,
+            pressure_rate=zeros,
+            source_rate=zeros,
             step=step,
             worn=worn,
-            rates=rates * found.means,
+            rates=rates * contacts.means,
             sunk=sunk,
-            pressures=found.pressures,
+            pressures=contacts.pressures,
         )
 
 
 def positions(problem: WearProblem) -> tuple[Array, Array]:
     """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
 
-    They are those of the trapezoidal rule over the stroke, doubled for a position and its image.
+    They follow from the trapezoidal rule over the stroke, doubled for a position and its image.
     """
     amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
@@ -293,14 +294,14 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
 class Contacts(NamedTuple):
     """The contacts of a stage at all positions, on 2n by m cells."""
 
-    pressures: Array  # Pa, shape (positions, 2n, m); not zero just where the bodies touch
-    means: Array  # over the stroke, at each point of the flat and the indenter, Pa, (2, n, m)
-    flow: Array  # how far each of them sinks where the pressure is at the limit, m
+    pressures: Array  # Pa, shape (positions, 2n, m); non-zero exactly where the bodies touch
+    means: Array  # means over the stroke at each point of flat and indenter, Pa, shape (2, n, m)
+    flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
 
 
 @dataclass(frozen=True)
 class StrokeMeans:
-    """What a wear law may read of contacts over a stroke, in the mean over their positions."""
+    """Means over the positions of contacts over a stroke, which a wear law may read."""
 
     problem: WearProblem
     rubbing: Rubbing
@@ -320,8 +321,8 @@ class Rubbing:
 
     Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
     and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
-    Between cells, the wear of the indenter is linear; what it takes from the pressure is the
-    transpose of that. ``shape`` is that of the quarter, with one cell along y in a line contact.
+    Between cells, the wear of the indenter is interpolated linearly; pressure acts on it by the
+    transpose. ``shape`` is the shape of the quarter, with one cell along y in a line contact.
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
@@ -332,7 +333,7 @@ class Rubbing:
         count, (size, _) = 2 * half, problem.spacing
         self.places, self.weights = positions(problem)
         modulus = problem.composite_modulus
-        # Displacement by the distance along x, and the row of either cell.
+        # Displacement by the distance along x, and by the rows of both cells.
         if problem.geometry.plane_strain:
             assert isinstance(problem.hertz, LineContact)
             edges, reference = np.arange(half + 1) * size, problem.hertz.reference
@@ -350,11 +351,11 @@ class Rubbing:
         )
         self.x = (np.arange(count) - half + 0.5) * size
         self.cells, values = count * self.rows, half * self.rows
-        # A single roughness is that of the flat; of two, the other moves with the indenter.
+        # A single roughness belongs to the flat; the second of two moves with the indenter.
         both = problem.roughness, problem.counterface
         if None in both:
             both = problem.rough, None
-        # One row a cell, one column a value of the flat's wear, then of the indenter's.
+        # One row for each cell; one column for each value of the flat's wear, then the indenter's.
         self.shapes, self.worn = [], []
         at, across = self.x[:, None], self.y[None, :]
         along, row = np.divmod(np.arange(self.cells), self.rows)
@@ -380,7 +381,7 @@ class Rubbing:
         self._inverses: dict[int, tuple[Places, Array]] = {}
 
     def displacement(self, pressure: Array) -> Array:
-        """Of all cells, m, under a pressure, Pa."""
+        """Displacement of all cells, m, under a pressure, Pa."""
         field = pressure.reshape(-1, self.rows)
         waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
         moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
@@ -393,11 +394,11 @@ class Rubbing:
         return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
 
     def _inverse(self, place: int, cells: Places) -> Array:
-        """The inverse of the influence of some cells on each other, the last one at a position."""
+        """Inverse of the influence of some cells on each other; each position keeps its last."""
         from scipy.linalg.lapack import dpotrf, dpotri
 
-        known, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))
-        if not np.array_equal(known, cells):
+        inverted, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))
+        if not np.array_equal(inverted, cells):
             inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
             above = np.triu_indices(cells.size, 1)
             inverse[above] = inverse.T[above]
@@ -405,10 +406,10 @@ class Rubbing:
         return inverse
 
     def _capped(self, full: Mask, shape: Array) -> tuple[Places, Places, float]:
-        """Cells at the limit and the one between the bounds of a contact that yields all over.
+        """Cells at the limit and the one between the bounds, if a contact yields all over.
 
-        Those at the limit carry the load P but for what is left, N, to the one beside them: the
-        lowest P/p_lim of the area, of a shape, m, under the limit on the cells that had it.
+        The cells at the limit carry the load P less the remainder, N, on the one beside them: the
+        area P/p_lim that is lowest in a shape, m, under the limit on the cells that were at it.
         """
         carried = self.limit * self.area
         count = ceil(self.load / carried) - 1
@@ -450,7 +451,7 @@ class Rubbing:
                     held, free, left = self._capped(full, shape + worn @ worn_now)
                     full[:], inside[:] = False, False
                     full[held], inside[held], inside[free] = True, True, True
-                # Pressure of no load for a unit displacement of each cell, and that of the load.
+                # Pressure of no load for a unit displacement of each cell, and one of the load.
                 inverse = self._inverse(place, free)
                 uniform = inverse.sum(axis=1)
                 total = uniform.sum()
@@ -465,8 +466,8 @@ class Rubbing:
             values = np.flatnonzero(touched)
             root = np.sqrt(compliance[values])
             matrix, right = np.eye(values.size), np.zeros(values.size)
-            for weight, worn, _, inverse, own, pressure in parts:
-                seen = own[:, values]
+            for weight, worn, _, inverse, worn_free, pressure in parts:
+                seen = worn_free[:, values]
                 matrix += weight * root[:, None] * (seen.T @ (seen.T @ inverse).T) * root
                 right += weight * root * (worn.T @ pressure)[values]
             factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
@@ -476,8 +477,8 @@ class Rubbing:
             worn_now[values] = root * cho_solve(factors, right, check_finite=False)
             pressures, flow = np.zeros(closed.shape), np.zeros(opening.size)
             now_closed, now_capped = closed.copy(), capped.copy()
-            for place, (_, worn, free, inverse, own, pressure) in enumerate(parts):
-                pressure[free] -= inverse @ (own @ worn_now)
+            for place, (_, worn, free, inverse, worn_free, pressure) in enumerate(parts):
+                pressure[free] -= inverse @ (worn_free @ worn_now)
                 pressures[place] = pressure
                 gap = self.displacement(pressure) + shapes[place] + worn @ worn_now
                 approach = gap[free].mean()
@@ -499,7 +500,7 @@ class Rubbing:
                 means = np.sum([weight * (worn.T @ p) for weight, worn, *_, p in parts], axis=0)
                 return Contacts(
                     pressures.reshape(shape_of_cells),
-                    *(each.reshape(shape_of_bodies) for each in (means, flow)),
+                    *(field.reshape(shape_of_bodies) for field in (means, flow)),
                 )
             changed = np.flatnonzero((now_closed != closed) | (now_capped != capped))
             if changed.size < fewest:
