@@ -86,7 +86,7 @@ def worst_violation(problem: WearProblem, state: State) -> float:
     """How far a state is from the conditions of contact, by its pressure and its shape alone.
 
     The largest error of the load, gap under pressure, overlap of the bodies and difference of the
-    state's own gap from that of its shape; relative to the load and to the approach.
+    state's own gap from the gap of its shape; relative to the load and to the approach.
     """
     shape = problem.unworn(state.geometry) + state.wear + state.plastic
     fields = (state.pressure, shape, state.gap)

@@ -1,6 +1,6 @@
 """Wear over many fretting cycles: implicit, adaptive steps.
 
-Steps are those of TR-BDF2, two implicit stages of one weight, second order, L-stable, and an
+The steps follow TR-BDF2: two implicit stages of one weight, second order, L-stable, with an
 embedded third order: Bank et al., "Transient simulation of silicon devices and circuits", IEEE
 Trans. Electron Devices 32 (1985); coefficients and embedded weights as in Hosea and Shampine,
 "Analysis and implementation of TR-BDF2", Appl. Numer. Math. 20 (1996).
@@ -39,7 +39,7 @@ DIAGONAL = 0.5 * GAMMA
 WEIGHT = 0.25 * sqrt(2.0)
 MAIN = (WEIGHT, WEIGHT, DIAGONAL)
 EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
-# Weights of the embedded formula less those of the step, at the start, in between and at the end.
+# Weights of the embedded formula less the step's, at the start, in between and at the end.
 DIFFERENCE = tuple(e - m for e, m in zip(EMBEDDED, MAIN, strict=True))
 # Length of the second stage over the first, to extrapolate a change that continues.
 BEYOND = (1.0 - GAMMA) / GAMMA
@@ -206,7 +206,7 @@ def evolve(
     A step ends exactly at each of the increasing cycles ``stops``, the last of which ends the run.
     ``tolerance`` is the error of one step's wear relative to the wear volume, and ``accuracy`` has
     the tolerances of the contacts. A run resumes from ``start``, a state that was yielded before
-    and is not yielded again. A `WearError` says that the step had to be reduced to nothing, a
+    and is not yielded again. A `WearError` says that no step is accurate, however short, a
     `fretwear.mechanics.contact.ContactError` that the first loading does not converge.
     """
     return march(problem, stops, start, partial(Evolution, tolerance=tolerance, accuracy=accuracy))
@@ -347,15 +347,15 @@ class Evolution(Integrator[State]):
             problem=then,
         )
         p1 = first.pressure
-        known = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
+        explicit = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).driven(max(0.0, reached + BEYOND * (reached - driver)))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
         if not r0 == lagged == r1:
-            known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
+            explicit = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
         second = self.stage(
             first,
-            known,
+            explicit,
             last.wear_growth * step * DIAGONAL,
             cellwise(lambda p, q: q + BEYOND * (q - p), p0, p1),
             cellwise(
@@ -450,7 +450,7 @@ class Evolution(Integrator[State]):
     def stage(
         self,
         base: Stage,
-        known: Array,
+        explicit: Array,
         rate: float,
         start: Array,
         guess: Array,
@@ -459,7 +459,7 @@ class Evolution(Integrator[State]):
         problem: WearProblem,
         output_step: bool = False,
     ) -> Stage:
-        """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
+        """One implicit stage from a base, of pressure p and exponent x = explicit + rate · p.
 
         ``start`` and ``guess`` are first guesses of the pressure, Pa, and of the change of G by
         plastic flow, m; ``tolerance`` applies to the contact, and ``problem`` to the end of the
@@ -487,7 +487,7 @@ class Evolution(Integrator[State]):
                 sliding = problem.sliding(base.load, base.approach)
                 held = reduced.approach + sliding.flexibility * reduced.load
                 level = base.approach + ahead + held - sliding.level
-        opened, opens = ((1.0 - kept) * known, (1.0 - kept) * rate) if kept else (known, rate)
+        opened, opens = ((1.0 - kept) * explicit, (1.0 - kept) * rate) if kept else (explicit, rate)
         sunk = cellwise(np.add, unworn, base.plastic)
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
@@ -543,7 +543,7 @@ class Evolution(Integrator[State]):
                 reduced = replace(base.reduced, gap=model.gap_after(gap_before, worn))
             wear = opening
             if kept:
-                exponent = known + rate * start
+                exponent = explicit + rate * start
                 wear = base.wear + _all_worn(kept, worn, gap_before, reduced.gap, exponent)
             stage = Stage(
                 pressure=start,
@@ -579,7 +579,7 @@ class Evolution(Integrator[State]):
                 shift = missing
             else:
                 shift = cellwise(
-                    lambda known, new, part: known + part * new, shift, missing, relaxation
+                    lambda old, new, part: old + part * new, shift, missing, relaxation
                 )
             if response is not None:
                 response, level = reduced.response, contact.approach

@@ -202,22 +202,22 @@ class _Slider(Integrator[StrokeState]):
         del output_step
         base = self.state
 
-        def stage(known: Array, sunk: Array, rates: Array, start: Array) -> Contacts:
+        def stage(explicit: Array, sunk: Array, rates: Array, start: Array) -> Contacts:
             compliance = self.opens * DIAGONAL * step * rates
-            return self.rubbing.solve(self.opens * known + sunk, compliance, start)
+            return self.rubbing.solve(self.opens * explicit + sunk, compliance, start)
 
         middle, started = base.cycle + GAMMA * step, base.rates
         # The driver of the wear coefficient lags by one stage.
         driver = self.driver(base.cycle, base.pressures)
-        known = base.worn + DIAGONAL * step * started
-        first = stage(known, base.sunk, self.rates(middle, driver), base.pressures)
+        explicit = base.worn + DIAGONAL * step * started
+        first = stage(explicit, base.sunk, self.rates(middle, driver), base.pressures)
         reached = self.driver(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
-        known = base.worn + WEIGHT * step * (started + between)
+        explicit = base.worn + WEIGHT * step * (started + between)
         ahead = max(0.0, reached + BEYOND * (reached - driver))
         rates = self.rates(end, ahead)
-        last = stage(known, sunk, rates, first.pressures)
+        last = stage(explicit, sunk, rates, first.pressures)
         if self._outgrown(last):
             return None
         ended = rates * last.means
