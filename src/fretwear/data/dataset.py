@@ -6,12 +6,13 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
 from fretwear.study.case import Case
-from fretwear.units import Unit, is_readable, readable_unit
+from fretwear.units import is_readable, readable_unit
 from fretwear.vocabulary import CYCLE, FORCES, HEADLINES, RESULTS, SYMMETRIES, Variable, X, Y
 
 KEY_RESULTS: tuple[Variable, ...] = tuple(
@@ -42,6 +43,16 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     return whole
 
 
+FieldsT = TypeVar("FieldsT", xr.Dataset, xr.DataArray)
+
+
+def line_near_the_middle(values: FieldsT) -> FieldsT:
+    """Return fields on the line of cells nearest y = 0; those without y stay as they are."""
+    if Y.name not in values.dims:
+        return values
+    return values.isel({Y.name: int(np.abs(values[Y.name].values).argmin())})
+
+
 def case_of(dataset: xr.Dataset) -> Case:
     """Return the case that a dataset belongs to.
 
@@ -70,10 +81,7 @@ class Accessor:
 
     def line(self) -> xr.Dataset:
         """Return the fields of the whole contact along x, on the cells nearest to y = 0."""
-        whole = self.full()
-        if Y.name not in whole.dims:
-            return whole
-        return whole.isel({Y.name: int(np.abs(whole[Y.name].values).argmin())})
+        return line_near_the_middle(self.full())
 
     def in_units(self) -> xr.Dataset:
         """Return the dataset in units for people, such as µm and MPa, named by ``units``.
@@ -81,23 +89,20 @@ class Accessor:
         Numbers without a unit stay as they are. Each variable has the unit in which its largest
         value is from 1 to 1000; x and y share one, and so do a scalar and its estimated error.
         """
-        dataset, units = self._dataset, dict[Hashable, Unit]()
+        dataset, converted = self._dataset, dict[Hashable, xr.Variable]()
+        positions = [name for name in (X.name, Y.name) if name in dataset.variables]
         for name, variable in dataset.variables.items():
-            of = str(name).removesuffix("_error")
-            like = [each for each in (X.name, Y.name) if each in dataset] if of in "xy" else [of]
             si_unit = variable.attrs.get("units", "")
-            if si_unit != "1" and is_readable(si_unit) and variable.dtype.kind == "f":
-                values = [dataset[each].values.ravel() for each in like if each in dataset]
-                units[name] = readable_unit(np.concatenate(values or [variable.values]), si_unit)
-
-        def told(name: Hashable) -> xr.Variable:
-            variable = dataset.variables[name]
-            attributes = {**variable.attrs, "units": units[name].name}
-            return xr.Variable(variable.dims, variable.data / units[name].size, attributes)
-
-        return dataset.assign({n: told(n) for n in units if n in dataset.data_vars}).assign_coords(
-            {n: told(n) for n in units if n in dataset.coords}
-        )
+            if si_unit == "1" or not is_readable(si_unit) or variable.dtype.kind != "f":
+                continue
+            scalar = str(name).removesuffix("_error")
+            alike = positions if name in positions else [scalar if scalar in dataset else name]
+            values = np.concatenate([dataset[other].values.ravel() for other in alike])
+            unit = readable_unit(values, si_unit)
+            attributes = {**variable.attrs, "units": unit.name}
+            converted[name] = xr.Variable(variable.dims, variable.data / unit.size, attributes)
+        coordinates = {name: converted.pop(name) for name in dataset.coords if name in converted}
+        return dataset.assign(converted).assign_coords(coordinates)
 
     def map(self, name: str, cycle: float | None = None) -> xr.DataArray:
         """Return a field of the whole contact over y and x, in units for people.

@@ -29,6 +29,7 @@ from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
     different_parameters,
+    line_near_the_middle,
     mirrored,
 )
 from fretwear.data.safe import atomic_path
@@ -37,7 +38,6 @@ from fretwear.figures.datasets import (
     Cycles,
     check_cases,
     half_profiles,
-    line_near_the_middle,
     snapshots,
     variable_of,
 )

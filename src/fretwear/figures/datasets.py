@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import mirrored
+from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.merge import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
@@ -173,13 +173,6 @@ def field_of(quantity: Variable | str) -> Variable:
 def variable_of(dataset: xr.Dataset, name: str) -> Variable:
     """Return the variable of a result, per length if the dataset has it so."""
     return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
-
-
-def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:
-    """Return a field on the line of cells nearest y = 0; a field without y is returned as it is."""
-    if "y" not in values.dims:
-        return values
-    return values.isel(y=int(np.abs(values["y"].values).argmin()))
 
 
 def with_cycles(dataset: xr.Dataset) -> xr.Dataset:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import mirrored
+from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, label_curves, label_or_key, make_panels, outside_key
 from fretwear.figures.datasets import (
@@ -26,7 +26,6 @@ from fretwear.figures.datasets import (
     check_cases,
     field_of,
     half_profiles,
-    line_near_the_middle,
     snapshots,
 )
 from fretwear.figures.style import (

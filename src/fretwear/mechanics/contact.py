@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask, Single
+from fretwear.arrays import Array, Mask, Places, Single
 from fretwear.mechanics.geometry import HalfSpace
 from fretwear.mechanics.team import ALONE, Team, kernels
 
@@ -259,6 +259,30 @@ def solve_contact(
     if start is not None and float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
         start = None
     return half_space.solve(problem, start, tolerance, verified=verified)
+
+
+class Exchange:
+    """Which of the cells on the wrong side change it, in a method of active sets.
+
+    All of them do. After a number of solutions without a new minimum of such cells, only the
+    outermost one does, by which no set repeats: Júdice and Pires, "A block principal pivoting
+    algorithm for large-scale strictly monotone linear complementarity problems", Comput. Oper. Res.
+    21 (1994).
+    """
+
+    def __init__(self, patience: int) -> None:
+        self._patience = self._left = patience
+        self._fewest: float = np.inf
+
+    def of(self, wrong: Places) -> Places:
+        """The cells that change sides, of those that are on the wrong one after a solution."""
+        if wrong.size < self._fewest:
+            self._fewest, self._left = wrong.size, self._patience
+        elif self._left > 0:
+            self._left -= 1
+        else:
+            return wrong[-1:]
+        return wrong
 
 
 def is_finite(values: Array) -> bool:

@@ -34,7 +34,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Mask, Places
 from fretwear.mechanics import integrator
-from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.contact import ContactError, Exchange
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
@@ -440,7 +440,7 @@ class Rubbing:
         shapes = [
             shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
         ]
-        worn_now, fewest, patience = np.zeros_like(opening), closed.size + 1, _PATIENCE
+        worn_now, exchange = np.zeros_like(opening), Exchange(_PATIENCE)
         for _ in range(_LARGEST_SWEEPS):
             parts, touched = [], np.zeros(opening.size, np.bool_)
             places = zip(self.weights, shapes, self.worn, closed, capped, strict=True)
@@ -493,7 +493,7 @@ class Rubbing:
                     np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
             settled = np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped)
             if settled and limit > self.limit and (pressures > self.limit).any():
-                limit, fewest, patience = self.limit, closed.size + 1, _PATIENCE
+                limit, exchange = self.limit, Exchange(_PATIENCE)
                 capped = pressures > limit
                 continue
             if settled:
@@ -503,12 +503,7 @@ class Rubbing:
                     *(field.reshape(shape_of_bodies) for field in (means, flow)),
                 )
             changed = np.flatnonzero((now_closed != closed) | (now_capped != capped))
-            if changed.size < fewest:
-                fewest, patience = changed.size, _PATIENCE
-            elif patience > 0:
-                patience -= 1
-            else:
-                changed = changed[-1:]
+            changed = exchange.of(changed)
             for sets, now in ((closed, now_closed), (capped, now_capped)):
                 sets.flat[changed] = now.flat[changed]
         raise ContactError("the cells in contact over the stroke do not settle")

@@ -18,7 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, projected_gradient
+from fretwear.mechanics.contact import (
+    Contact,
+    ContactError,
+    ContactProblem,
+    Exchange,
+    projected_gradient,
+)
 from fretwear.mechanics.geometry import (
     ANYWHERE,
     OPEN_PER_SIDE,
@@ -389,10 +395,7 @@ class DenseHalfSpace(HalfSpace):
 
         Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
         semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of
-        their gap, and the free ones by their pressure: all at once or, if that goes round in
-        circles, the outermost, so that no set repeats; Júdice and Pires, "A block principal
-        pivoting algorithm for large-scale strictly monotone linear complementarity problems",
-        Comput. Oper. Res. 21 (1994).
+        their gap, and the free ones by their pressure; see `Exchange`.
         """
         tolerance *= _OF_TOLERANCE
         limit, layer, matrix = problem.limit, problem.layer, self.matrix
@@ -404,7 +407,7 @@ class DenseHalfSpace(HalfSpace):
         approach = problem.approach or 0.0
         if layer is not None and layer.level is not None:
             approach = layer.level
-        fewest, patience = pressure.size + 1, _PATIENCE
+        exchange = Exchange(_PATIENCE)
         for step in range(1, _SOLUTIONS + 1):
             separation = problem.separation(pressure[:, None], displacement)[:, 0]
             if not free.any():
@@ -465,12 +468,6 @@ class DenseHalfSpace(HalfSpace):
                 )
             if not (stays == free).all():
                 displacement = self.displacement(pressure[:, None])
-            changed = np.flatnonzero(now != free)
-            if changed.size < fewest:
-                fewest, patience = changed.size, _PATIENCE
-            elif patience > 0:
-                patience -= 1
-            else:
-                changed = changed[-1:]
+            changed = exchange.of(np.flatnonzero(now != free))
             free[changed] = now[changed]
         return None
