@@ -214,6 +214,8 @@ class Quantity(Parameter):
         return number
 
     def _parsed(self, value: object, units_required: bool) -> float:
+        if self.at_least == 0.0 and type(value) in (int, float) and value == 0:
+            return 0.0  # nothing is nothing in any unit
         if self.in_line and isinstance(value, PerLength | Force):
             return value
         if self.in_line and isinstance(value, str):
@@ -249,6 +251,8 @@ class Quantity(Parameter):
             number = {"type": "number", **bounds}
             return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [float(self.example)]}
         quantity: Schema = {**_QUANTITY_SCHEMA, "examples": [self.example]}
+        if self.at_least == 0.0:
+            return {"anyOf": [{"const": 0}, quantity]}
         return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity
 
     def canonical(self, value: float) -> object:

@@ -303,6 +303,17 @@ def test_debris_makes_the_scar_of_a_titanium_alloy(fraction, depth, half_width):
     assert wide == pytest.approx(half_width * 1.73e-3, rel=0.02)
 
 
+@pytest.mark.parametrize("worn", ["wear_indenter", "wear_flat"])
+def test_a_body_that_does_not_wear_is_one_that_hardly_wears(worn):
+    """And the other has Archard's volume."""
+    rates = [(FLAT, none) if worn == "wear_indenter" else (none, FLAT) for none in (0.0, 1e-24)]
+    (*_, bare), (*_, hardly) = (slide(sliding(coefficients=pair), (3000.0,)) for pair in rates)
+    depth, volume = getattr(bare, worn), 4.0 * FLAT * STROKE * LOAD * 3000.0
+    np.testing.assert_allclose(depth, getattr(hardly, worn), rtol=1e-6, atol=1e-6 * depth.max())
+    assert bare.geometry.integral(depth) == pytest.approx(volume, rel=0.01)
+    assert np.array_equal(bare.wear, depth)
+
+
 def test_wear_per_energy_falls_with_the_power_over_a_stroke():
     """Each step wears K(φ) times load and path, φ by the contact in the mean over the stroke."""
     each = {"slow": (2e-14, 4e-14), "fast": (0.5e-14, 1e-14)}

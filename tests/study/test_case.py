@@ -134,12 +134,17 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"friction": {"cycles": [0, 9], "values": [0.5]}}, ["has 2 cycles and 1 values"]),
         (
             {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "slow": [1e-12, -1]}},
-            ["energy_wear_coefficient.slow[1] = -1: must be larger than 0"],
+            ["energy_wear_coefficient.slow[1] = -1: must be at least 0"],
         ),
         (
             {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "slow": [1, 2]}},
             ["parts of the bodies, [indenter, flat], that are alike"],
         ),
+        (
+            {"wear_coefficient": [0, 0]},
+            ["wear_coefficient = [0, 0]: must be larger than 0 for one"],
+        ),
+        ({"wear_coefficient": 0}, ["wear_coefficient = 0: must be larger than 0"]),
         (
             {"roughness": MEASURED, "counterface": MEASURED},
             ["counterface.body = flat: is also the body of roughness", "write body: indenter"],

@@ -294,9 +294,9 @@ class PressureLaw(Part):
 
 def test_forms_of_values_compose():
     """One body may not wear at all while the law of the other is a mapping."""
-    one = Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", at_least=0.0)
+    one = Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0)
     each = OfBodies.of(Either(one, (Mapped(PressureLaw),)))
-    written = ["0 / Pa", {"value": "4e-14 / Pa", "exponent": 0.6}]
+    written = [0, {"value": "4e-14 / Pa", "exponent": 0.6}]
     jsonschema.Draft202012Validator(each.schema()).validate(written)
     value = each.read(written, True)
     assert value == (0.0, PressureLaw(4e-14, 0.6))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -87,7 +87,7 @@ class _Table(Mapped):
 
 
 class OfBodies(tuple[float, float]):
-    """The contributions of indenter and flat; its ``float`` is their sum."""
+    """The contributions of indenter and flat, one of which may be 0; its ``float`` is their sum."""
 
     __slots__ = ()
 
@@ -96,7 +96,7 @@ class OfBodies(tuple[float, float]):
         """Return the parameter: one value for both bodies, [indenter, flat], or another form."""
         places = (("indenter", "of the indenter"), ("flat", "of the flat"))
         expected = "one value for both bodies together, or two: [indenter, flat]"
-        return Either(single, (Several(single, places, expected, cls), *others))
+        return Either(single, (_EachBody(_or_none(single), places, expected, cls), *others))
 
     def __float__(self) -> float:
         return sum(map(float, self))
@@ -106,3 +106,23 @@ class OfBodies(tuple[float, float]):
         """Fractions of indenter and flat in the sum."""
         indenter, flat = map(float, self)
         return indenter / float(self), flat / float(self)
+
+
+def _or_none(parameter: Parameter) -> Parameter:
+    """The parameter of a positive value, which may be 0 too."""
+    if isinstance(parameter, Either):
+        return replace(parameter, single=_or_none(parameter.single))
+    if isinstance(parameter, Quantity) and parameter.above == 0.0:
+        return replace(parameter, above=None, at_least=0.0)
+    return parameter
+
+
+@dataclass(frozen=True)
+class _EachBody(Several):
+    """A value for each body, not 0 for both."""
+
+    def read(self, value: object, units_required: bool) -> OfBodies:
+        values: OfBodies = super().read(value, units_required)  # type: ignore[assignment]
+        if not float(values) > 0.0:
+            raise QuantityError("must be larger than 0 for one body at least")
+        return values
