@@ -1,11 +1,15 @@
 """Files with surfaces: heights and units as they are, and a sentence for every bad file."""
 
+import os
 import sys
+import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fretwear.mechanics import measured
 from fretwear.mechanics.measured import (
     HeightMapIndenter,
     MeasuredRoughness,
@@ -164,6 +168,66 @@ def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path, file, 
         steel(cycles=100, roughness={"kind": "measured", "file": str(tmp_path / file)})
 
 
+def x3p(path, points, data):
+    """Write an X3P file with this number of points along each axis and these data."""
+    axes = "".join(
+        f"<C{name}><AxisType>{kind}</AxisType><DataType>D</DataType><Increment>1e-6</Increment>"
+        f"<Offset>0</Offset></C{name}>"
+        for name, kind in (("X", "I"), ("Y", "I"), ("Z", "A"))
+    )
+    main = (
+        '<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1><Revision>ISO5436 - '
+        f"2000</Revision><FeatureType>SUR</FeatureType><Axes>{axes}</Axes></Record1><Record3>"
+        f"<MatrixDimension><SizeX>{points}</SizeX><SizeY>{points}</SizeY><SizeZ>1</SizeZ>"
+        "</MatrixDimension><DataLink><PointDataLink>data.bin</PointDataLink></DataLink></Record3>"
+        "</p:ISO5436_2>"
+    )
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("main.xml", main)
+        file.writestr("data.bin", data)
+
+
+@pytest.mark.usefixtures("library")
+def test_small_files_of_huge_surfaces_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
+    file = tmp_path / "map.x3p"
+    x3p(file, 20, np.zeros((20, 20)).tobytes())
+    assert read_topography(FILE.read(str(file), True)).sides == pytest.approx((20e-6, 20e-6))
+    x3p(file, 5001, b"")
+    with pytest.raises(QuantityError, match="has 5001 x 5001 points, more than the 25,000,000"):
+        read_topography(FILE.read(str(file), True))
+    monkeypatch.setattr(measured, "MOST_BYTES", 10**6)
+    x3p(file, 600, np.zeros((600, 600)).tobytes())
+    with pytest.raises(QuantityError, match="has 3 MB when unpacked, more than the 1 MB"):
+        read_topography(FILE.read(str(file), True))
+
+
+def test_a_file_is_read_within_limits_and_a_crash_of_its_library_is_told(
+    library, written, monkeypatch
+):
+    def endless(_):
+        while True:
+            pass
+
+    def greedy(_):
+        return np.ones(2**31)
+
+    file, reads = FILE.read(written(wave(X, Y)), True), []
+    for told, seconds, reader in (
+        ("within 1 s of processor time", 1, endless),
+        ("within 4.3 GB of memory", 10, greedy),
+        ("library that reads it crashed", 10, lambda _: os.abort()),
+    ):
+        monkeypatch.setattr(measured, "_MOST_SECONDS", seconds)
+        monkeypatch.setattr(library, "open_topography", reader)
+        patch = (0.0, 0.0, 1.0, float(seconds + len(reads)))
+        for _ in range(2):  # the second time as remembered
+            begun = time.monotonic()
+            with pytest.raises(QuantityError, match=told):
+                read_topography(file, True, patch)
+            reads.append(time.monotonic() - begun)
+    assert max(reads[1::2]) < 0.1
+
+
 def test_units_that_are_hardly_right_are_told(library, tmp_path):
     file = tmp_path / "map.nc"
     heights = 0.1 * np.random.default_rng(1).standard_normal((80, 80))
@@ -195,6 +259,7 @@ def test_a_profile_is_read_with_the_units_of_its_first_line_or_refused(tmp_path)
         FILE.read(3, True)
     for text, sentence in (
         ("0" * (10**7 + 1), "larger than the 10 MB of a profile"),
+        ("r (mm), z (um)\n" + "1 1\n" * 10**5, "has 100,001 lines, more than the 100,000"),
         ("", "is empty"),
         ("r, z\n0, 0\n1, 1\n", "no units in its first line"),
         ("r (mm), z (N)\n0, 0\n", "'N' is a force"),

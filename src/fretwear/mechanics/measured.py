@@ -2,18 +2,26 @@
 
 A case keeps the name and the checksum of a file (`Source`): the same file is the same surface
 wherever it lies. Formats of profilometers and microscopes are read by SurfaceTopography,
-which is optional and imported when a topography is read; profiles are plain text.
+which is optional and imported when a topography is read; profiles are plain text. A file may come
+from anybody: it is read by a child process with limits of memory and time.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import math
+import os
 import re
+import resource
+import signal
 import stat
 import warnings
+import zipfile
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, wraps
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -29,10 +37,15 @@ from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
 Rectangle = tuple[float, float, float, float]
 
 MOST_BYTES = 2**30
-_MOST_BYTES_OF_TEXT = 10**7
+MOST_POINTS = 25_000_000
+# Of the process that reads a file: memory, bytes, processor time and time on the clock, s.
+_MOST_MEMORY = 4 * MOST_BYTES
+_MOST_SECONDS, _MOST_SECONDS_WAITED = 10, 60
+_MOST_BYTES_OF_TEXT, _MOST_LINES = 10**7, 10**5
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
 _TABLE = 1000
+_REMEDY = "export the part of the surface that touches"
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
@@ -96,7 +109,7 @@ class SourceFile(Plain):
         if not checksum:
             raise QuantityError(
                 f"has {size_text(size)}, more than the {size_text(MOST_BYTES)} allowed",
-                "export the part of the surface that touches",
+                _REMEDY,
             )
         return Source(path.name, checksum, str(path))
 
@@ -123,6 +136,92 @@ def _checksum(path: Path, modified: int, size: int) -> str:  # noqa: ARG001 - te
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def _read_once(most: int) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Keep what a function returned, or its `QuantityError`, for its latest arguments."""
+
+    def keeping(read: Callable[..., Any]) -> Callable[..., Any]:
+        @lru_cache(most)
+        def outcome(*given: Any, **named: Any) -> tuple[Any, QuantityError | None]:
+            try:
+                return read(*given, **named), None
+            except QuantityError as error:
+                return None, error
+
+        @wraps(read)
+        def result_of(*given: Any, **named: Any) -> Any:
+            result, error = outcome(*given, **named)
+            if error is not None:
+                raise QuantityError(error.rule, error.hint)
+            return result
+
+        return result_of
+
+    return keeping
+
+
+def _in_child(read: Callable[[], Sequence[Array]]) -> list[Array]:
+    """Return the arrays that a function returns in a child process with limits.
+
+    A small file may ask for any memory and time, or crash a library. `QuantityError` if the
+    function raises it, exceeds the limits, or crashes.
+    """
+    ours, theirs = os.pipe()
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
+        child = os.fork()  # other threads do not exist in the child, which uses nothing of theirs
+    if not child:
+        with suppress(BaseException):
+            os.close(ours)
+            _answer(read, theirs)
+        os._exit(0)
+    try:
+        os.close(theirs)
+        with os.fdopen(ours, "rb") as pipe:
+            header, values = pipe.readline(), pipe.read()
+    finally:
+        os.kill(child, signal.SIGKILL)
+        status = os.waitpid(child, 0)[1]
+    ending = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
+    if ending in (signal.SIGXCPU, signal.SIGALRM):
+        raise QuantityError(f"cannot be read within {_MOST_SECONDS} s of processor time", _REMEDY)
+    try:
+        shapes, rule, hint = json.loads(header)
+        sizes = [math.prod(shape) for shape in shapes]
+        parts = np.split(np.frombuffer(values), np.cumsum(sizes))
+        arrays = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=False)]
+    except ValueError:
+        raise QuantityError("cannot be read: the library that reads it crashed") from None
+    if rule:
+        raise QuantityError(rule, hint)
+    return arrays
+
+
+def _answer(read: Callable[[], Sequence[Array]], pipe: int) -> None:
+    """Write the arrays that a function returns, or why there are none, to a pipe."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+        signal.signal(number, signal.SIG_DFL)
+    signal.alarm(_MOST_SECONDS_WAITED)
+    warnings.simplefilter("ignore")
+    resource.setrlimit(resource.RLIMIT_CPU, (_MOST_SECONDS, _MOST_SECONDS + 1))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError, ValueError):  # the limit of the system may be lower
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        most = pages * resource.getpagesize() + _MOST_MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    arrays: Sequence[Array] = ()
+    problem = "", ""
+    try:
+        arrays = read()
+    except QuantityError as error:
+        problem = error.rule, error.hint
+    except MemoryError:
+        problem = f"cannot be read within {size_text(_MOST_MEMORY)} of memory", _REMEDY
+    with os.fdopen(pipe, "wb") as answer:
+        shapes = [array.shape for array in arrays]
+        answer.write(json.dumps([shapes, *problem]).encode() + b"\n")
+        for array in arrays:
+            answer.write(array.tobytes())
+
+
 @dataclass(frozen=True, eq=False)
 class Topography:
     """Heights on a grid of points around the origin, in m."""
@@ -143,6 +242,22 @@ class Topography:
         return len(self.x) * self.spacing[0], len(self.y) * self.spacing[1]
 
     @cached_property
+    def rms_height(self) -> float:
+        """Root mean square of the heights, m."""
+        return float(self.heights.std())
+
+    @cached_property
+    def rms_slope(self) -> float:
+        """Root mean square of the slope between neighbouring points."""
+        slopes = (np.diff(self.heights, axis=axis) / self.spacing[axis] for axis in (0, 1))
+        return math.sqrt(sum(np.square(slope).mean() for slope in slopes))
+
+    @cached_property
+    def highest(self) -> float:
+        """Largest magnitude of a height, m; 0 where it is not known."""
+        return float(np.nan_to_num(np.abs(self.heights).max()))
+
+    @cached_property
     def spline(self) -> Any:
         """Heights between the points."""
         from scipy.interpolate import RectBivariateSpline
@@ -155,7 +270,7 @@ _FAR = np.array([0.0, math.inf])
 _UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), math.nan)
 
 
-@lru_cache(maxsize=4)
+@_read_once(4)
 def read_topography(
     source: Source, levelled: bool = True, patch: tuple[float, ...] | None = None
 ) -> Topography:
@@ -175,6 +290,20 @@ def read_topography(
     QuantityError
         If the file cannot be used; the message says why.
     """
+    try:
+        # The child then need not import it.
+        import SurfaceTopography  # noqa: F401
+    except ImportError as error:
+        raise QuantityError(
+            "needs the package SurfaceTopography, which is not installed",
+            "install it: pip install 'fretwear[surfaces]'",
+        ) from error
+    x, y, heights, missing = _in_child(lambda: _read_map(source, levelled, patch))
+    return Topography(x, y, heights, float(missing))
+
+
+def _read_map(source: Source, levelled: bool, patch: tuple[float, ...] | None) -> Sequence[Array]:
+    """Coordinates of the points, m, levelled heights, m, and number of missing points."""
     surface = _opened(source)
     values = np.ma.filled(surface.heights().astype(float), np.nan)
     points = [
@@ -198,27 +327,53 @@ def read_topography(
     if measured.sum() < _LEAST_POINTS:
         raise QuantityError("has no heights: every point is missing")
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
-    terms = np.stack(np.broadcast_arrays(1.0, x[:, None], y[None, :]), axis=-1)
-    terms = terms if levelled else terms[..., :1]
-    plane, *_ = np.linalg.lstsq(terms[measured], values[measured], rcond=None)
-    missing = float((~measured).sum())
-    return Topography(x, y, _filled(values - terms @ plane, measured), missing)
+    powers = ((0, 0), (1, 0), (0, 1)) if levelled else ((0, 0),)
+    mean, *slopes = _fitted(x, y, np.where(measured, values, 0.0), measured, powers)
+    values -= mean
+    for slope, distance in zip(slopes, (x[:, None], y), strict=False):
+        values -= slope * distance
+    return x, y, _filled(values, measured), np.array(float((~measured).sum()))
+
+
+def _fitted(
+    x: Array, y: Array, heights: Array, measured: Mask, powers: Sequence[tuple[int, int]]
+) -> Array:
+    """Coefficients c of the best fit Σ c xⁱyʲ to the measured heights, by its normal equations.
+
+    Heights are 0 where not measured. Sums over rows, then over columns, take the memory of one row.
+    """
+    most = 2 * max(map(max, powers)) + 1
+    of_x, of_y = (np.vander(at / at[-1], most, increasing=True) for at in (x, y))
+    moments, right = (
+        np.einsum("xi,xj->ij", of_x, np.einsum("xy,yj->xj", values, of_y))
+        for values in (measured.astype(float), heights)
+    )
+    gram = [[moments[i + k, j + m] for k, m in powers] for i, j in powers]
+    found, *_ = np.linalg.lstsq(gram, [right[i, j] for i, j in powers], rcond=None)
+    scales = [x[-1] ** i * y[-1] ** j for i, j in powers]
+    result: Array = found / scales
+    return result
 
 
 def _opened(source: Source) -> Any:
     """Open a file by SurfaceTopography, in m."""
+    from SurfaceTopography import open_topography
+
     try:
-        from SurfaceTopography import open_topography
-    except ImportError as error:
-        raise QuantityError(
-            "needs the package SurfaceTopography, which is not installed",
-            "install it: pip install 'fretwear[surfaces]'",
-        ) from error
+        unpacked = sum(member.file_size for member in zipfile.ZipFile(source.path).infolist())
+    except (OSError, ValueError, zipfile.BadZipFile):
+        unpacked = 0
+    if unpacked > MOST_BYTES:
+        has = f"has {size_text(unpacked)} when unpacked"
+        raise QuantityError(f"{has}, more than the {size_text(MOST_BYTES)} allowed", _REMEDY)
     try:
-        # The readers of some forty formats raise and warn of all sorts of things.
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            surface = open_topography(source.path).topography()
+        # The readers of some forty formats raise all sorts of errors.
+        reader = open_topography(source.path)
+        shape = reader.default_channel.nb_grid_pts
+        if math.prod(shape) <= MOST_POINTS:
+            surface = reader.topography()
+    except MemoryError:
+        raise
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
         if type(error).__name__ == "CannotDetectFileFormat":
@@ -226,6 +381,9 @@ def _opened(source: Source) -> Any:
         elif "physical_sizes" in reason:
             reason = "it does not say its lengths, so its scale is not known"
         raise QuantityError(f"cannot be read as a topography: {reason}") from error
+    if math.prod(shape) > MOST_POINTS:
+        has = f"has {' x '.join(map(str, shape))} points"
+        raise QuantityError(f"{has}, more than the {MOST_POINTS:,} allowed", _REMEDY)
     if surface.dim != 2:
         raise QuantityError("is a line scan, but a map of heights over x and y is needed")
     if surface.unit is None:
@@ -249,7 +407,7 @@ def _filled(values: Array, measured: Mask) -> Array:
     return result
 
 
-@lru_cache(maxsize=16)
+@_read_once(16)
 def read_profile(source: Source) -> tuple[Array, Array]:
     """Read the profile of a body of revolution: distances from its axis and heights, m.
 
@@ -268,6 +426,8 @@ def read_profile(source: Source) -> tuple[Array, Array]:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise QuantityError(f"cannot be read as text: {error}") from error
+    if len(lines) > _MOST_LINES:
+        raise QuantityError(f"has {len(lines):,} lines, more than the {_MOST_LINES:,} of a profile")
     units = re.findall(r"[(\[]\s*([^)\]]+?)\s*[)\]]", lines[0] if lines else "")
     if len(units) != 2:
         rule = "has no units in its first line"
@@ -403,7 +563,8 @@ class _Map(FromFile):
         """The topography."""
         if not self.is_known:
             return _UNKNOWN
-        return read_topography(self.file, self.tilt == "remove", self.patch)
+        data: Topography = read_topography(self.file, self.tilt == "remove", self.patch)
+        return data
 
     def _interpolated(self, x: Array, y: Array) -> Array:
         """Heights, m, interpolated between the points; outside, the heights at the border."""
@@ -471,16 +632,14 @@ class MeasuredRoughness(_Map, Roughness):
         self,
     ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
         """Root mean square of the heights."""
-        return float(self.read().heights.std())
+        return self.read().rms_height
 
     @property
     def rms_slope(
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
-        data = self.read()
-        slopes = (np.diff(data.heights, axis=axis) / data.spacing[axis] for axis in (0, 1))
-        return math.sqrt(sum(np.square(slope).mean() for slope in slopes))
+        return self.read().rms_slope
 
     @property
     def sides(self) -> tuple[float, float]:
@@ -495,7 +654,7 @@ class MeasuredRoughness(_Map, Roughness):
     @property
     def highest(self) -> float:
         """Largest magnitude of a height, m; 0 where it is not known."""
-        return float(np.nan_to_num(np.abs(self.read().heights).max()))
+        return self.read().highest
 
     @property
     def tips(self) -> float:
@@ -568,19 +727,14 @@ class _Paraboloid:
         return flat + x * (slope_x + xx * x + xy * y) + y * (slope_y + yy * y)
 
 
-@lru_cache(maxsize=8)
+@_read_once(8)
 def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
     """The best-fitting paraboloid; `QuantityError` if its apex is not on the map."""
     data = read_topography(file, False, patch)
     end_x, end_y = data.x[-1], data.y[-1]
     powers = (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)
-    x, y = data.x[:, None] / end_x, data.y[None, :] / end_y
-    columns = [np.broadcast_to(x**i * y**j, data.heights.shape).ravel() for i, j in powers]
-    coefficients, *_ = np.linalg.lstsq(np.stack(columns, axis=1), data.heights.ravel(), rcond=None)
-    terms = tuple(
-        float(coefficient / (end_x**i * end_y**j))
-        for coefficient, (i, j) in zip(coefficients, powers, strict=True)
-    )
+    measured = np.ones(data.heights.shape, bool)
+    terms = tuple(_fitted(data.x, data.y, data.heights, measured, powers).tolist())
     _, slope_x, slope_y, xx, xy, yy = terms
     mean, part = -(xx + yy), math.hypot(xx - yy, xy)
     if not mean > part:
