@@ -5,6 +5,7 @@ import errno
 import json
 import os
 import signal
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -343,6 +344,46 @@ def test_a_lock_dies_with_its_process_however_that_dies(path, holder):
     assert rival.file.exists(), "nobody was there to remove it"
     with rival:
         assert not rival.waited
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as another user")
+def test_the_lock_of_another_user_is_waited_for_or_named_with_its_owner():
+    with tempfile.TemporaryDirectory(dir="/tmp") as name:
+        folder, told = Path(name), []
+        folder.chmod(0o777)  # shared
+        path = folder / "case.nc"
+        holder = Lock(path).acquire()
+        holder.file.chmod(0o644)  # whatever the umask
+        try:
+            os.seteuid(65534)
+
+            def tell(line):
+                told.append(line)
+                os.seteuid(0)
+                # Dies without removing its file.
+                os.close(holder._descriptor)
+                holder._descriptor = None
+                os.seteuid(65534)
+
+            with Lock(path, tell) as lock:
+                assert lock.waited
+                assert lock.file.stat().st_uid == 65534
+                assert lock.holder() == f"process {os.getpid()} on {os.uname().nodename}"
+            words = f"process {os.getpid()} on {os.uname().nodename} of user root"
+            assert told == [f"{path}: {words} is computing this; waiting for it"]
+            os.seteuid(0)
+            with Lock(path) as private:
+                private.file.chmod(0o600)
+                os.seteuid(65534)
+                with pytest.raises(DataFileError, match=r"case.nc.lock of user root may not be"):
+                    Lock(path).acquire()
+                os.seteuid(0)
+            folder.chmod(0o755)  # not shared at all
+            os.seteuid(65534)
+            with pytest.raises(DataFileError, match="may not be written to"):
+                Lock(path).acquire()
+        finally:
+            os.seteuid(0)
 
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])

@@ -6,6 +6,7 @@ import errno
 import fcntl
 import hashlib
 import os
+import pwd
 import re
 import secrets
 import shutil
@@ -390,7 +391,7 @@ class Lock:
         name = b""
         with suppress(OSError):
             name = read_data(self.file, 200)
-        return name.decode(errors="replace").strip() or "another process"
+        return (name.decode(errors="replace").strip() or "another process") + self._owner()
 
     def _try(self) -> bool:
         """Try to get the lock; True also if the file system has no locks."""
@@ -398,6 +399,9 @@ class Lock:
             self.file.parent.mkdir(parents=True, exist_ok=True)
             # Network file systems want the file open for writing.
             descriptor = _open_plainly(self.file, os.O_RDWR | os.O_CREAT)
+            is_ours = True
+        except PermissionError as cause:
+            descriptor, is_ours = self._opened_of_another(cause), False
         except OSError as cause:
             raise write_error(self.path, cause) from cause
         try:
@@ -413,12 +417,39 @@ class Lock:
         if not self._is_current(descriptor):
             os.close(descriptor)
             return False
+        if not is_ours:  # its holder has died; a new file can name this process
+            with suppress(OSError):
+                self.file.unlink()
+                os.close(descriptor)
+                return self._try()
         self._descriptor = descriptor
         # A full disk need not stop the run: the name of the holder is a convenience.
         with suppress(OSError):
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
         return True
+
+    def _opened_of_another(self, cause: OSError) -> int:
+        """Open the lock of another user, who alone may write to it."""
+        with suppress(OSError):
+            return _open_plainly(self.file, os.O_RDONLY)
+        if not os.path.lexists(self.file):
+            raise write_error(self.path, cause) from cause
+        raise DataFileError(
+            self.path,
+            f"not written, because its lock {self.file}{self._owner()} may not be opened",
+            "Ask its owner whether a process computes this case; if none does, remove the lock",
+        ) from cause
+
+    def _owner(self) -> str:
+        """Return the user whose lock this is, in words; empty if it is of this process's user."""
+        with suppress(OSError):
+            user = self.file.stat().st_uid
+            if user != os.geteuid():
+                with suppress(KeyError):
+                    return f" of user {pwd.getpwuid(user).pw_name}"
+                return f" of user {user}"
+        return ""
 
     def _is_current(self, descriptor: int) -> bool:
         """Whether the locked file still has the lock's name."""
