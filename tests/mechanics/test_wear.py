@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics import integrator
+from fretwear.mechanics import stage as stages
 from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import Evolution, WearError, evolve, first_loading
@@ -17,6 +17,7 @@ from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.materials import Archard, Coulomb
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import Jaeger, WearLayer
+from fretwear.mechanics.stage import Exposure
 from fretwear.mechanics.state import State, in_contact
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.theory import HertzContact, LimitingState
@@ -315,7 +316,7 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(surface):
     *_, base = evolve(problem, [200], 1e-3)
     window, known, nothing = base.geometry, 3.0 * base.pressure / P0, np.zeros_like(base.pressure)
     steps = Evolution(problem, base, tolerance=1e-4)
-    stage = steps.stage(base, known, 7.0 / P0, base.pressure, nothing, 1e-6, problem=problem)
+    stage = steps.stage(base, problem, Exposure(known, 7.0 / P0), base.pressure, nothing, 1e-6)
     shape = problem.unworn(window) + stage.wear
     gap = problem.half_space(window).displacement(stage.pressure) + shape - stage.approach
     # So long a stage takes all pressure from cells that it wears: wear must not open a gap there.
@@ -337,7 +338,7 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface, monk
     *_, base = evolve(problem, [1200], 1e-3)
     known, nothing = 0.3 * base.pressure / P0, np.zeros(base.geometry.shape)
     steps = Evolution(problem, base, tolerance=1e-4)
-    stage = steps.stage(base, known, 0.3 / P0, base.pressure, nothing, 1e-6, problem=problem)
+    stage = steps.stage(base, problem, Exposure(known, 0.3 / P0), base.pressure, nothing, 1e-6)
     assert stage.yielded
     grew = stage.plastic > base.plastic
     assert (stage.pressure[grew] == problem.plastic_limit).all()
@@ -349,9 +350,9 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface, monk
     # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
     assert error <= 1e-6 * stage.wear.sum()
     # Flow that does not settle is an error.
-    monkeypatch.setattr(integrator, "_LARGEST_SWEEPS", 1)
+    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
     with pytest.raises(ContactError):
-        steps.stage(base, nothing, 0.3 / P0, base.pressure, nothing, 1e-6, problem=problem)
+        steps.stage(base, problem, Exposure(nothing, 0.3 / P0), base.pressure, nothing, 1e-6)
 
 
 @pytest.mark.parametrize(("name", "cycles"), CYCLES.items())

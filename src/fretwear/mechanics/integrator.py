@@ -9,18 +9,15 @@ One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycl
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Steps are taken
 for the exponent x = β∫p dN, from which wear follows in closed form.
 
-A stage requires the pressure whose wear gives the shape that carries it: one normal contact with
-a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
-the penetration of that contact. This changes the contact at the reduced load, which is solved
-again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
-Contacts that slide as a whole have stages of their own: `fretwear.mechanics.stroke`.
+Each stage is a contact of its own, `fretwear.mechanics.stage`; those of contacts that slide as a
+whole are in `fretwear.mechanics.stroke`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, isfinite, sqrt
 from typing import Generic, TypeVar
@@ -30,19 +27,41 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.geometry import Geometry, Workspace
-from fretwear.mechanics.slip import WearLayer
+from fretwear.mechanics.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.state import Stage, State, WearProblem
 
-# First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
-GAMMA = 2.0 - sqrt(2.0)
-DIAGONAL = 0.5 * GAMMA
-WEIGHT = 0.25 * sqrt(2.0)
-MAIN = (WEIGHT, WEIGHT, DIAGONAL)
-EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
-# Weights of the embedded formula less the step's, at the start, in between and at the end.
-DIFFERENCE = tuple(e - m for e, m in zip(EMBEDDED, MAIN, strict=True))
-# Length of the second stage over the first, to extrapolate a change that continues.
-BEYOND = (1.0 - GAMMA) / GAMMA
+
+@dataclass(frozen=True)
+class Tableau:
+    """The numbers of TR-BDF2, by parts of a step; both stages have the same implicit weight."""
+
+    middle: float = 2.0 - sqrt(2.0)  #: end of the first stage, γ
+    implicit: float = 0.5 * (2.0 - sqrt(2.0))  #: weight of the rate at the end of either stage
+    explicit: float = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
+
+    @property
+    def weights(self) -> tuple[float, float, float]:
+        """Weights of the rates at the start, in between and at the end of a step."""
+        return self.explicit, self.explicit, self.implicit
+
+    @property
+    def embedded(self) -> tuple[float, float, float]:
+        """The weights of third order that belong to the same rates."""
+        first, middle = (1.0 - self.explicit) / 3.0, (3.0 * self.explicit + 1.0) / 3.0
+        return first, middle, self.implicit / 3.0
+
+    @property
+    def difference(self) -> tuple[float, ...]:
+        """The embedded weights less those of the step."""
+        return tuple(e - w for e, w in zip(self.embedded, self.weights, strict=True))
+
+    @property
+    def beyond(self) -> float:
+        """Length of the second stage over the first, to extrapolate a change that continues."""
+        return (1.0 - self.middle) / self.middle
+
+
+TR_BDF2 = Tableau()
 
 TOLERANCE = 0.01
 # The embedded formulas differ from the step by about ten times its error in wear volume, as runs
@@ -62,9 +81,6 @@ _RELOADED = 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
-_LARGEST_SWEEPS = 12
-# A cell with less than this fraction of the mean pressure counts as unloaded.
-_IDLE = 1e-3
 
 
 StateT = TypeVar("StateT", bound=State)
@@ -329,40 +345,38 @@ class Evolution(Integrator[State]):
 
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
         """Take both stages, and compare them with the embedded formulas."""
-        base, problem, cellwise = self.state, self.problem, self._cellwise
-        geometry, accuracy = base.geometry, self.accuracy
+        base, problem, cellwise, numbers = self.state, self.problem, self._cellwise, TR_BDF2
+        geometry, implicit, weight = base.geometry, numbers.implicit, numbers.explicit
         model, team = problem.slip_model, problem.team
         now, driver = problem.worn_by(base, base.cycle, geometry)
-        early, middle = GAMMA * step, base.cycle + GAMMA * step
+        early, middle = numbers.middle * step, base.cycle + numbers.middle * step
         # The driver of the wear coefficient lags by one stage.
         then = problem.at(middle).driven(driver)
         p0, rate = base.pressure, now.wear_growth * step
         first = self.stage(
             base,
-            cellwise(np.multiply, p0, rate * DIAGONAL),
-            then.wear_growth * step * DIAGONAL,
+            then,
+            Exposure(
+                cellwise(np.multiply, p0, rate * implicit), then.wear_growth * step * implicit
+            ),
             cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
             cellwise(np.multiply, base.source_rate, early),
-            accuracy.first_stage,
-            problem=then,
+            self.accuracy.first_stage,
         )
         p1 = first.pressure
-        explicit = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
+        known = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
         midway, reached = problem.worn_by(first, middle, geometry)
-        last = problem.at(end).driven(max(0.0, reached + BEYOND * (reached - driver)))
+        last = problem.at(end).driven(max(0.0, reached + numbers.beyond * (reached - driver)))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
         if not r0 == lagged == r1:
-            explicit = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
+            known = weight * (r0 * p0 + r1 * p1) - implicit * (r0 * p0 + lagged * p1)
         second = self.stage(
             first,
-            explicit,
-            last.wear_growth * step * DIAGONAL,
-            cellwise(lambda p, q: q + BEYOND * (q - p), p0, p1),
-            cellwise(
-                np.multiply, first.source_since(base, problem.slip_model, problem.team), BEYOND
-            ),
-            accuracy.contact,
-            problem=last,
+            last,
+            Exposure(known, last.wear_growth * step * implicit),
+            cellwise(lambda p, q: q + numbers.beyond * (q - p), p0, p1),
+            cellwise(np.multiply, first.source_since(base, model, team), numbers.beyond),
+            self.accuracy.contact,
             output_step=output_step,
         )
         fitting = geometry.holding(self.workspace, second.pressure, second.approach)
@@ -371,7 +385,7 @@ class Evolution(Integrator[State]):
             return None
         rates = [setup.wear_growth for setup in (now, midway, last)]
         error, factor, accepted = self._assess(step, last, rates, first, second)
-        between = (1.0 - GAMMA) * step
+        between = (1.0 - numbers.middle) * step
         pressure_rate = cellwise(lambda p, q: (q - p) / between, p1, second.pressure)
         source_rate = cellwise(np.divide, second.source_since(first, model, team), between)
         if step < _SHORT * base.next_step:
@@ -390,6 +404,27 @@ class Evolution(Integrator[State]):
         if accepted:
             self._convolutions = 0
         return state, factor, accepted
+
+    def stage(
+        self,
+        base: Stage,
+        problem: WearProblem,
+        exposure: Exposure,
+        pressure: Array,
+        change: Array,
+        tolerance: float,
+        *,
+        output_step: bool = False,
+    ) -> Stage:
+        """One stage from a base, to the time at which a problem holds; see `ImplicitStage`."""
+        bodies = self.workspace.on(self.state.geometry)
+        stage = ImplicitStage(
+            base, problem, bodies, self.accuracy, self.tolerance, output_step=output_step
+        )
+        try:
+            return stage.solve(exposure, pressure, change, tolerance)
+        finally:
+            self._convolutions += stage.convolutions
 
     def _assess(
         self,
@@ -423,16 +458,16 @@ class Evolution(Integrator[State]):
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
-        error = integral(cellwise(lost, second.reduced.gap, exponent(DIFFERENCE)))
+        error = integral(cellwise(lost, second.reduced.gap, exponent(TR_BDF2.difference)))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.
-            x, shift = exponent(MAIN), second.source_since(base, model, problem.team)
+            x, shift = exponent(TR_BDF2.weights), second.source_since(base, model, problem.team)
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
             worn = layer.displacement(second.pressure, problem.team)
             if kept:
                 opened, after = worn - base.opening, second.reduced.gap
-                worn = base.wear + _all_worn(kept, opened, gap, after, x)
+                worn = base.wear + all_worn(kept, opened, gap, after, x)
             off = cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
             error = max(error, integral(off))
         error, allowed = error / (OVERESTIMATE * volume), self.tolerance
@@ -446,156 +481,3 @@ class Evolution(Integrator[State]):
             factor = min(factor, longest / step)
             accepted &= step <= _ACCEPTED * longest
         return error, factor, accepted
-
-    def stage(
-        self,
-        base: Stage,
-        explicit: Array,
-        rate: float,
-        start: Array,
-        guess: Array,
-        tolerance: float,
-        *,
-        problem: WearProblem,
-        output_step: bool = False,
-    ) -> Stage:
-        """One implicit stage from a base, of pressure p and exponent x = explicit + rate · p.
-
-        ``start`` and ``guess`` are first guesses of the pressure, Pa, and of the change of G by
-        plastic flow, m; ``tolerance`` applies to the contact, and ``problem`` to the end of the
-        stage. Only a stage that ends at a requested cycle, an ``output_step``, solves the reduced
-        contact to full accuracy and has its residual from a separate convolution. A ContactError
-        says that a contact or the iteration between flow and wear does not converge, or that a
-        value is not finite.
-        """
-        accuracy, geometry = self.accuracy, self.state.geometry
-        unworn_bodies, cellwise = self.workspace.on(geometry), self._cellwise
-        bodies, unworn = unworn_bodies.half_space, unworn_bodies.unworn
-        team = problem.team
-        model, kept = problem.slip_model, problem.debris_fraction
-        moves = not model.still_holds(base.reduced, problem, base.load)
-        reduced, gap_before = base.reduced, base.reduced.gap
-        shift = guess if base.yielded else None
-        response, level = None, None
-        if moves:
-            # Cells that begin to stick lose their gap, not more.
-            shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, gap_before)
-            if reduced.response is not None and problem.normal.holds_load:
-                response = np.where(shift > guess, 0.0, reduced.response)
-                # Beyond the contact only d* changes G: with the bodies, or with µ.
-                ahead = float(guess[-1, 0] / reduced.response[-1, 0])
-                sliding = problem.sliding(base.load, base.approach)
-                held = reduced.approach + sliding.flexibility * reduced.load
-                level = base.approach + ahead + held - sliding.level
-        opened, opens = ((1.0 - kept) * explicit, (1.0 - kept) * rate) if kept else (explicit, rate)
-        sunk = cellwise(np.add, unworn, base.plastic)
-        relaxation, before = 1.0, inf
-        for _ in range(_LARGEST_SWEEPS):
-            layer = model.wear_layer(base.opening, gap_before, shift, opened, opens)
-            if response is not None and isinstance(layer, WearLayer):
-                layer = replace(layer, response=response, level=level)
-            try:
-                contact = solve_contact(
-                    problem.contact(bodies, sunk, layer),
-                    start,
-                    tolerance,
-                    verified=output_step,
-                )
-            except ContactError as error:
-                self._convolutions += error.convolutions
-                raise
-            self._convolutions += contact.convolutions
-            start = contact.pressure
-            layer = layer.at(contact.approach)
-            shift = layer.shift if isinstance(layer, WearLayer) else shift
-            opening = layer.displacement(start, team)
-            gap = cellwise(lambda gap: np.maximum(gap, 0.0), contact.gap)
-            worn = cellwise(np.subtract, opening, base.opening)
-            # Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.
-            # A long step removes too much where a cell loses its pressure on the way, and a contact
-            # solved to a tolerance a little too much where hardly any is left; either would stay
-            # open for ever.
-            idle = _IDLE * np.average(start, weights=geometry.weights)
-            beyond = cellwise(
-                lambda p, gap, worn, idle: np.where(
-                    (gap > 0) & (worn > 0) & (p <= idle), np.minimum(gap, worn), 0.0
-                ),
-                *(start, contact.gap, worn, idle),
-            )
-            if beyond.any():
-                for field in (opening, worn, gap):
-                    field -= beyond
-            plastic, yielded = base.plastic, contact.yields and model.follows_shape
-            if contact.yields:
-                plastic = cellwise(np.add, plastic, contact.penetration)
-            load = problem.load_of(geometry, contact)
-            if yielded or moves:
-                reduced = model.reduced(
-                    problem,
-                    bodies,
-                    cellwise(lambda h, opened, sunk: h + opened + sunk, unworn, opening, plastic),
-                    problem.sliding(load, contact.approach),
-                    reduced,
-                    accuracy.reduced if output_step else accuracy.reduced_between,
-                )
-                self._convolutions += reduced.convolutions
-            else:
-                reduced = replace(base.reduced, gap=model.gap_after(gap_before, worn))
-            wear = opening
-            if kept:
-                exponent = explicit + rate * start
-                wear = base.wear + _all_worn(kept, worn, gap_before, reduced.gap, exponent)
-            stage = Stage(
-                pressure=start,
-                gap=gap,
-                wear=wear,
-                opening=opening,
-                plastic=plastic,
-                load=load,
-                approach=contact.approach,
-                residual=contact.residual,
-                reduced=reduced,
-                yielded=yielded,
-            )
-            if not yielded and shift is None:
-                break
-            missing = stage.source_since(base, model, team)
-            if shift is not None:
-                missing = cellwise(np.subtract, missing, shift)
-            # The wear due to the missing flow, or to slip that changes midway.
-            zeros, lost = np.zeros_like(opening), cellwise(np.abs, missing)
-            flow = WearLayer(zeros, lost, None, opened, opens)
-            if moves and not yielded:
-                flow = replace(flow, reduced_gap=zeros, shift=lost)
-            change = geometry.integral(flow.displacement(start, team))
-            enough = accuracy.sweep if response is None else accuracy.following
-            if change <= enough * self.tolerance * geometry.integral(opening):
-                break
-            if change > 0.5 * before:
-                # Flow lets wear catch up, which stops the flow: average the two.
-                relaxation = max(0.5 * relaxation, 0.1)
-            before = change
-            if shift is None:
-                shift = missing
-            else:
-                shift = cellwise(
-                    lambda old, new, part: old + part * new, shift, missing, relaxation
-                )
-            if response is not None:
-                response, level = reduced.response, contact.approach
-        else:
-            raise ContactError(
-                f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
-            )
-        if not stage.is_finite:
-            raise ContactError("wear of a stage leads to values that are not finite")
-        return stage
-
-
-def _all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:
-    """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
-
-    If all of it is kept the contact does not depend on slip, and the reduced gap changes from
-    ``before`` to ``after`` evenly in x: ∫g* dx is x times their mean.
-    """
-    return opened / (1.0 - kept) if kept < 1.0 else 0.5 * exponent * (before + after)

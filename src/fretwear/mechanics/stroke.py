@@ -38,14 +38,7 @@ from fretwear.mechanics.contact import ContactError, Exchange
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
-from fretwear.mechanics.integrator import (
-    BEYOND,
-    DIAGONAL,
-    GAMMA,
-    TOLERANCE,
-    WEIGHT,
-    Integrator,
-)
+from fretwear.mechanics.integrator import TOLERANCE, TR_BDF2, Integrator
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.theory import LineContact
@@ -203,19 +196,19 @@ class _Slider(Integrator[StrokeState]):
         base = self.state
 
         def stage(explicit: Array, sunk: Array, rates: Array, start: Array) -> Contacts:
-            compliance = self.opens * DIAGONAL * step * rates
+            compliance = self.opens * TR_BDF2.implicit * step * rates
             return self.rubbing.solve(self.opens * explicit + sunk, compliance, start)
 
-        middle, started = base.cycle + GAMMA * step, base.rates
+        middle, started = base.cycle + TR_BDF2.middle * step, base.rates
         # The driver of the wear coefficient lags by one stage.
         driver = self.driver(base.cycle, base.pressures)
-        explicit = base.worn + DIAGONAL * step * started
+        explicit = base.worn + TR_BDF2.implicit * step * started
         first = stage(explicit, base.sunk, self.rates(middle, driver), base.pressures)
         reached = self.driver(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
-        explicit = base.worn + WEIGHT * step * (started + between)
-        ahead = max(0.0, reached + BEYOND * (reached - driver))
+        explicit = base.worn + TR_BDF2.explicit * step * (started + between)
+        ahead = max(0.0, reached + TR_BDF2.beyond * (reached - driver))
         rates = self.rates(end, ahead)
         last = stage(explicit, sunk, rates, first.pressures)
         if self._outgrown(last):
@@ -223,7 +216,7 @@ class _Slider(Integrator[StrokeState]):
         ended = rates * last.means
         worn, missed = (
             step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
-            for weights in (integrator.MAIN, integrator.DIFFERENCE)
+            for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
         error = float(np.abs(missed).sum() / worn.sum()) / allowed

@@ -1,0 +1,248 @@
+"""One implicit stage: the pressure whose wear gives the shape that carries it.
+
+A stage has three parts. Its normal contact has the wear as a layer between the bodies, a
+`fretwear.mechanics.slip.WearLayer`. Its flow is what follows from that contact: where the pressure
+is at its limit the surface sinks by the penetration, and this, or a sliding that changes, moves the
+reduced contact, which is solved again on the stage's own shape. Both are repeated in turn until the
+wear due to the change of slip no longer changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer, solve_contact
+from fretwear.mechanics.geometry import UnwornBodies
+from fretwear.mechanics.slip import ReducedContact, WearLayer
+from fretwear.mechanics.state import Stage, WearProblem
+
+_LARGEST_SWEEPS = 12
+# A cell with less than this fraction of the mean pressure counts as unloaded.
+_IDLE = 1e-3
+
+
+class Exposure(NamedTuple):
+    """The exponent x = known + rate · p of a stage against its pressure p."""
+
+    known: Array  # shape of the geometry
+    rate: float  # 1/Pa
+
+    def opening(self, kept: float) -> Exposure:
+        """The part of it that opens the gap, if a fraction of the debris is kept."""
+        return Exposure((1.0 - kept) * self.known, (1.0 - kept) * self.rate) if kept else self
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The assumed change of G, the part of slip that is not due to wear, over a stage."""
+
+    shift: Array | None = None  # m; None if G does not change
+    response: Array | None = None  # its derivative by the approach of the bodies, if it has one
+    level: float | None = None  # approach, m, at which the shift holds
+
+    def on(self, layer: Layer) -> Layer:
+        """A layer of wear whose slip follows the approach."""
+        if self.response is None or not isinstance(layer, WearLayer):
+            return layer
+        return replace(layer, response=self.response, level=self.level)
+
+    def corrected(self, missing: Array, stage: Stage, part: float, problem: WearProblem) -> Drift:
+        """The drift after a sweep that missed it by so many metres, corrected by a part of it."""
+        shift = missing
+        if self.shift is not None:
+            shift = problem.team.cellwise(
+                lambda old, new, part: old + part * new, self.shift, missing, part
+            )
+        if self.response is None:
+            return Drift(shift)
+        return Drift(shift, stage.reduced.response, stage.approach)
+
+
+class ImplicitStage:
+    """A stage from a base to the time at which a problem holds.
+
+    ``tolerance`` is the error of the wear of the step. Only a stage that ends at a requested cycle,
+    an ``output_step``, solves the reduced contact to full accuracy and has its residual from a
+    separate convolution. ``convolutions`` counts those spent.
+    """
+
+    def __init__(
+        self,
+        base: Stage,
+        problem: WearProblem,
+        bodies: UnwornBodies,
+        accuracy: Accuracy,
+        tolerance: float,
+        *,
+        output_step: bool = False,
+    ) -> None:
+        self.base, self.problem, self.accuracy = base, problem, accuracy
+        self.tolerance, self.output_step = tolerance, output_step
+        self._half_space, self._unworn = bodies.half_space, bodies.unworn
+        self._geometry, self._cellwise = bodies.geometry, problem.team.cellwise
+        # Whether the reduced contact changes even if nothing flows.
+        self._moves = not problem.slip_model.still_holds(base.reduced, problem, base.load)
+        self.convolutions = 0
+
+    def solve(self, exposure: Exposure, pressure: Array, change: Array, tolerance: float) -> Stage:
+        """The stage, from first guesses of its pressure, Pa, and of the change of G, m.
+
+        ``tolerance`` applies to the normal contact. A ContactError says that a contact or the
+        iteration between flow and wear does not converge, or that a value is not finite.
+        """
+        drift, reduced = self._expected(change), self.base.reduced
+        relaxation, before = 1.0, inf
+        for _ in range(_LARGEST_SWEEPS):
+            contact, layer = self._normal_contact(exposure, drift, pressure, tolerance)
+            if isinstance(layer, WearLayer):
+                drift = replace(drift, shift=layer.shift)
+            stage = self._flow(exposure, contact, layer, reduced)
+            pressure, reduced = stage.pressure, stage.reduced
+            if not stage.yielded and drift.shift is None:
+                break
+            missing, lost = self._missing(exposure, drift, stage)
+            enough = self.accuracy.sweep if drift.response is None else self.accuracy.following
+            if lost <= enough * self.tolerance * self._geometry.integral(stage.opening):
+                break
+            if lost > 0.5 * before:
+                # Flow lets wear catch up, which stops the flow: average the two.
+                relaxation = max(0.5 * relaxation, 0.1)
+            before = lost
+            drift = drift.corrected(missing, stage, relaxation, self.problem)
+        else:
+            raise ContactError(
+                f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
+            )
+        if not stage.is_finite:
+            raise ContactError("wear of a stage leads to values that are not finite")
+        return stage
+
+    def _expected(self, change: Array) -> Drift:
+        """The drift of a stage whose G probably changes so much, m."""
+        base, problem, reduced = self.base, self.problem, self.base.reduced
+        if not self._moves:
+            return Drift(change if base.yielded else None)
+        # Cells that begin to stick lose their gap, not more.
+        shift = self._cellwise(lambda guess, gap: np.maximum(guess, -gap), change, reduced.gap)
+        if reduced.response is None or not problem.normal.holds_load:
+            return Drift(shift)
+        # Beyond the contact only d* changes G: with the bodies, or with µ.
+        ahead = float(change[-1, 0] / reduced.response[-1, 0])
+        sliding = problem.sliding(base.load, base.approach)
+        held = reduced.approach + sliding.flexibility * reduced.load
+        level = base.approach + ahead + held - sliding.level
+        return Drift(shift, np.where(shift > change, 0.0, reduced.response), level)
+
+    def _normal_contact(
+        self, exposure: Exposure, drift: Drift, pressure: Array, tolerance: float
+    ) -> tuple[Contact, Layer]:
+        """The contact of the shape at the start of the stage with its wear as a layer."""
+        base, problem = self.base, self.problem
+        layer = problem.slip_model.wear_layer(
+            base.opening,
+            base.reduced.gap,
+            drift.shift,
+            *exposure.opening(problem.debris_fraction),
+        )
+        sunk = self._cellwise(np.add, self._unworn, base.plastic)
+        contact_problem = problem.contact(self._half_space, sunk, drift.on(layer))
+        try:
+            contact = solve_contact(contact_problem, pressure, tolerance, verified=self.output_step)
+        except ContactError as error:
+            self.convolutions += error.convolutions
+            raise
+        self.convolutions += contact.convolutions
+        return contact, drift.on(layer).at(contact.approach)
+
+    def _flow(
+        self, exposure: Exposure, contact: Contact, layer: Layer, reduced: ReducedContact
+    ) -> Stage:
+        """What follows from a normal contact: wear, plastic flow and the reduced contact.
+
+        ``reduced`` is a first guess of the latter.
+        """
+        base, problem, cellwise = self.base, self.problem, self._cellwise
+        model, kept, pressure = problem.slip_model, problem.debris_fraction, contact.pressure
+        opening = layer.displacement(pressure, problem.team)
+        gap = cellwise(lambda gap: np.maximum(gap, 0.0), contact.gap)
+        worn = cellwise(np.subtract, opening, base.opening)
+        self._close(contact, opening, worn, gap)
+        plastic, yielded = base.plastic, contact.yields and model.follows_shape
+        if contact.yields:
+            plastic = cellwise(np.add, plastic, contact.penetration)
+        load = problem.load_of(self._geometry, contact)
+        if yielded or self._moves:
+            accuracy = self.accuracy
+            reduced = model.reduced(
+                problem,
+                self._half_space,
+                cellwise(lambda h, opened, sunk: h + opened + sunk, self._unworn, opening, plastic),
+                problem.sliding(load, contact.approach),
+                reduced,
+                accuracy.reduced if self.output_step else accuracy.reduced_between,
+            )
+            self.convolutions += reduced.convolutions
+        else:
+            reduced = replace(base.reduced, gap=model.gap_after(base.reduced.gap, worn))
+        wear = opening
+        if kept:
+            exponent = exposure.known + exposure.rate * pressure
+            wear = base.wear + all_worn(kept, worn, base.reduced.gap, reduced.gap, exponent)
+        return Stage(
+            pressure=pressure,
+            gap=gap,
+            wear=wear,
+            opening=opening,
+            plastic=plastic,
+            load=load,
+            approach=contact.approach,
+            residual=contact.residual,
+            reduced=reduced,
+            yielded=yielded,
+        )
+
+    def _close(self, contact: Contact, *fields: Array) -> None:
+        """Take from opening, worn depth and gap, m, what wear opened without pressure.
+
+        Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches. A long
+        step removes too much where a cell loses its pressure on the way, and a contact solved to a
+        tolerance a little too much where hardly any is left; either would stay open for ever.
+        """
+        pressure, worn = contact.pressure, fields[1]
+        idle = _IDLE * np.average(pressure, weights=self._geometry.weights)
+        beyond = self._cellwise(
+            lambda p, gap, worn, idle: np.where(
+                (gap > 0) & (worn > 0) & (p <= idle), np.minimum(gap, worn), 0.0
+            ),
+            *(pressure, contact.gap, worn, idle),
+        )
+        if beyond.any():
+            for field in fields:
+                field -= beyond
+
+    def _missing(self, exposure: Exposure, drift: Drift, stage: Stage) -> tuple[Array, float]:
+        """Change of G in a stage less the assumed one, m, and the volume that it wears, m³."""
+        problem = self.problem
+        missing = stage.source_since(self.base, problem.slip_model, problem.team)
+        if drift.shift is not None:
+            missing = self._cellwise(np.subtract, missing, drift.shift)
+        zeros, lost = np.zeros_like(stage.opening), self._cellwise(np.abs, missing)
+        # The wear due to the missing flow, or to slip that changes midway.
+        flow = WearLayer(zeros, lost, None, *exposure.opening(problem.debris_fraction))
+        if self._moves and not stage.yielded:
+            flow = replace(flow, reduced_gap=zeros, shift=lost)
+        return missing, self._geometry.integral(flow.displacement(stage.pressure, problem.team))
+
+
+def all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:
+    """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
+
+    If all of it is kept the contact does not depend on slip, and the reduced gap changes from
+    ``before`` to ``after`` evenly in x: ∫g* dx is x times their mean.
+    """
+    return opened / (1.0 - kept) if kept < 1.0 else 0.5 * exponent * (before + after)
