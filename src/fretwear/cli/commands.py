@@ -307,7 +307,7 @@ def merge(
     study, folder = study_and_results(file, results)
 
     from fretwear.data.effects import results_table
-    from fretwear.data.files import read_summary
+    from fretwear.data.files import open_summary
     from fretwear.data.merge import merge_study
     from fretwear.data.safe import atomic_path, write_text
     from fretwear.study.plan import write_points
@@ -318,7 +318,8 @@ def merge(
         log.note(tally.older)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
-    write_text(folder / "results.csv", results_table(read_summary(summary)))
+    with open_summary(summary) as merged:
+        write_text(folder / "results.csv", results_table(merged))
     message = f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid"
     counts = {f"points_{name}": getattr(tally, name) for name in ("done", "failed", "invalid")}
     log.result(summary, message, **counts)
@@ -348,17 +349,18 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
     """Write report.html, on a merged study and its figures, and its claims as answer.json."""
     study, folder = study_and_results(file, results)
 
-    from fretwear.data.files import read_summary
+    from fretwear.data.files import open_summary
     from fretwear.data.safe import write_text
     from fretwear.report import answer_text, answers, build_report
     from fretwear.source_study.claims import source_sections
     from fretwear.study.plan import Plan
 
-    summary = read_summary(folder / "summary.nc")
-    sections = source_sections(summary, folder / "cases")
-    page = build_report(Plan(study), summary, folder, sections=sections)
+    with open_summary(folder / "summary.nc") as summary:
+        sections = source_sections(summary, folder / "cases")
+        page = build_report(Plan(study), summary, folder, sections=sections)
+        answer = answer_text(answers(summary))
     write_text(folder / "report.html", page)
-    write_text(folder / "answer.json", answer_text(answers(summary)))
+    write_text(folder / "answer.json", answer)
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 
 

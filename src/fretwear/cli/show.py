@@ -225,47 +225,12 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
-    """Return the closed forms for the smooth elastic contact with these parameters."""
-    from fretwear.data.dataset import case_of
-    from fretwear.theory import HertzContact, LineContact, gross_slip_energy
+    """Return the closed forms of a dataset's case; none if it is of another version."""
+    from fretwear.study.unworn import unworn
 
-    try:
-        case = case_of(dataset)
-    except (TypeError, ValueError):  # of another version of the program
-        return {}
-    hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
-    is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
-    sizes = case.indenter.half_widths
-    unworn = {
-        "contact_area": hertz.load / hertz.mean_pressure,
-        "central_pressure": float(hertz.pressure(0.0)),
-        "peak_pressure": hertz.peak_pressure,
-        "approach": hertz.approach,
-    }
-    if is_even:
-        unworn["contact_half_width_x"], unworn["contact_half_width_y"] = sizes(hertz)
-    if case.tangential_ratio >= 1.0:
-        unworn |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
-        if stroke := case.loading.stroke:
-            unworn["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
-            return {**unworn, "tangential_displacement": stroke}
-        # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
-        slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
-        if is_hertzian:
-            unworn["dissipated_energy"] = gross_slip_energy(hertz, friction, coupling, slid)
-        return {**unworn, "tangential_displacement": slid}
-    # By Ciavarella and Jäger, the stick zone is the contact of the same bodies under P*.
-    stick = hertz.with_load(case.stick_load)
-    unworn["stick_area"] = stick.load / stick.mean_pressure
-    unworn["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
-    if is_even:
-        unworn["stick_half_width_x"], _ = sizes(stick)
-    if is_hertzian:
-        sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-        unworn["stick_load_share"] = sliding.stick_load_share
-        unworn["mean_stick_pressure"] = sliding.stick_load_share * hertz.load / unworn["stick_area"]
-        unworn["dissipated_energy"] = sliding.dissipated_energy
-    return unworn
+    with suppress(TypeError, ValueError):
+        return unworn(dataset.fretwear.case)
+    return {}
 
 
 def _in_words(

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from io import StringIO
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +32,6 @@ from fretwear.vocabulary import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fretwear.data.labels import Labelled
-
-    Merged: TypeAlias = xr.Dataset | Labelled
 
 Rows = NDArray[np.intp]
 Value = Any
@@ -61,19 +57,19 @@ _DRAWS = 400
 _CERTAINTY = (2.5, 97.5)
 
 
-def point_dims(summary: Merged) -> tuple[str, ...]:
+def point_dims(summary: xr.Dataset) -> tuple[str, ...]:
     """Return the dimensions of a merged study along which its points lie."""
     return tuple(map(str, summary.variables[STATUS.name].dims))
 
 
-def varied_names(summary: Merged) -> list[str]:
+def varied_names(summary: xr.Dataset) -> list[str]:
     """Return the varied parameters of a merged study, in order."""
     dims = set(point_dims(summary))
     names = {str(name): set(summary.variables[str(name)].dims) for name in summary.coords}
     return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
 
 
-def point_values(summary: Merged, name: str) -> NDArray[Any]:
+def point_values(summary: xr.Dataset, name: str) -> NDArray[Any]:
     """Return a variable of a merged study, one value per point."""
     shape, dims = summary.variables[STATUS.name].values.shape, point_dims(summary)
     # A coordinate lies along one of the dimensions only.
@@ -81,14 +77,14 @@ def point_values(summary: Merged, name: str) -> NDArray[Any]:
     return np.broadcast_to(_in_order(summary, name)[tuple(axes)], shape).ravel()
 
 
-def _in_order(summary: Merged, name: str) -> NDArray[Any]:
+def _in_order(summary: xr.Dataset, name: str) -> NDArray[Any]:
     """Return the values of a variable along the dimensions of the points, then the cycles."""
     stored = list(summary.variables[name].dims)
     order = [stored.index(dim) for dim in (*point_dims(summary), CYCLE.name) if dim in stored]
     return np.asarray(summary.variables[name].values).transpose(order)
 
 
-def final_results(summary: Merged) -> dict[str, Array]:
+def final_results(summary: xr.Dataset) -> dict[str, Array]:
     """Return every scalar of a merged study, errors included, after the last cycle of each point.
 
     Cases may end at different cycles. A result that is undefined, such as the mean stick pressure
@@ -106,7 +102,7 @@ def final_results(summary: Merged) -> dict[str, Array]:
     }
 
 
-def results_table(summary: Merged) -> str:
+def results_table(summary: xr.Dataset) -> str:
     """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
     dims, varied = set(point_dims(summary)), varied_names(summary)
     along = [str(name) for name, about in summary.variables.items() if set(about.dims) <= dims]
@@ -147,7 +143,7 @@ class Points:
     drawn: Mapping[str, Mapping[str, Any]]  # the range from which a parameter was drawn
 
     @classmethod
-    def of(cls, summary: Merged) -> Points:
+    def of(cls, summary: xr.Dataset) -> Points:
         """Return the finished points of a merged study."""
         dims = set(point_dims(summary))
         done = point_values(summary, STATUS.name) == PointStatus.DONE

@@ -92,7 +92,6 @@ _MOST_TEXT = 10_000_000
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
 _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
-_OF_STORAGE = ("_Encoding", "coordinates")
 _OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
 
 
@@ -557,20 +556,3 @@ def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     with opened_summary(path):
         pass
     return open_lazily(path)
-
-
-def read_summary(path: str | PathLike[str]) -> Labelled:
-    """Read a merged study except its profiles and histories, without importing xarray."""
-    from fretwear.data.labels import Column, Labelled
-
-    data_vars, coords = dict[str, Column](), dict[str, Column]()
-    with opened_summary(path) as file:
-        beside = {*file.dimensions, *vars(file[STATUS.name]).get("coordinates", "").split()}
-        for name, variable in file.variables.items():
-            if X.name in variable.dimensions[1:]:
-                continue
-            dims = variable.dimensions[: -1 if variable.dtype.kind == "S" else None]
-            attrs = {k: v for k, v in vars(variable).items() if k not in _OF_STORAGE}
-            column = Column(dims, np.asarray(variable[...]), attrs)
-            (coords if name in beside else data_vars)[name] = column
-        return Labelled(data_vars, coords, vars(file))

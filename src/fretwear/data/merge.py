@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import netCDF4
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.files import (
@@ -26,7 +27,7 @@ from fretwear.data.files import (
     unusable,
     write_group,
 )
-from fretwear.data.labels import CONVENTIONS, Column, Labelled, history_line
+from fretwear.data.labels import CONVENTIONS, history_line
 from fretwear.data.safe import (
     DataFileError,
     atomic_path,
@@ -83,7 +84,7 @@ _OTHER_CODE = "it was computed by another version of the code (its code_digest d
 _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 
 
-def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
+def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variable]]:
     """Coordinates (varied values, case ids, shared parameters), and parameters of single points.
 
     Varied values that are not single numbers (a roughness, a pair of moduli) are text, as written
@@ -100,29 +101,29 @@ def _columns(study: Study) -> tuple[dict[str, Column], dict[str, Column]]:
     for name, by_place in given.items():
         if len(by_place) == len(cases) and len(set(by_place.values())) == 1:
             shared = np.asarray(parameters[name].values[next(iter(by_place))])
-            parameters[name] = Column((), shared, attributes[name])
-    coordinates = dict[str, Column]()
+            parameters[name] = xr.Variable((), shared, attributes[name])
+    coordinates = dict[str, xr.Variable]()
     for axis in study.axes:
         coordinates[axis.coordinate] = _varied(study, axis, parameters.pop(axis.coordinate, None))
     if POINT.name in study.sizes:
         numbers = np.arange(study.size, dtype=POINT.dtype)
-        coordinates[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
+        coordinates[POINT.name] = xr.Variable((POINT.name,), numbers, POINT.attributes)
     ids = {point.place: point.id for point in study.points()}
     coordinates[CASE_ID.name] = _laid(study, ids, CASE_ID.attributes)
     coordinates |= {name: column for name, column in parameters.items() if not column.dims}
     return coordinates, {name: column for name, column in parameters.items() if column.dims}
 
 
-def _laid(study: Study, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
+def _laid(study: Study, given: Mapping[Any, float | str], about: Mapping[str, Any]) -> xr.Variable:
     """Arrange values like the points, NaN or empty text where one is missing."""
     is_text = any(isinstance(value, str) for value in given.values())
     values = np.full(study.shape, "" if is_text else math.nan, object)
     for place, value in given.items():
         values[place] = value
-    return Column(tuple(study.sizes), values.astype(str if is_text else np.float64), attributes)
+    return xr.Variable(tuple(study.sizes), values.astype(str if is_text else np.float64), about)
 
 
-def _varied(study: Study, axis: Axis, parameter: Column | None) -> Column:
+def _varied(study: Study, axis: Axis, parameter: xr.Variable | None) -> xr.Variable:
     attributes = {"long_name": axis.name} if parameter is None else dict(parameter.attrs)
     values = np.array(axis.labels, dtype=str)
     if all(isinstance(value, int | float) for value in axis.values):
@@ -138,7 +139,7 @@ def _varied(study: Study, axis: Axis, parameter: Column | None) -> Column:
             "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
         }
     dim = POINT.name if POINT.name in study.sizes else axis.coordinate
-    return Column((dim,), values, attributes)
+    return xr.Variable((dim,), values, attributes)
 
 
 class Tally(NamedTuple):
@@ -209,7 +210,7 @@ def _read_cases(
     command: str,
     *,
     keep_older: bool,
-) -> tuple[Labelled, int]:
+) -> tuple[xr.Dataset, int]:
     """Read scalars into a dataset; copy histories and profiles, in the cells of a case, to a file.
 
     The number returned is the length of the longest history.
@@ -271,21 +272,21 @@ def _read_cases(
     }
     coordinates, depending = _columns(study)
     points = tuple(study.sizes)
-    dataset = Labelled(
+    dataset = xr.Dataset(
         {
-            STATUS.name: Column(points, status, flags),
-            CODE_DIGEST.name: Column(points, digests.astype(str), CODE_DIGEST.attributes),
+            STATUS.name: xr.Variable(points, status, flags),
+            CODE_DIGEST.name: xr.Variable(points, digests.astype(str), CODE_DIGEST.attributes),
             **depending,
             **{
-                name: Column((*points, CYCLE.name), values[name], scalar.attributes)
+                name: xr.Variable((*points, CYCLE.name), values[name], scalar.attributes)
                 for name, scalar in scalars.items()
                 if name in named or not np.isnan(values[name]).all()
             },
         },
         {
             **coordinates,
-            CYCLE.name: Column((CYCLE.name,), cycles, CYCLE.attributes),
-            X.name: Column((X.name,), common_positions(windows), X.attributes),
+            CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
+            X.name: xr.Variable((X.name,), common_positions(windows), X.attributes),
         },
         {
             "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
@@ -303,17 +304,18 @@ def _read_cases(
 
 
 def _write(
-    path: Path, dataset: Labelled, done: Sequence[_Done], spool: IO[bytes], steps: int
+    path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes], steps: int
 ) -> None:
     """Write a dataset to a new file, profiles and histories from the spool, one case at a time.
 
     All of it is read back, because the netCDF library may omit parts when memory is short.
     """
     variables = dataset.variables
-    points, number = variables[STATUS.name].dims, variables[STATUS.name].values.size
+    points = tuple(map(str, variables[STATUS.name].dims))
+    number = variables[STATUS.name].size
     sizes = dict(zip(points, variables[STATUS.name].values.shape, strict=True))
     sizes |= {axis: variables[axis].values.size for axis in (CYCLE.name, X.name)}
-    beside = " ".join(sorted(n for n, about in dataset.coords.items() if n not in about.dims))
+    beside = " ".join(sorted(str(n) for n, at in dataset.coords.items() if n not in at.dims))
     large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, Any]]] = {}
     for name, field in MERGED_PROFILES.items():
         outside = "zero outside the window of the case, where the surfaces do not touch"
@@ -355,7 +357,7 @@ def _write(
 
 
 def _rows(
-    dataset: Labelled, done: Sequence[_Done], spool: IO[bytes]
+    dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes]
 ) -> Iterator[tuple[str, Any, NDArray[Any]]]:
     """Yield every history and profile of every case: its name, its place, its values."""
     cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import line_near_the_middle, mirrored
+from fretwear.data.dataset import gap_beyond, line_near_the_middle
 from fretwear.data.merge import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
@@ -100,62 +100,10 @@ def half_profiles(
     )
     if math.isnan(field.outside):
         reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
-        x, values = _with_gap_outside(picked, x, values, reach + wavelength)
+        x, values = gap_beyond(picked, x, values, reach + wavelength)
     is_capped = math.isfinite(float(parameters.get("plastic_limit", math.inf)))
     at = picked["cycle"].values.astype(np.float64)
     return HalfProfiles(field, x, at, values, contact, stuck, wavelength, is_capped, stick)
-
-
-def _with_gap_outside(
-    dataset: xr.Dataset, x: Array, gaps: Array, reach: float
-) -> tuple[Array, Array]:
-    """Continue gaps along x to a reach, if the dataset has the shape of the case and its pressure.
-
-    The gap beyond the last cell stored is the gap of the unworn surfaces plus their displacement
-    under the pressure, by Boussinesq u = Σ p dA/πE*r, or u = −Σ 2 p dx ln(r)/πE* in a line contact.
-    Both are counted from the last cell stored; if this cell is loaded, r is a mean over the cell.
-    """
-    step = float(x[1] - x[0])
-    more = np.arange(x[-1] + step, reach, step)
-    if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
-        return x, gaps
-    case = dataset.fretwear.case
-    if not all(part.is_known for part in case.surfaces.values()):
-        return x, gaps
-    is_line = case.indenter.is_line
-    whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
-    at_y = np.zeros(1) if is_line else whole["y"].values
-    y = np.abs(at_y).min(keepdims=True)
-    width = 1.0 if is_line else float(at_y[1] - at_y[0])
-    # The means over a cell of 1/r and of ln r, r the distance from its centre.
-    inverse = 2.0 * (math.asinh(width / step) / width + math.asinh(step / width) / step)
-    nearest = step / (2.0 * math.e) if is_line else 1.0 / inverse
-    pressure = whole["pressure"].values.astype(np.float64).reshape(len(gaps), -1)
-    loaded = (pressure > 0.0).any(axis=0)
-    forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
-    grid = np.meshgrid(whole["x"].values, at_y, indexing="ij")
-    at_x, at_y = (position.ravel()[loaded] for position in grid)
-
-    def changes(points: Array) -> Array:
-        heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
-        if case.rough is not None:
-            cell = None if is_line else (float(points[1] - points[0]), width)
-            heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
-        away = (np.maximum(np.hypot(point - at_x, y - at_y), nearest) for point in points)
-        kernels = (-2.0 * np.log(r) if is_line else 1.0 / r for r in away)
-        changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
-        return np.asarray(changed[:, 1:] - changed[:, :1])
-
-    # Wear and plastic depth of the last cell do not extend beyond it.
-    ends = gaps[:, [0, -1]]
-    for name in {"wear_depth", "plastic_depth"} & set(dataset):
-        lost = line_near_the_middle(dataset[name]).isel(x=[0, -1]).transpose("cycle", "x")
-        ends = ends - lost.values
-    right = ends[:, 1:] + changes(np.concatenate([x[-1:], more]))
-    if x[0] > 0.0:
-        return np.concatenate([x, more]), np.concatenate([gaps, right], axis=1)
-    left = (ends[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
-    return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
 
 
 def field_of(quantity: Variable | str) -> Variable:

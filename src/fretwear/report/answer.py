@@ -31,7 +31,7 @@ from fretwear.units import fixed_digits, listed, number_text, readable_unit, spa
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
 
 if TYPE_CHECKING:
-    from fretwear.data.effects import Merged
+    import xarray as xr
 
 _UNCHANGED = 5e-3
 _EXACT = 1e-6
@@ -252,7 +252,7 @@ class Answer(NamedTuple):
     rest: str = ""  # details that a narrow screen leaves out
 
 
-def answers(summary: Merged) -> Iterator[Answer]:
+def answers(summary: xr.Dataset) -> Iterator[Answer]:
     """Yield the answers of a merged study for the `HEADLINES`.
 
     A result that no case has, or that is zero in all cases, as without a stick zone, is left out.
@@ -297,7 +297,7 @@ def answer_text(all_answers: Iterable[Answer]) -> str:
     return json.dumps(contents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def regimes(summary: Merged) -> str:
+def regimes(summary: xr.Dataset) -> str:
     """Return the regimes of slip after the last cycle in words; empty if all slip partially."""
     points = Points.of(summary)
     _, cases = np.unique(points.ids, return_index=True)

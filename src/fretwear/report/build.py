@@ -50,7 +50,7 @@ from fretwear.units import (
 from fretwear.vocabulary import RESULTS, PointStatus
 
 if TYPE_CHECKING:
-    from fretwear.data.effects import Merged
+    import xarray as xr
 
 _MOST_ROWS = 2000
 _MOST_EXAMINED = 12
@@ -59,7 +59,7 @@ _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
 
 
 def build_report(
-    plan: Plan, summary: Merged, folder: Path, *, sections: Iterable[Section] = ()
+    plan: Plan, summary: xr.Dataset, folder: Path, *, sections: Iterable[Section] = ()
 ) -> str:
     """Build the report of a study as one self-contained HTML page, which loads no other file.
 
@@ -133,7 +133,7 @@ def build_report(
     )
 
 
-def _answer(plan: Plan, summary: Merged, results: Sequence[PointResult]) -> tuple[Any, ...]:
+def _answer(plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]) -> tuple[Any, ...]:
     """Return doubts, remarks, the answers of the study, and a note on the regimes of slip."""
     by_result, together = list(answers(summary)), regimes(summary)
     if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):

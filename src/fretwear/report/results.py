@@ -32,7 +32,7 @@ from fretwear.vocabulary import (
 )
 
 if TYPE_CHECKING:
-    from fretwear.data.effects import Merged
+    import xarray as xr
 
 _RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
@@ -83,7 +83,9 @@ class PointResult:
         return ", ".join(level.words for level in self.levels.values()) or self.id
 
 
-def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> list[PointResult]:
+def point_results(
+    plan: Plan, summary: xr.Dataset, failures: Mapping[str, str]
+) -> list[PointResult]:
     """Return the key results of every point, in the order of the study.
 
     `failures` are reasons by case id. Raises a `DataFileError` if the summary belongs to another

@@ -24,7 +24,6 @@ from fretwear.vocabulary import ContactState, PointStatus
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fretwear.data.effects import Merged
 
 Selection = tuple[NDArray[np.bool_], ...]
 
@@ -183,7 +182,7 @@ class Zones:
         return np.divide(radius - self.stick_radius, self.contact_radius - self.stick_radius)
 
 
-def reference_cases(summary: Merged, folder: Path) -> Iterator[tuple[str, float, Cases]]:
+def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, float, Cases]]:
     """Yield slip model, sphere radius, m, and cases of a merged study with the source's parameters.
 
     All four cases of such a group are done. The first group serves for figures and verdicts: it has

@@ -36,7 +36,7 @@ from fretwear.units import cycle_text, number_text
 from fretwear.vocabulary import SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
-    from fretwear.data.effects import Merged
+    import xarray as xr
 
 _NEGLIGIBLE, _MOST = 1e-4, 1000.0
 _NOISE = 1e-3
@@ -483,7 +483,7 @@ CLAIMS = (
 """All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
 
 
-def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
+def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     """Yield the sections on the source study from a merged study's case files.
 
     A study without the four cases of the source study has none. The first section judges the claims

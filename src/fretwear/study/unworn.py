@@ -1,0 +1,48 @@
+"""Closed forms beside which the results of a case are shown."""
+
+from __future__ import annotations
+
+from fretwear.study.case import Case
+from fretwear.theory import HertzContact, LineContact, gross_slip_energy
+
+
+def unworn(case: Case) -> dict[str, float]:
+    """Return results, SI units, of the smooth elastic contact of a case before wear, by name.
+
+    They are those of Hertz, of Cattaneo and Mindlin, and of a contact that slides as a whole. What
+    has no closed form, such as the energy of bodies other than a sphere or cylinder, is left out.
+    """
+    hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
+    is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
+    sizes = case.indenter.half_widths
+    results = {
+        "contact_area": hertz.load / hertz.mean_pressure,
+        "central_pressure": float(hertz.pressure(0.0)),
+        "peak_pressure": hertz.peak_pressure,
+        "approach": hertz.approach,
+    }
+    if is_even:
+        results["contact_half_width_x"], results["contact_half_width_y"] = sizes(hertz)
+    if case.tangential_ratio >= 1.0:
+        results |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
+        if stroke := case.loading.stroke:
+            results["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
+            return {**results, "tangential_displacement": stroke}
+        # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
+        slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
+        if is_hertzian:
+            results["dissipated_energy"] = gross_slip_energy(hertz, friction, coupling, slid)
+        return {**results, "tangential_displacement": slid}
+    # By Ciavarella and Jäger, the stick zone is the contact of the same bodies under P*.
+    stick = hertz.with_load(case.stick_load)
+    results["stick_area"] = stick.load / stick.mean_pressure
+    results["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
+    if is_even:
+        results["stick_half_width_x"], _ = sizes(stick)
+    if is_hertzian:
+        sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
+        results["mean_stick_pressure"] = (
+            sliding.stick_load_share * hertz.load / results["stick_area"]
+        )
+        results["dissipated_energy"] = sliding.dissipated_energy
+    return results
