@@ -284,6 +284,17 @@ tresca    | Pa | $σ_\mathrm{T}$ | MPa | Tresca stress    | | twice the largest 
 )
 """Stresses below the surface over the phases of a loop."""
 
+EDGE, *EDGE_STRESSES = _rows(
+    r"""
+edge_x | m | | µm | end of contact on the plane y = 0 | free | where the traction vanishes
+edge_stress_xx | Pa | $σ_{xx}$ | MPa | surface stress along x at the edge | free |
+    of contact on the plane y = 0; tension is positive
+edge_stress_yy | Pa | $σ_{yy}$ | MPa | surface stress along y at the edge | free |
+    of contact on the plane y = 0; tension is positive
+"""
+)
+"""Stresses of the surface at both ends of contact, where tension along x is largest."""
+
 CRACKS = _rows(
     """
 smith_watson_topper | Pa | | MPa | Smith–Watson–Topper parameter | |

@@ -206,3 +206,13 @@ def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None)
     if not np.may_share_memory(result, target):
         target[...] = result
     return target
+
+
+def dst(kind: int, field: Array, axes: tuple[int, ...]) -> Array:
+    """Discrete sine transform of a field along some axes; I to III, with the factors of `dct`."""
+    if ducc0 is not None:
+        result: Array = ducc0.fft.dst(field, axes=axes, type=kind)
+        return result
+    import scipy.fft
+
+    return np.asarray(scipy.fft.dstn(field, type=kind, axes=axes))

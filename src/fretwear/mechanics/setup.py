@@ -7,9 +7,10 @@ tolerances.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -23,7 +24,14 @@ from fretwear.mechanics.surfaces import Indenter
 from fretwear.parts import Part
 from fretwear.theory import HertzContact
 
+Kind = TypeVar("Kind")
+
 _USUAL_SLIP = Jaeger()
+
+
+def block_at(blocks: Sequence[tuple[float, Kind]], cycle: float) -> Kind:
+    """The block in force at a cycle; each stands beside the cycle at which it ends."""
+    return next((block for end, block in blocks if cycle <= end), blocks[-1][1])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Geometry, HalfSpace, Parts, Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.setup import Setup
+from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import find_root
@@ -52,8 +52,7 @@ class WearProblem(Setup):
         """The problem at a cycle, in its block and each part as it is then."""
         if not self.blocks:
             return super().at(cycle)
-        following = (setup for end, setup in self.blocks if cycle <= end)
-        return self.with_setup(next(following, self.blocks[-1][1])).at(cycle)
+        return self.with_setup(block_at(self.blocks, cycle)).at(cycle)
 
     def contact(
         self, half_space: HalfSpace, shape: Array, layer: Layer | None = None

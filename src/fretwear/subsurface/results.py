@@ -17,6 +17,7 @@ from fretwear.arrays import Array
 from fretwear.data.files import check_group, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import atomic_path, uninterrupted
+from fretwear.mechanics.setup import block_at
 from fretwear.study.case import Case
 from fretwear.subsurface.cracks import OverPlanes, PointLoops, largest_shear, von_mises
 from fretwear.subsurface.states import LoadedSurface, StressHistory, over_the_loop
@@ -39,6 +40,8 @@ from fretwear.vocabulary import (
     CRACKS,
     CYCLE,
     DEPTH,
+    EDGE,
+    EDGE_STRESSES,
     LOOP,
     PHASE,
     STRESSES,
@@ -50,6 +53,7 @@ from fretwear.vocabulary import (
 # Depths that are looked at unless others are asked for, in contact half-widths.
 _DEPTHS = np.geomspace(0.05, 2.0, 16)
 _PART_OF_MEMORY = 0.5
+_AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _FIELDS = ("pressure", "shear_traction", "gap", "slip")
 _NORMAL = "unit normal of the plane on which it is largest"
 # Depths of the means over a line.
@@ -117,8 +121,10 @@ def stress(
         ``stress_xx`` to ``stress_xz``, ``von_mises`` and ``tresca``, Pa, over ``phase`` and
         ``point`` or ``x``, ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for
         which constants were given, of the loop at each point; ``<name>_normal`` is the normal of
-        the worst plane along ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. ``force`` is
-        the tangential force at each phase.
+        the worst plane along ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. On the plane
+        y = 0 also ``edge_stress_xx``, ``edge_stress_yy`` and ``<name>_edge`` of the surface itself
+        at the ends of contact, ``edge_x``, where tension along x is largest. ``force`` is the
+        tangential force at each phase.
 
     Raises
     ------
@@ -176,6 +182,10 @@ def stress(
         )
     if points is None and not whole:
         variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
+    if points is None and not whole:
+        edges, at_edges = _at_edges(history, ds, constants)
+        variables |= at_edges
+        coordinates |= edges
     if distance is not None:
         variables |= _at_distance(history, distance, ds, constants)
     force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
@@ -219,9 +229,9 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
     """Yield the words of the equivalent stresses and of each parameter, and where it is largest.
 
     The bodies first yield where an equivalent stress is largest, at the given part of the Hertz
-    pressure.
+    pressure. The stress along x at the edge of contact is that of the surface itself.
     """
-    for about in (*STRESSES[6:], *CRACKS[:-1]):
+    for about in (*STRESSES[6:], EDGE_STRESSES[0], *CRACKS[:-1]):
         if about.name not in stresses:
             continue
         field = stresses[about.name]
@@ -229,11 +239,12 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
         value = float(at)
         unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
         text = with_unit(number_text(value / unit.size), unit)
-        if about in STRESSES and (pressure := stresses.attrs.get("hertz_pressure")):
+        if about not in CRACKS and (pressure := stresses.attrs.get("hertz_pressure")):
             text += f" = {number_text(value / pressure, 4)} p0"
-        places = ((each, float(at[each.name])) for each in (X, Y, DEPTH))
+        names = {EDGE.name: X.name} if EDGE.name in at.coords else {n: n for n in _AXES}
+        places = ((called, float(at[name])) for name, called in names.items())
         text += ", " + ", ".join(
-            f"{each.name} = {number_text(place * 1e6, 4)} µm" for each, place in places
+            f"{called} = {number_text(place * 1e6, 4)} µm" for called, place in places
         )
         if PHASE.name in field.dims:
             text += f", phase {number_text(float(at[PHASE.name]), 4)}"
@@ -271,7 +282,7 @@ def _snapshot(ds: xr.Dataset, cycle: float) -> xr.Dataset:
 def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurface, Array]:
     """The surface of a snapshot, and slip, on the cells of the positive sides where it is even."""
     blocks = [(end, block) for end, block in case.in_blocks() if block is not None]
-    setup = next((each for end, each in blocks if cycle <= end), blocks[-1][1]).at(cycle)
+    setup = block_at(blocks, cycle).at(cycle)
     if setup.loading.stroke:
         raise StressError(
             "a contact that slides over a stroke moves over the flat: its stresses are not known"
@@ -369,6 +380,26 @@ def _cracks(
             result = result.value
         found[about.name] = (dims, result.reshape(shape), attributes)
     return found
+
+
+def _at_edges(
+    history: StressHistory, ds: xr.Dataset, constants: Mapping[str, tuple[float, ...]]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Ends of contact on the plane y = 0, and stresses and parameters at the surface there."""
+    if not (ends := history.at_edges()):
+        return {}, {}
+    x = np.array([place for place, _, _ in ends])
+    parts = (np.stack([each[1] for each in ends], -1), np.stack([each[2] for each in ends], -1))
+    found: dict[str, Any] = {}
+    for component, about in enumerate(EDGE_STRESSES):
+        values = over_the_loop(*parts)[:, component]
+        found[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
+    for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
+        if not name.endswith("_normal"):
+            attributes["long_name"] += " of the surface at the edge of contact"
+        base = name.removesuffix("_normal")
+        found[name.replace(base, f"{base}_edge", 1)] = dims, values, attributes
+    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, found
 
 
 def _at_distance(

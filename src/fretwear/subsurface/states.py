@@ -18,6 +18,8 @@ from fretwear.mechanics.geometry import Even, HalfSpace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.slip import contact_under
+from fretwear.subsurface.edges import stresses_at_edge
+from fretwear.subsurface.influence import ODD
 from fretwear.subsurface.tractions import Tractions
 from fretwear.theory import HertzContact
 
@@ -149,6 +151,35 @@ class StressHistory:
     def at(self, points: Array) -> tuple[Array, Array]:
         """Stresses as of `layer` at points (x, y, z), m, shapes (6, n) and (h, 6, n)."""
         return self._with_bulk(self.tractions.at(points))
+
+    def at_edges(self) -> list[tuple[float, Array, Array]]:
+        """Stresses of the surface at both ends of contact on the plane y = 0.
+
+        For each end, if it can be told, its x, m, and both parts, shapes (6,) and (h, 6).
+        """
+        surface, tractions = self.surface, self.tractions
+        pressure, shears = (
+            tractions.on_both_sides(each) for each in (tractions.pressure, tractions.shear)
+        )
+        mirror = np.array([-1.0 if odd_x else 1.0 for odd_x, _ in ODD[0]])
+        ends = []
+        for side in (-1, 1):
+            # The end at x > 0 is that at x < 0 of the mirror image under the opposite shear.
+            edge = stresses_at_edge(
+                pressure[0, ::-side],
+                shears[:, ::-side],
+                surface.friction,
+                surface.spacing,
+                surface.poisson_ratio,
+                plane_strain=tractions.plane_strain,
+            )
+            if edge is not None:
+                steady, alternating = edge.of_pressure, edge.of_shears
+                if side > 0:
+                    steady, alternating = mirror * steady, -mirror * alternating
+                both = self._with_bulk((steady[None], alternating))
+                ends.append((-side * edge.x, *both))
+        return ends
 
     def _with_bulk(self, parts: tuple[Array, Array]) -> tuple[Array, Array]:
         steady, alternating = parts[0][0], parts[1]

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.mechanics.convolution import dct, dst
 from fretwear.mechanics.geometry import Even
 from fretwear.subsurface.influence import ODD, of_points, of_rectangles, of_strips
 
@@ -114,7 +115,7 @@ class Tractions:
 
         Those of each pressure, Pa, shape (m, 6, n), and of each shear traction, shape (k, 6, n).
         """
-        kinds = [self._both_sides(fields) for fields in (self.pressure, self.shear)]
+        kinds = [self.on_both_sides(fields) for fields in (self.pressure, self.shear)]
         found = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
         loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
         if not loaded.any():
@@ -139,7 +140,7 @@ class Tractions:
                 stress[..., some] = np.moveaxis(summed, -1, 0)
         return found[0], found[1]
 
-    def _both_sides(self, fields: Array) -> Array:
+    def on_both_sides(self, fields: Array) -> Array:
         """Fields on all cells."""
         for axis in (0, 1):
             if self.even[axis] and not (axis == 1 and self.plane_strain):
@@ -218,19 +219,19 @@ class Tractions:
         shape = (2 * nx,) if in_section else (2 * nx, ny if self.even[1] else 2 * ny)
         by_offsets = len(axes) == 2
         smooth = by_offsets and counts != self._padded
+        averages = self._averages(counts)
         stresses = []
         for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=True):
-            stress = np.zeros((len(next(iter(sources.values()))), 6, *shape))
+            stress = np.empty((len(next(iter(sources.values()))), 6, *shape))
             for component, of_cell in enumerate(parity):
-                if self.plane_strain and of_cell[1]:
-                    continue
+                is_empty = True
                 spectrum = _of_kernel(kernel[component], of_cell, axes)
                 if smooth:
-                    spectrum *= self._averages(counts)
+                    spectrum *= averages
                 for of_part, source in sources.items():
                     odd = (of_part[0] ^ of_cell[0], of_part[1] ^ of_cell[1])
                     if in_section and odd[1]:
-                        continue  # zero at y = 0
+                        continue  # zero at y = 0, and in plane strain everywhere
                     if by_offsets:
                         found = source[:, : counts[0] + 1, : counts[1] + 1] * spectrum
                         signs = [of_part[axis] & of_cell[axis] for axis in axes]
@@ -248,9 +249,19 @@ class Tractions:
                         found = -found
                     if not (in_section or self.even[1]):
                         found = _on_both_sides(found, 2, odd[1])
-                    stress[:, component, nx:] += found
-                    flipped = found[:, ::-1]
-                    stress[:, component, :nx] += -flipped if odd[0] else flipped
+                    positive, negative = (
+                        stress[:, component, nx:],
+                        stress[:, component, nx - 1 :: -1],
+                    )
+                    if is_empty:
+                        positive[...] = found
+                        np.multiply(found, -1.0 if odd[0] else 1.0, out=negative)
+                    else:
+                        positive += found
+                        negative += -found if odd[0] else found
+                    is_empty = False
+                if is_empty:
+                    stress[:, component] = 0.0
             stresses.append(stress)
         return stresses[0], stresses[1]
 
@@ -264,15 +275,12 @@ class Tractions:
 
     def _back(self, spectrum: Array, axis: int, odd: int, counts: tuple[int, int]) -> Array:
         """Fields of a spectrum on the cells of the positive side along an axis."""
-        import scipy.fft
-
         if counts[axis] < self._padded[axis]:
             matrix = self._to_cells[axis][odd][:, : counts[axis] + 1]
             is_last = axis + 2 == spectrum.ndim
             return spectrum @ matrix.T if is_last else matrix @ spectrum
-        along = np.moveaxis(spectrum, axis + 1, -1)
-        transform, part = (scipy.fft.dst, slice(1, None)) if odd else (scipy.fft.dct, slice(-1))
-        found = transform(along[..., part], type=3)[..., : self._half[axis]]
+        along = np.moveaxis(spectrum, axis + 1, -1)[..., slice(1, None) if odd else slice(-1)]
+        found = _transformed(along, 3, odd, -1)[..., : self._half[axis]]
         return np.moveaxis(found / (2.0 * self._padded[axis]), -1, axis + 1)
 
     @cached_property
@@ -293,13 +301,11 @@ def _of_fields(
     fields: Array, odd: tuple[int, int], axes: tuple[int, ...], padded: tuple[int, int]
 ) -> Array:
     """Frequencies 0 to n of fields that are padded by zeros to n cells on the positive side."""
-    import scipy.fft
-
     for axis in axes:
-        transform = scipy.fft.dst if odd[axis] else scipy.fft.dct
-        found = transform(fields, type=2, n=padded[axis], axis=axis + 1)
-        # A sine transform lacks the first frequency, a cosine transform the last: both are zero.
         ends = [(0, 0)] * fields.ndim
+        ends[axis + 1] = (0, padded[axis] - fields.shape[axis + 1])
+        found = _transformed(np.pad(fields, ends), 2, odd[axis], axis + 1)
+        # A sine transform lacks the first frequency, a cosine transform the last: both are zero.
         ends[axis + 1] = (1, 0) if odd[axis] else (0, 1)
         fields = np.pad(found, ends)
     return fields
@@ -307,17 +313,23 @@ def _of_fields(
 
 def _of_kernel(kernel: Array, odd: tuple[int, int], axes: tuple[int, ...]) -> Array:
     """Frequencies of a kernel that is given at offsets from zero to the length of the window."""
-    import scipy.fft
-
     for axis in axes:
         along = np.moveaxis(kernel, axis, -1)
         if odd[axis]:
-            found = np.zeros_like(along)
-            found[..., 1:-1] = scipy.fft.dst(along[..., 1:-1], type=1)
+            found = np.zeros(along.shape)
+            found[..., 1:-1] = _transformed(along[..., 1:-1], 1, odd[axis], -1)
         else:
-            found = scipy.fft.dct(along, type=1)
+            found = _transformed(along, 1, odd[axis], -1)
         kernel = np.moveaxis(found, -1, axis)
     return kernel
+
+
+def _transformed(fields: Array, kind: int, odd: int, axis: int) -> Array:
+    """The cosine transform of fields along an axis, or if they are odd the sine transform."""
+    axes = (axis % fields.ndim,)
+    if not odd:
+        return dct(kind, fields, axes, np.empty(fields.shape))
+    return dst(kind, fields, axes)
 
 
 def _on_both_sides(fields: Array, axis: int, odd: int) -> Array:
