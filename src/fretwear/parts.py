@@ -398,7 +398,8 @@ class Mapped(Parameter):
         return keys_schema(fields, [name for name in fields if name in required(self.record)])
 
     def canonical(self, value: Any) -> object:
-        return {name: about.canonical(vars(value)[name]) for name, about in self.fields.items()}
+        values = ((name, about, vars(value)[name]) for name, about in self.fields.items())
+        return {n: about.canonical(v) for n, about, v in values if v != about.unsaid}
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
         for key, about in self.fields.items():

@@ -215,6 +215,22 @@ def test_bodies_whose_wear_is_known_together_slide_over_a_short_stroke(law):
     assert known is None or float(rate.mean()) == pytest.approx(4.8e-14, rel=1e-5)
 
 
+def test_the_frequency_of_a_case_is_that_of_its_law():
+    """It may be varied; slow motion has the coefficient of low power, fast motion the other."""
+    short = {**FALLING, "sliding_amplitude": "1 um", "cycles": 50, "error_estimate": False}
+    own = run(steel(**{**SLIDING, **short})).dataset
+    law = {name: value for name, value in ENERGY.items() if name != "frequency"}
+    volumes = [
+        run(steel(**{**SLIDING, **short, "energy_wear_coefficient": law, "frequency": f})).dataset
+        for f in ("10 Hz", "1e-6 Hz", "1e6 Hz")
+    ]
+    same, slow, fast = (float(each["wear_volume"][-1]) for each in volumes)
+    assert same == float(own["wear_volume"][-1])
+    assert slow == pytest.approx(5.0 * fast, rel=2e-3)
+    assert fast < same < slow
+    assert float(volumes[1]["frequency"]) == 1e-6
+
+
 def test_bodies_share_wear_that_falls_with_the_power():
     each = {"slow": ["2e-4 mm^3/J", "3e-4 mm^3/J"], "fast": ["4e-5 mm^3/J", "6e-5 mm^3/J"]}
     law = {"wear_coefficient": None, "energy_wear_coefficient": {**ENERGY, **each}}

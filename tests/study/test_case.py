@@ -144,6 +144,10 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
             {"wear_coefficient": [0, 0]},
             ["wear_coefficient = [0, 0]: must be larger than 0 for one"],
         ),
+        (
+            {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "frequency": 0}},
+            ["frequency: is missing, on which the energy law of wear depends"],
+        ),
         ({"wear_coefficient": 0}, ["wear_coefficient = 0: must be larger than 0"]),
         (
             {"roughness": MEASURED, "counterface": MEASURED},

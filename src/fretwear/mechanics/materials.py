@@ -141,7 +141,11 @@ class FallingCoefficient(Part):
         ),
     ]
     decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", above=0.0)]
-    frequency: Annotated[float, Quantity("s-1", "$f$", "frequency", "Hz", above=0.0)]
+    frequency: Annotated[
+        float,
+        Quantity("s-1", "$f$", "frequency", "Hz", at_least=0.0, unsaid=0.0),
+        "Frequency for this law alone, instead of the frequency of the case.",
+    ] = 0.0
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -158,9 +162,9 @@ class FallingCoefficient(Part):
     def __float__(self) -> float:
         return float(self.slow)
 
-    def total(self, energy_density: float) -> float:
-        """α, 1/Pa, of both bodies at an energy per cycle and contact area, J/m²."""
-        fading = math.exp(-self.decay * self.frequency * energy_density)
+    def total(self, power_density: float) -> float:
+        """α, 1/Pa, of both bodies at a power per contact area, W/m²."""
+        fading = math.exp(-self.decay * power_density)
         slow, fast = float(self.slow), float(self.fast)
         return (slow - fast) * fading + fast
 
@@ -174,6 +178,10 @@ class Means(Protocol):
     """Means over the contact area and a cycle that a wear law may read."""
 
     @property
+    def frequency(self) -> float:
+        """Frequency of the motion, Hz."""
+
+    @property
     def energy_density(self) -> float:
         """Dissipated energy per cycle and area of contact, J/m²."""
 
@@ -182,6 +190,7 @@ class WearLaw(Part):
     """Worn depth in proportion to pressure and path of slip."""
 
     slug = ""  # the coefficient is left out of the id
+    needs_frequency = False  # whether the coefficient depends on the frequency of the motion
     # Fractions of indenter and flat in the wear; None if only their sum is known.
     shares: tuple[float, float] | None = None
 
@@ -236,8 +245,8 @@ class EnergyWear(WearLaw):
             Mapped(FallingCoefficient),
         ),
         "Wear volume per dissipated energy α, of both bodies together or "
-        "[indenter, flat]; or a mapping of slow, fast, decay and frequency where it falls "
-        "with the mean density of friction power. Or give wear_coefficient.",
+        "[indenter, flat]; or a mapping of slow, fast and decay where it falls "
+        "with the mean density of friction power, at the frequency of the case. Or give wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 
@@ -245,13 +254,21 @@ class EnergyWear(WearLaw):
         """K = αµ, 1/Pa; at zero power if α falls with power."""
         return float(self.energy_wear_coefficient) * friction.coefficient
 
+    @property
+    def needs_frequency(self) -> bool:  # type: ignore[override]
+        """Whether α falls with power, at the frequency of the case."""
+        value = self.energy_wear_coefficient
+        return isinstance(value, FallingCoefficient) and not value.frequency
+
     def driver(self, contact: Means) -> float:
-        """Energy per cycle and area of contact, J/m², if α falls with it; else 0."""
-        falls = isinstance(self.energy_wear_coefficient, FallingCoefficient)
-        return contact.energy_density if falls else 0.0
+        """Power per area of contact, W/m², if α falls with it; else 0."""
+        value = self.energy_wear_coefficient
+        if not isinstance(value, FallingCoefficient):
+            return 0.0
+        return contact.energy_density * (value.frequency or contact.frequency)
 
     def driven(self, driver: float) -> EnergyWear:
-        """The law with the constant α of an energy density, J/m²."""
+        """The law with the constant α of a power density, W/m²."""
         value = self.energy_wear_coefficient
         if not isinstance(value, FallingCoefficient):
             return self

@@ -48,6 +48,7 @@ class Setup:
     roughness: Roughness | None = None  #: roughness of a surface; None if smooth
     counterface: Roughness | None = None  #: roughness of the other one, if both are rough
     slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
+    frequency: float | None = None  #: of the motion, Hz; None where no law depends on it
     debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies and bears load
 
     @property

@@ -120,6 +120,12 @@ class StageMeans:
     geometry: Geometry
 
     @property
+    def frequency(self) -> float:
+        """Frequency of the motion, Hz."""
+        assert self.problem.frequency is not None
+        return self.problem.frequency
+
+    @property
     def energy_density(self) -> float:
         """Dissipated energy per cycle and area of contact, J/m²."""
         area = self.geometry.integral(in_contact(self.stage).astype(float))

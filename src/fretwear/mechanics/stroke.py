@@ -301,6 +301,12 @@ class StrokeMeans:
     pressures: Array  # Pa, shape (positions, 2n, m)
 
     @property
+    def frequency(self) -> float:
+        """Frequency of the motion, Hz."""
+        assert self.problem.frequency is not None
+        return self.problem.frequency
+
+    @property
     def energy_density(self) -> float:
         """Dissipated energy per cycle and area of contact, J/m²."""
         problem, rubbing = self.problem, self.rubbing

@@ -141,6 +141,13 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
         yield Problem(name, about.text(float(getattr(law, name))), rule, f"write {hint}")
 
 
+@_needing("wear_law frequency")
+def _frequency_is_known(case: Draft) -> Iterator[Problem]:
+    if case.wear_law.needs_frequency and case.frequency is None:
+        rule = f"is missing, on which the {case.wear_law.kind} law of wear depends"
+        yield Problem("frequency", None, rule, "such as frequency: 5 Hz")
+
+
 @_needing(_CONTACT + "loading wear_law friction_law cycles blocks debris_fraction")
 def _scar_is_small(case: Draft) -> Iterator[Problem]:
     if not case.loading.stroke or _loads_suit.find(case):

@@ -100,6 +100,11 @@ class Draft(Setup):
     slip_model: Annotated[SlipModel, PartOf(SlipModel, "slip model"), "How slip is computed."] = (
         _USUAL_SLIP
     )
+    frequency: Annotated[
+        float | None,
+        Quantity("s-1", "$f$", "frequency", "Hz", like="5 Hz", above=0.0),
+        "Frequency of the motion, on which some laws of wear depend.",
+    ] = None
     debris_fraction: Annotated[
         float,
         Quantity("1", "$γ$", "debris fraction", like="0.85", at_least=0.0, at_most=1.0),
