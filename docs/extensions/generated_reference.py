@@ -18,6 +18,7 @@ from sphinx.application import Sphinx
 from fretwear.data.merge import MERGED_PROFILES
 from fretwear.parts import Either, Mapped, Parameter, Part, Quantity, WholeNumber, required
 from fretwear.study.case import Case
+from fretwear.study.materials import material_table
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter_names, parameter_of
 from fretwear.study.setup import members
@@ -57,6 +58,12 @@ def parameters() -> str:
         for parameter in [parameter_of(name)]
     ]
     return table(titles, rows)
+
+
+def materials() -> str:
+    """Write the table of materials."""
+    rows = [[*row.values()] for row in material_table().values()]
+    return table(["material", "E", "ν", "hardness", "source"], rows)
 
 
 def _example(name: str) -> str:
@@ -229,6 +236,7 @@ def write_all(folder: Path) -> None:
     """Write every part into a folder."""
     parts = {
         "parameters": parameters(),
+        "materials": materials(),
         "sections": sections(),
         "coordinates": variables((CYCLE, X, Y)),
         "fields": variables(FIELDS),

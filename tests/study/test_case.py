@@ -246,6 +246,6 @@ def test_a_case_prints_as_a_table_with_units():
 
 def test_help_and_completion_know_every_parameter():
     keywords = inspect.signature(Case).parameters
-    assert {*base_names(), "output_cycles"} == keywords.keys()
+    assert {*base_names(), "material", "output_cycles"} == keywords.keys()
     assert keywords["load"].annotation == "normal load"
     assert "load: 'normal load' = None" in pydoc.render_doc(Case, renderer=pydoc.plaintext)

@@ -26,6 +26,7 @@ from fretwear.cli.common import (
     StudyFile,
     Threads,
     aligned,
+    argument,
     case_ids,
     check_output,
     opened,
@@ -223,6 +224,22 @@ def schema() -> None:
     from fretwear.study.study import study_schema
 
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+
+
+def coefficients(
+    word: Annotated[str, argument("[WORD]", "Only rows with this word.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
+) -> None:
+    """Print published wear coefficients: pair, contact, law, value, conditions, source, remark."""
+    from fretwear.study.materials import read_table
+
+    table = read_table("coefficients")
+    rows = [row for row in table if word.casefold() in " ".join(row.values()).casefold()]
+    if as_json:
+        say(json.dumps(rows, indent=2, ensure_ascii=False))
+        return
+    cells = [[*table[0]], *([*row.values()] for row in rows)]
+    say("\n".join(aligned(cells, str.ljust, indent="")))
 
 
 @logged

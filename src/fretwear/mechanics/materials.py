@@ -246,7 +246,8 @@ class EnergyWear(WearLaw):
         ),
         "Wear volume per dissipated energy α, of both bodies together or "
         "[indenter, flat]; or a mapping of slow, fast and decay where it falls "
-        "with the mean density of friction power, at the frequency of the case. Or give wear_coefficient.",
+        "with the mean density of friction power, at the frequency of the case. "
+        "Or give wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -17,6 +17,7 @@ from typing import Any, Self
 
 from fretwear.parts import Parameter, WholeNumber, derived, is_list
 from fretwear.problems import Problem, Problems
+from fretwear.study.materials import MATERIAL, with_materials
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import (
     base_names,
@@ -73,7 +74,7 @@ class _KeysOfBase:
 
     def __get__(self, _: object, owner: type) -> inspect.Signature:
         keyword = inspect.Parameter.KEYWORD_ONLY
-        words = {name: parameter_of(name).words for name in base_names()}
+        words = {name: parameter_of(name).words for name in base_names()} | {MATERIAL: "material"}
         words["output_cycles"] = "cycles at which fields are kept"
         return inspect.Signature(
             [inspect.Parameter(n, keyword, default=None, annotation=w) for n, w in words.items()]
@@ -120,8 +121,9 @@ class Case(Draft):
     __signature__ = _KeysOfBase()
 
     def __init__(self, **parameters: Any) -> None:
-        given = {name: value for name, value in parameters.items() if value is not None}
         problems = Problems()
+        given = {name: value for name, value in parameters.items() if value is not None}
+        given = with_materials(given, problems)
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)

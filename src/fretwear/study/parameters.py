@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from fretwear.parts import Either, Parameter, Part, Quantity, derived, required
 from fretwear.problems import Problem, Problems
+from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf
 from fretwear.study.setup import IN_BLOCKS, Draft, members
 from fretwear.units import nearest
@@ -106,6 +107,8 @@ def parameter_of(name: str) -> Parameter:
 
 def replaced_by(name: str) -> set[str]:
     """Return the names that a new value of one replaces: ``radius`` by ``indenter``."""
+    if name == MATERIAL:
+        return {*PROPERTIES}
     member = member_of(name)
     if member in ("cycles", "blocks"):
         return {"cycles", "blocks"} - {name}
@@ -267,18 +270,21 @@ def schema_required() -> list[dict[str, Any]]:
         if isinstance(about, Inline):
             names = [*about.leading] if problem.key in about.leading else [problem.key]
         names += ["blocks"] if member == "cycles" else []
+        by_material = [MATERIAL] if problem.key in (*PROPERTIES, "plastic_limit") else []
         places = [
             {
                 "anyOf": [
                     {"required": [section], "properties": {section: {"required": [key]}}}
-                    for key in parameter_names()
+                    for key in (*parameter_names(), *by_material)
                     for section in ("base", "vary")
                     if key == name or (section == "vary" and key.startswith(f"{name}."))
                 ]
             }
-            for name in names
+            for name in (*names, *by_material)
         ]
-        condition: dict[str, Any] = {"oneOf": places} if len(places) > 1 else places[0]
+        condition: dict[str, Any] = places[0]
+        if len(places) > 1:
+            condition = {"anyOf" if by_material else "oneOf": places}
         if member in IN_BLOCKS:
             all_give = {"items": {"anyOf": [{"required": [name]} for name in names]}}
             sections = {"base": all_give, "vary": {"items": all_give}}

@@ -15,6 +15,7 @@ from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.problems import Problem, Problems
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
+from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (
     base_names,
@@ -354,7 +355,7 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
     The value that base may have for a varied parameter is not used.
     """
     varied = [name for name in sections.vary if name in parameter_names()]
-    base, parts = dict(sections.base), dict[str, list[str]]()
+    base, parts = with_materials(sections.base, problems, "base.", varied), dict[str, list[str]]()
     for name in varied:
         whole, _, part_field = name.partition(".")
         if part_field and whole not in sections.vary:
@@ -472,7 +473,7 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     to both, such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
     changed, problems = copy.deepcopy(dict(raw)), Problems()
-    valid = (*parameter_names(), "output.cycles", "title")
+    valid = (*parameter_names(), MATERIAL, "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         name = name.strip()
@@ -529,6 +530,9 @@ def study_schema() -> dict[str, Any]:
     whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
     title = {"type": "string", "minLength": 1, "maxLength": MAX_TITLE}
     base = {name: parameter_of(name).described() for name in base_names()}
+    name = {"enum": [*material_table()]}
+    two = {"type": "array", "items": name, "minItems": 2, "maxItems": 2}
+    base[MATERIAL] = _about(DESCRIPTION, {"anyOf": [name, two]})
     vary = {name: _varied(name) for name in parameter_names()}
     sections = {
         "title": _about("For people; the study takes its name from the file.", title),

@@ -1,0 +1,68 @@
+"""Published properties of materials, and published wear coefficients, each with its source.
+
+``material: Ti-6Al-4V`` in a study file is short for the elastic constants of the table and, where
+its hardness is known, for the plastic limit.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from fretwear.parts import is_list
+from fretwear.problems import Problem, Problems
+
+MATERIAL = "material"
+PROPERTIES = ("youngs_modulus", "poisson_ratio")
+DESCRIPTION = (
+    "A material of the table, or a pair [body I, body II]: short for youngs_modulus and "
+    "poisson_ratio and, where the table has a hardness, for plastic_limit, unless these are given."
+)
+
+
+@cache
+def read_table(name: str) -> tuple[Mapping[str, str], ...]:
+    """The rows of a table of the package, ``materials`` or ``coefficients``, by column."""
+    text = files("fretwear.study").joinpath(f"{name}.csv").read_text(encoding="utf-8")
+    return tuple(csv.DictReader(text.splitlines()))
+
+
+@cache
+def material_table() -> Mapping[str, Mapping[str, str]]:
+    """The rows of the table of materials by their names."""
+    return {row[MATERIAL]: row for row in read_table("materials")}
+
+
+def with_materials(
+    given: Mapping[str, Any], problems: Problems, prefix: str = "", varied: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Return keys of a case with the properties of `material` in its place, unless given.
+
+    An unknown name is a problem.
+    """
+    if MATERIAL not in given:
+        return dict(given)
+    value, table = given[MATERIAL], material_table()
+    names = [*value] if is_list(value) and len(value) == 2 else [value]
+    rows = []
+    for name in names:
+        known = {row.casefold(): row for row in table}.get(str(name).casefold())
+        rows.append(table[known or next(iter(table))])
+        if known is None:
+            rule = "must be a material of the table, or a pair of them"
+            remedy = "give youngs_modulus and poisson_ratio"
+            place, words = f"{prefix}{MATERIAL}", (*table,)
+            problems.append(
+                Problem(place, value, rule, remedy, valid_words=words, written=str(name))
+            )
+    each = {name: [row[name] for row in rows] for name in PROPERTIES}
+    found: dict[str, Any] = {n: v if len(v) == 2 else v[0] for n, v in each.items()}
+    if all(row["hardness"] for row in rows):
+        found["plastic_limit"] = min(
+            (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])
+        )
+    others = {name: other for name, other in given.items() if name != MATERIAL}
+    return {**{n: v for n, v in found.items() if n not in varied}, **others}
