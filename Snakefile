@@ -9,6 +9,7 @@
 #
 # The study is checked here, before any job; the jobs call the command `fretwear`.
 import shlex
+import signal
 import sys
 from pathlib import Path
 
@@ -28,6 +29,11 @@ FOLDER = Path(JOBS.folder)
 if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER):
     print(f"fretwear: error: {problem}", file=sys.stderr)
     sys.exit(2)
+
+# A closed terminal stops Snakemake as Ctrl-C does, so that it waits for its jobs and leaves no lock;
+# one started by nohup ignores it.
+if workflow.is_main_process and signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
+    signal.signal(signal.SIGHUP, signal.default_int_handler)
 
 # Snakemake reports a locked folder, but not the command that unlocks it.
 if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):

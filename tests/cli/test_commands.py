@@ -74,6 +74,7 @@ def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
     near, far = pty.openpty()
 
     def as_session():
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # tests may run under nohup
         os.setsid()
         fcntl.ioctl(2, termios.TIOCSCTTY, 0)
 

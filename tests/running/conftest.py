@@ -4,9 +4,11 @@ import multiprocessing
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -110,6 +112,8 @@ def start(tmp_path):
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            # Tests may run under nohup, which has processes ignore it.
+            preexec_fn=partial(signal.signal, signal.SIGHUP, signal.SIG_DFL),
             **options,
         )
         started.append(process)

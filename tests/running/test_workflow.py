@@ -285,7 +285,9 @@ def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_
 
 
 @pytest.mark.slow
-def test_stopping_the_workflow_keeps_a_checkpoint_of_every_case_that_runs(checkout, start):
+def test_a_closed_terminal_keeps_a_checkpoint_of_every_case_that_runs_and_leaves_no_lock(
+    checkout, start
+):
     rough = {"cell": "0.5 um", "cycles": 20000, "roughness": WAVES}
     checkout.write({**TINY, "base": {**TINY["base"], **rough}})
     cases, logs = checkout.results / "cases", checkout.results / "logs/simulate"
@@ -293,11 +295,12 @@ def test_stopping_the_workflow_keeps_a_checkpoint_of_every_case_that_runs(checko
     wait_for(
         lambda: sum("cycle 0 of" in log.read_text() for log in logs.glob("*.log")) == 2, process
     )
-    # As a terminal does it on Ctrl-C, and a scheduler: to all processes of the group.
-    os.killpg(process.pid, signal.SIGINT)
+    # As a terminal does it, to all processes of the group; Ctrl-C takes the same path.
+    os.killpg(process.pid, signal.SIGHUP)
     message = process.communicate(timeout=120)[1]
     assert process.returncode != 0
-    assert "fretwear: stopped: by Ctrl-C" in message
+    assert "fretwear: stopped: because its terminal was closed" in message
+    assert not list(checkout.folder.glob(".snakemake/locks/*"))
     assert {path.suffix for path in cases.iterdir()} == {".checkpoint"}
     assert len(list(cases.iterdir())) == 2
     for log in logs.glob("*.log"):
