@@ -21,8 +21,9 @@ from fretwear.mechanics.materials import (
 )
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.rubbing import Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.stroke import Rubbing, positions, slide
+from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
 from fretwear.running.simulate import wear_problem

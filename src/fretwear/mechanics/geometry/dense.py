@@ -390,6 +390,37 @@ class DenseHalfSpace(HalfSpace):
             raise ContactError(f"the normal contact did not converge in {_SOLUTIONS} solutions")
         return contact
 
+    @staticmethod
+    def _next_free(problem: ContactProblem, pressure: Array, separation: Array) -> int | None:
+        """The cell that leaves its bound if none is free; None if there is no such cell.
+
+        The next cell to close takes up a missing load, the next to open an excess.
+        """
+        carried = float(problem.weighted(pressure[:, None]).sum())
+        lacks = problem.load is not None and problem.total > carried
+        bound = pressure <= 0.0 if lacks else pressure > 0.0
+        order = np.where(bound, separation if lacks else -separation, np.inf)
+        return int(np.argmin(order)) if bound.any() else None
+
+    def _responses(
+        self, problem: ContactProblem, pressure: Array, gap: Array, cells: Places
+    ) -> tuple[Array, Array]:
+        """Pressures on free cells that close a gap, m, and that a unit of their approach causes.
+
+        They are solved for the residual of a pressure, so that the next solution corrects the
+        rounding of this one.
+        """
+        layer, unit = problem.layer, self.self_influence
+        weights = problem.weighted(np.ones_like(pressure)[:, None])[cells]
+        block = self.matrix[np.ix_(cells, cells)]
+        right = np.stack([-(gap[cells] / unit), np.ones(cells.size)], axis=1)
+        if layer is not None:
+            tangent = layer.tangent_in(unit, pressure[:, None], self.team)[:, 0]
+            block[np.diag_indices(cells.size)] += weights[:, 0] * tangent[cells]
+            right[:, 1] -= layer.per_approach(pressure[:, None])[cells, 0]
+        moved, uniform = np.linalg.solve(block, weights * right).T
+        return moved, uniform
+
     def _factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
         """The solution by active sets from a start, Pa; None if they come back to earlier ones.
 
@@ -398,7 +429,7 @@ class DenseHalfSpace(HalfSpace):
         their gap, and the free ones by their pressure; see `Exchange`.
         """
         tolerance *= _OF_TOLERANCE
-        limit, layer, matrix = problem.limit, problem.layer, self.matrix
+        limit, layer = problem.limit, problem.layer
         weights = problem.weighted(np.ones_like(start))[:, 0]
         unit = self.self_influence
         pressure = problem.clip_to_load(start)[:, 0]
@@ -411,28 +442,17 @@ class DenseHalfSpace(HalfSpace):
         for step in range(1, _SOLUTIONS + 1):
             separation = problem.separation(pressure[:, None], displacement)[:, 0]
             if not free.any():
-                # The next cell to close takes up a missing load, the next to open an excess.
-                lacks = problem.load is not None and problem.total > float(weights @ pressure)
-                bound = pressure <= 0.0 if lacks else pressure > 0.0
-                if not bound.any():
+                cell = self._next_free(problem, pressure, separation)
+                if cell is None:
                     return None
-                order = np.where(bound, separation if lacks else -separation, np.inf)
-                free[np.argmin(order)] = True
+                free[cell] = True
             cells = np.flatnonzero(free)
-            block = matrix[np.ix_(cells, cells)]
-            # Solved for the residual, so that the next solution corrects the rounding of this one.
-            left_open = (separation[cells] - approach) / unit
-            right = np.stack([-left_open, np.ones(cells.size)], axis=1)
-            if layer is not None:
-                tangent = layer.tangent_in(unit, pressure[:, None], self.team)[:, 0]
-                block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
-                right[:, 1] -= layer.per_approach(pressure[:, None])[cells, 0]
-            moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
+            moved, uniform = self._responses(problem, pressure, separation - approach, cells)
             sinks = 0.0
             if problem.load is not None:
                 missing = problem.total - weights @ pressure
-                sinks = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
-                approach += float(sinks * unit)
+                sinks = float((missing - weights[cells] @ moved) / (weights[cells] @ uniform))
+                approach += sinks * unit
             if layer is not None:
                 layer = layer.at(approach)
                 problem = replace(problem, layer=layer)

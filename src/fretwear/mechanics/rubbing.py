@@ -1,0 +1,310 @@
+"""The contacts of two bodies that slide as a whole, at several positions over a stroke at once.
+
+The indenter is at several positions, of the weights ω. The pressures p of an implicit stage of
+`fretwear.mechanics.stroke` at all of them are a minimum of
+
+    Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
+
+wear that positions share couples them symmetrically and adds to a sum of positive definite forms,
+so a stage is one strictly convex problem. It is solved as one: on given sets of cells in contact,
+the pressures are eliminated position by position, which leaves a positive definite system for the
+wear alone, and cells change sides until each has pressure or a gap. Cells at the plastic limit bear
+it, and the penetration that is left there is flow, half of it in each body: the largest over all
+positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import ceil, inf
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fretwear.arrays import Array, Mask, Places
+from fretwear.mechanics.contact import ContactError, Exchange
+from fretwear.mechanics.geometry import Geometry
+from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
+from fretwear.mechanics.state import WearProblem
+from fretwear.theory import LineContact
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+# Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
+# rounded edge of a line contact and per wave.
+_LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
+_MOST_FOR_EDGE = 24
+_LARGEST_SWEEPS = 200
+# Sweeps without a new minimum of cells that change sides, before only one of them does.
+_PATIENCE = 10
+# Cells touch where the gap is below this part of the approach.
+_CLOSED = 1e-10
+
+
+def positions(problem: WearProblem) -> tuple[Array, Array]:
+    """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
+
+    They follow from the trapezoidal rule over the stroke, doubled for a position and its image.
+    """
+    amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
+    wave = problem.wavelengths[0] if problem.wavelengths else 0.0
+    if amplitude <= problem.small_stroke:
+        return np.zeros(1), np.full(1, 0.5)
+    of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
+    # A peak of pressure at an edge wears at each position.
+    of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
+    of_edge = min(of_edge, _MOST_FOR_EDGE) if problem.indenter.is_line else 0.0
+    least = max(_LEAST_POSITIONS, of_edge, of_waves)
+    count = ceil(max(least, _PER_HALF_WIDTH * amplitude / half_width))
+    weights = np.full(count + 1, 0.5 / count)
+    weights[[0, -1]] *= 0.5
+    return np.linspace(0.0, amplitude, count + 1), weights
+
+
+class Contacts(NamedTuple):
+    """The contacts of a stage at all positions, on 2n by m cells."""
+
+    pressures: Array  # Pa, shape (positions, 2n, m); non-zero exactly where the bodies touch
+    means: Array  # means over the stroke at each point of flat and indenter, Pa, shape (2, n, m)
+    flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
+
+
+class Response(NamedTuple):
+    """The contact at a position on given cells, as a function of the wear of the stage."""
+
+    free: Places  # cells between the bounds
+    inverse: Array  # their pressure, of no load, by their displacement, Pa/m
+    worn: csr_matrix  # their part of the wear at each value of flat and indenter
+    pressure: Array  # pressure of all cells if nothing wears, Pa
+
+
+class Rubbing:
+    """The contacts of a stroke on equal cells.
+
+    Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
+    and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
+    Between cells, the wear of the indenter is interpolated linearly; pressure acts on it by the
+    transpose. ``shape`` is the shape of the quarter, with one cell along y in a line contact.
+    """
+
+    def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
+        from scipy.sparse import csr_matrix
+
+        self.load, self.limit = problem.hertz.load, problem.plastic_limit
+        half, self.rows = shape
+        count, (size, _) = 2 * half, problem.spacing
+        self.places, self.weights = positions(problem)
+        modulus = problem.composite_modulus
+        # Displacement by the distance along x, and by the rows of both cells.
+        if problem.geometry.plane_strain:
+            assert isinstance(problem.hertz, LineContact)
+            edges, reference = np.arange(half + 1) * size, problem.hertz.reference
+            self.geometry: Geometry = Strips(tuple(edges.tolist()), reference)
+            self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
+            self.area, self.y = size, np.zeros(1)
+        else:
+            self.geometry = Grid(shape, problem.spacing)
+            love = influence_coefficients((count, 2 * self.rows), problem.spacing, modulus)
+            row = np.arange(self.rows)
+            self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
+            self.area, self.y = 2.0 * size * problem.spacing[1], self.geometry.y
+        self._transform = np.fft.rfft(
+            np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
+        )
+        self.x = (np.arange(count) - half + 0.5) * size
+        self.cells, values = count * self.rows, half * self.rows
+        # A single roughness belongs to the flat; the second of two moves with the indenter.
+        both = problem.roughness, problem.counterface
+        if None in both:
+            both = problem.rough, None
+        # One row for each cell; one column for each value of the flat's wear, then the indenter's.
+        self.shapes: list[Array] = []
+        self.worn: list[csr_matrix] = []
+        at, across = self.x[:, None], self.y[None, :]
+        along, row = np.divmod(np.arange(self.cells), self.rows)
+        x = self.x[along]
+        of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
+        for place in self.places:
+            gap: Array = np.broadcast_to(
+                problem.indenter.gap(at - place, across), (count, self.rows)
+            )
+            for surface, moved in zip(both, (at, at - place), strict=True):
+                gap = gap if surface is None else gap + surface.height(moved, across)
+            self.shapes.append(gap.ravel())
+            distance = np.abs(x - place)
+            lower, part = np.divmod(distance / size - 0.5, 1.0)
+            near, far = (
+                values + np.clip(lower.astype(int) + step, 0, half - 1) * self.rows + row
+                for step in (0, 1)
+            )
+            inside = distance < half * size
+            shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
+            where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
+            self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
+        self._inverses: dict[int, tuple[Places, Array]] = {}
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement of all cells, m, under a pressure, Pa."""
+        field = pressure.reshape(-1, self.rows)
+        waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
+        moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
+        return np.ravel(moved[: field.shape[0]])
+
+    def _matrix(self, cells: Places, others: Places) -> Array:
+        """Displacement of some cells under a unit pressure on others, m/Pa."""
+        along, row = np.divmod(cells[:, None], self.rows)
+        other_along, other_row = np.divmod(others, self.rows)
+        return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
+
+    def _inverse(self, place: int, cells: Places) -> Array:
+        """Inverse of the influence of some cells on each other; each position keeps its last."""
+        from scipy.linalg.lapack import dpotrf, dpotri
+
+        inverted, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))
+        if not np.array_equal(inverted, cells):
+            inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
+            above = np.triu_indices(cells.size, 1)
+            inverse[above] = inverse.T[above]
+            self._inverses[place] = cells, inverse
+        return inverse
+
+    def _capped(self, full: Mask, shape: Array) -> tuple[Places, Places, float]:
+        """Cells at the limit and the one between the bounds, if a contact yields all over.
+
+        The cells at the limit carry the load P less the remainder, N, on the one beside them: the
+        area P/p_lim that is lowest in a shape, m, under the limit on the cells that were at it.
+        """
+        carried = self.limit * self.area
+        count = ceil(self.load / carried) - 1
+        if count >= shape.size:
+            raise ContactError("the plastic limit cannot carry the load on the cells of the stroke")
+        sunk = self.displacement(np.where(full, self.limit, 0.0))
+        order = np.argsort(shape + sunk, kind="stable")
+        return np.sort(order[:count]), order[count : count + 1], self.load - count * carried
+
+    def solve(self, opening: Array, compliance: Array, start: Array) -> Contacts:
+        """The contacts of all positions; a ContactError if the cells in contact do not settle.
+
+        ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
+        and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
+        (2, 1, 1), not negative; ``start`` is a first guess of the pressures, Pa, shape
+        (positions, 2n, m), of which only the cells in contact and those at the limit matter.
+
+        Both bounds at once from a distant start lead to wrong sets of cells. So if no cell of the
+        start is at the limit, the contacts without a limit are solved first.
+        """
+        shape_of_cells, shape_of_bodies = start.shape, opening.shape
+        compliance = np.broadcast_to(compliance, opening.shape).ravel()
+        opening, start = opening.ravel(), start.reshape(len(start), -1)
+        closed, capped = start > 0, start >= self.limit
+        limit = self.limit if capped.any() else inf
+        shapes = [
+            shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
+        ]
+        worn, exchange = np.zeros_like(opening), Exchange(_PATIENCE)
+        for _ in range(_LARGEST_SWEEPS):
+            responses = [
+                self._response(place, shapes[place], worn, closed[place], capped[place])
+                for place in range(len(shapes))
+            ]
+            worn = self._worn(responses, compliance)
+            pressures, now_closed, now_capped, flow = self._sides(
+                responses, shapes, worn, closed, capped, limit
+            )
+            settled = np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped)
+            if settled and limit > self.limit and (pressures > self.limit).any():
+                limit, exchange = self.limit, Exchange(_PATIENCE)
+                capped = pressures > limit
+                continue
+            if settled:
+                means = self._mean(pressures)
+                return Contacts(
+                    pressures.reshape(shape_of_cells),
+                    *(field.reshape(shape_of_bodies) for field in (means, flow)),
+                )
+            changed = np.flatnonzero((now_closed != closed) | (now_capped != capped))
+            changed = exchange.of(changed)
+            for sets, now in ((closed, now_closed), (capped, now_capped)):
+                sets.flat[changed] = now.flat[changed]
+        raise ContactError("the cells in contact over the stroke do not settle")
+
+    def _response(
+        self, place: int, shape: Array, worn: Array, inside: Mask, full: Mask
+    ) -> Response:
+        """The contact at a position on given cells, of which some are at the limit.
+
+        If these carry the whole load, the cells are chosen anew, in place.
+        """
+        free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
+        left = self.load - self.limit * self.area * held.size if held.size else self.load
+        if not free.size or left <= 0.0:
+            held, free, left = self._capped(full, shape + self.worn[place] @ worn)
+            full[:], inside[:] = False, False
+            full[held], inside[held], inside[free] = True, True, True
+        # Pressure of no load for a unit displacement of each cell, and one of the load.
+        inverse = self._inverse(place, free)
+        uniform = inverse.sum(axis=1)
+        total = uniform.sum()
+        inverse = inverse - np.outer(uniform, uniform) / total
+        height = shape[free]
+        if held.size:
+            height = height + self._matrix(free, held).sum(axis=1) * self.limit
+        pressure = np.where(full, self.limit, 0.0)
+        pressure[free] = left * (uniform / (total * self.area)) - inverse @ height
+        return Response(free, inverse, self.worn[place][free], pressure)
+
+    def _mean(self, pressures: Iterable[Array]) -> Array:
+        """Means over the stroke at each value of flat and indenter, Pa."""
+        places = zip(self.weights, self.worn, pressures, strict=True)
+        return np.asarray(sum(weight * (worn.T @ p) for weight, worn, p in places))
+
+    def _worn(self, responses: Sequence[Response], compliance: Array) -> Array:
+        """Wear of the stage at each value of flat and indenter, m, with which contacts agree."""
+        from scipy.linalg import cho_factor, cho_solve
+
+        touched = np.zeros(compliance.size, np.bool_)
+        for response in responses:
+            touched[response.worn.indices] = True
+        values = np.flatnonzero(touched)
+        root = np.sqrt(compliance[values])
+        matrix, unworn = np.eye(values.size), self._mean(r.pressure for r in responses)
+        for weight, response in zip(self.weights, responses, strict=True):
+            seen = response.worn[:, values]
+            matrix += weight * root[:, None] * (seen.T @ (seen.T @ response.inverse).T) * root
+        factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
+        worn = compliance * unworn
+        worn[values] = root * cho_solve(factors, root * unworn[values], check_finite=False)
+        return np.asarray(worn)
+
+    def _sides(
+        self,
+        responses: Sequence[Response],
+        shapes: Sequence[Array],
+        worn: Array,
+        closed: Mask,
+        capped: Mask,
+        limit: float,
+    ) -> tuple[Array, Mask, Mask, Array]:
+        """Pressures, Pa, with the wear of a stage, m, and what cells they put on which side.
+
+        It returns the cells that touch and those at the limit, and the flow of `Contacts`.
+        """
+        pressures, flow = np.zeros(closed.shape), np.zeros(worn.size)
+        now_closed, now_capped = closed.copy(), capped.copy()
+        for place, (free, inverse, worn_free, pressure) in enumerate(responses):
+            pressure[free] -= inverse @ (worn_free @ worn)
+            pressures[place] = pressure
+            gap = self.displacement(pressure) + shapes[place] + self.worn[place] @ worn
+            approach = gap[free].mean()
+            touches = gap < (1.0 - _CLOSED) * approach
+            now_closed[place] = np.where(closed[place], pressure > 0, touches)
+            full, sunk = capped[place], approach - gap
+            held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * limit
+            now_capped[place] = np.where(full, held, yields)
+            if full.any():
+                sinking = self.worn[place][np.flatnonzero(full)].tocoo()
+                depth = np.maximum(sunk[full], 0.0)[sinking.row]
+                np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
+        return pressures, now_closed, now_capped, flow
