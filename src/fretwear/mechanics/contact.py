@@ -14,13 +14,12 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask, Places, Single
-from fretwear.mechanics.geometry import HalfSpace
+from fretwear.mechanics.geometry import HalfSpace, Real
 from fretwear.mechanics.team import ALONE, Team, kernels
 
 # A start that carries less than this part of the load is no guess of the pressure.
@@ -141,10 +140,10 @@ class ContactProblem:
         # A flat surface has no lowest fifth.
         return guess if guess.any() else np.ones_like(shape)
 
-    def weighted(self, values: NDArray[Any]) -> NDArray[Any]:
+    def weighted(self, values: Real) -> Real:
         """A field times the weights of the cells."""
         weights = self.half_space.geometry.weights
-        return values if weights is None else weights * values
+        return values if weights is None else np.multiply(weights, values, dtype=values.dtype)
 
     def clip_to_load(self, pressure: Array) -> Array:
         """The pressure clipped to the bounds, its free cells scaled so that it carries the load.

@@ -20,8 +20,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import pairwise, product
-from typing import Any, Generic
+from typing import Generic, Protocol
 
 import numpy as np
 
@@ -47,12 +48,13 @@ class Convolution(ABC, Generic[Real]):
     half of the frequencies along both axes, divided by the factor of a convolution's transforms.
     """
 
-    def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
-        self._spectra, self._even = spectra, even
+    def __init__(self, spectra: Sequence[Real], even: Even, team: Team) -> None:
+        self._spectra: Sequence[Real] = spectra
+        self._even = even
         half_x, half_y = spectra[-1].shape
         self._cells = 4 * half_x * half_y
         self.team = team.for_cells(half_x * half_y if all(even) else self._cells)
-        self._factors: list[Any] = self.team.each(self._factor, spectra)
+        self._factors: list[Real] = self.team.each(self._factor, spectra)
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, with the kernel in some unit."""
@@ -60,9 +62,7 @@ class Convolution(ABC, Generic[Real]):
             self.team.cellwise(np.divide, spectrum, unit, dtype=np.float32)
             for spectrum in self._spectra
         ]
-        kind: Any = type(self)
-        convolution: Convolution[Single] = kind(spectra, self._even, self.team)
-        return convolution
+        return self._alike(spectra)
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is not changed."""
@@ -89,6 +89,10 @@ class Convolution(ABC, Generic[Real]):
         return spectrum
 
     @abstractmethod
+    def _alike(self, spectra: Sequence[Single]) -> Convolution[Single]:
+        """The same kind of convolution by other spectra."""
+
+    @abstractmethod
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         """A field whose transforms, of all branches or the even one, are multiplied by factors."""
 
@@ -106,18 +110,19 @@ def convolution(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Ar
     # Two transforms along each of the axes of the padded window leave this factor.
     spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
     branches = [spectrum[x::2, y::2] for x in (0, 1) for y in (0, 1)]
-    kind: Any = WholeConvolution
-    if all(even):
-        # No field has the frequency above all others.
-        rows, columns = branches[-1].shape
-        branches = team.each(lambda branch: np.ascontiguousarray(branch[:rows, :columns]), branches)
-        kind = QuarterConvolution
-    result: Convolution[Array] = kind(branches, even, team)
-    return result
+    if not all(even):
+        return WholeConvolution(branches, even, team)
+    # No field has the frequency above all others.
+    rows, columns = branches[-1].shape
+    branches = team.each(lambda branch: np.ascontiguousarray(branch[:rows, :columns]), branches)
+    return QuarterConvolution(branches, even, team)
 
 
 class QuarterConvolution(Convolution[Real]):
     """Convolution by cosine transforms, of a field that is even along both axes."""
+
+    def _alike(self, spectra: Sequence[Single]) -> Convolution[Single]:
+        return QuarterConvolution(spectra, self._even, self.team)
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         by_branch: list[Real] = [field]
@@ -159,14 +164,24 @@ class QuarterConvolution(Convolution[Real]):
         return by_branch[0]
 
 
+class Window(Protocol):
+    """Compiled convolutions of fields of one shape and precision."""
+
+    lanes: int  #: number of rows that a vector holds
+
+    def convolve(self, team: Team, field: Real, factors: Sequence[Real], result: Real) -> None:
+        """Convolve a field on all cells of the window by its factors into another."""
+
+
 class WholeConvolution(Convolution[Real]):
     """Convolution by the compiled library, on all cells of a window, mirrored if they are even."""
 
-    def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
-        is_single = spectra[0].dtype == np.float32
+    @cached_property
+    def _window(self) -> Window:
+        is_single = self._spectra[0].dtype == np.float32
         kind = kernels.SingleWindow if is_single else kernels.DoubleWindow
-        self._window = kind(*(2 * half for half in spectra[-1].shape))
-        super().__init__(spectra, even, team)
+        window: Window = kind(*(2 * half for half in self._spectra[-1].shape))
+        return window
 
     def _factor(self, spectrum: Real) -> Real:
         """A spectrum with rows as lanes of vectors, halved: two transforms double a field."""
@@ -175,9 +190,12 @@ class WholeConvolution(Convolution[Real]):
         blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
         return np.ascontiguousarray(blocks).reshape(-1, lanes)
 
+    def _alike(self, spectra: Sequence[Single]) -> Convolution[Single]:
+        return WholeConvolution(spectra, self._even, self.team)
+
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         """Unfold the field along the axes in which it is even, convolve it, and fold it again."""
-        whole: Any = field
+        whole = field
         for axis in np.flatnonzero(self._even):
             whole = np.concatenate([np.flip(whole, int(axis)), whole], axis)
         result = np.empty_like(whole, order="C")

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from fretwear.mechanics.team import kernels
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
+Value = TypeVar("Value")
 
 # Period of a random surface, in roll-off wavelengths.
 _PERIODS = 16
@@ -416,8 +417,9 @@ class SelfAffineRoughness(Roughness):
         return waves
 
 
-def _joined(name: str, join: Callable[[Any, Any], Any]) -> Any:
-    return property(lambda both: join(getattr(both.first, name), getattr(both.second, name)))
+def _joined(name: str, join: Callable[[Value, Value], Value]) -> Value:
+    value = operator.attrgetter(name)
+    return property(lambda both: join(value(both.first), value(both.second)))  # type: ignore[return-value]
 
 
 def _nearer(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
