@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -29,6 +30,7 @@ from fretwear.cli.common import (
     argument,
     case_ids,
     check_output,
+    check_results,
     opened,
     option,
     say,
@@ -54,6 +56,9 @@ _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
 _DISTANCE = "Parameters by the point and the line method too, such as '40 um'."
 _DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
+_TO = "Format of the files."
+_EXPORTED = "File to write; several get names that begin like it."
+_EXPORTED_CYCLE = "A snapshot."
 _FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
 _FOLDER = typer.Argument(
@@ -452,6 +457,41 @@ def stress_below(
     for line in aligned([*results.largest_values(found)], str.ljust):
         say(line)
     say(str(path))
+
+
+def export(
+    file: CaseFile,
+    to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
+    output: Annotated[
+        Path | None, option("-o/--output", "OUT", _EXPORTED, "beside OUT.nc, .pvd, .csv or .inp")
+    ] = None,
+    cycle: Annotated[
+        float | None, option("--cycle", "NUMBER", _EXPORTED_CYCLE, "all; abaqus: the last")
+    ] = None,
+) -> None:
+    """Write a case or its stresses as files of other programs.
+
+    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
+    """
+    check_results(file)
+
+    from fretwear.data.export import WRITERS, ExportError, at_cycle
+    from fretwear.data.safe import DataFileError
+    from fretwear.subsurface.results import open_stresses
+
+    ending, write = WRITERS[to]
+    path = check_output(output or file.with_suffix(ending), ending)
+    with ExitStack() as stack:
+        try:
+            ds = stack.enter_context(open_stresses(file))
+        except DataFileError:
+            ds = stack.enter_context(opened(file))[0].fretwear.full()
+        try:
+            written = write(ds if cycle is None else at_cycle(ds, cycle), path)
+        except ExportError as error:
+            raise CommandError(f"{file}: {error}") from error
+    for each in written:
+        say(str(each))
 
 
 @logged

@@ -14,9 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import check_group, new_netcdf, write_group
+from fretwear.data.files import check_group, damage, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
-from fretwear.data.safe import atomic_path, uninterrupted
+from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.mechanics.setup import block_at
 from fretwear.study.case import Case
 from fretwear.subsurface.cracks import OverPlanes, PointLoops, largest_shear, von_mises
@@ -223,6 +223,18 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
         with netCDF4.Dataset(temporary) as file:
             file.set_auto_maskandscale(False)
             check_group(file, stresses)
+
+
+def open_stresses(path: Path) -> xr.Dataset:
+    """Open the file of `write_stresses` lazily; `DataFileError` if it is another or damaged."""
+    remedy = "fretwear stress writes it from a case file"
+    if problem := damage(path, "file of stresses"):
+        raise DataFileError(path, problem, remedy)
+    ds = xr.open_dataset(path, engine="netcdf4", decode_timedelta=False)
+    if STRESSES[0].name not in ds:
+        ds.close()
+        raise DataFileError(path, "it is not a file of stresses", remedy)
+    return ds
 
 
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:

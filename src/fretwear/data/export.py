@@ -1,0 +1,170 @@
+"""Datasets as files of other programs: tables of text, VTK for ParaView, loads for Abaqus."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fretwear.data.safe import atomic_path, write_text
+from fretwear.units import cycle_text, listed
+from fretwear.vocabulary import CYCLE, DEPTH, PHASE, POINT, X, Y
+
+_SPACE = (X.name, Y.name, DEPTH.name)
+_STEPS = (CYCLE.name, PHASE.name)
+# Rows of a table that are made at a time.
+_ROWS = 2**16
+
+
+class ExportError(ValueError):
+    """A dataset cannot be written in another format; the message says why and what to do."""
+
+
+def at_cycle(ds: xr.Dataset, cycle: float) -> xr.Dataset:
+    """The dataset of one snapshot of a case; `ExportError` if there is none of this cycle."""
+    known = np.atleast_1d(ds[CYCLE.name].values).tolist()
+    if cycle not in known:
+        there = listed([cycle_text(each) for each in known])
+        raise ExportError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
+    return ds.sel({CYCLE.name: [cycle]}) if CYCLE.name in ds.dims else ds
+
+
+def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write tables of text, one for all variables of the same dimensions: ``OUT-cycle-x-y.csv``.
+
+    The header has names and SI units, ``pressure (Pa)``; rows go through the last dimension first.
+    """
+    tables: dict[tuple[str, ...], list[str]] = {}
+    for name, variable in ds.data_vars.items():
+        if variable.dims and variable.dtype.kind in "fiu":
+            tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
+    written = []
+    for dims, names in tables.items():
+        # Coordinates along one of the dimensions stand beside the variables.
+        beside = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
+        lacking = [dim for dim in dims if dim not in ds.coords]
+        table = ds[[*names, *beside]].assign_coords({dim: ds[dim] for dim in lacking})
+        columns = [*dims, *(n for n in beside if n not in dims), *names]
+        arrays = [table[name].broadcast_like(table[names[0]]).transpose(*dims) for name in columns]
+        values = [np.asarray(array.values).ravel() for array in arrays]
+        target = path.with_name(f"{path.stem}-{'-'.join(dims)}.csv")
+        with atomic_path(target) as temporary, temporary.open("w", newline="") as stream:
+            rows = csv.writer(stream, lineterminator="\n")
+            rows.writerow(_titled(name, array) for name, array in zip(columns, arrays, strict=True))
+            for first in range(0, values[0].size, _ROWS):
+                some = (value[first : first + _ROWS].tolist() for value in values)
+                rows.writerows(zip(*some, strict=True))
+        written.append(target)
+    return written
+
+
+def _titled(name: str, array: xr.DataArray) -> str:
+    unit = array.attrs.get("units", "")
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
+def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write fields for ParaView: a grid or points for each cycle or phase, and ``OUT.pvd`` of all.
+
+    The values are those at the centres of cells; z is the depth, downwards. It takes the library
+    pyevtk; `ExportError` without it, or if the dataset has no fields.
+    """
+    try:
+        from pyevtk import hl, vtk
+    except ImportError as error:
+        reason = "VTK files take the library pyevtk: pip install 'fretwear[vtk]'"
+        raise ExportError(reason) from error
+
+    on_points = POINT.name in ds.dims
+    space = (POINT.name,) if on_points else tuple(dim for dim in _SPACE if dim in ds.dims)
+    along = next((dim for dim in _STEPS if dim in ds.dims), "")
+    fields = {
+        str(name): field.transpose(..., *space)
+        for name, field in ds.data_vars.items()
+        if space and {*space} <= {*field.dims} <= {*space, along}
+    }
+    if not fields:
+        raise ExportError("the dataset has no fields on cells or points")
+    places = [np.atleast_1d(ds[n].values) if n in ds.coords else np.zeros(1) for n in _SPACE]
+    places = [np.ascontiguousarray(place, np.float64) for place in places]
+    shape = places[0].shape if on_points else tuple(place.size for place in places)
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        base = Path(folder, path.stem)
+        collection = vtk.VtkGroup(str(base))
+        for number, step in enumerate(ds[along].values.tolist() if along else [0.0]):
+            data = {}
+            for name, field in fields.items():
+                now = field.isel({along: number}) if along in field.dims else field
+                data[name] = np.asfortranarray(np.reshape(now.values, shape))
+            write = hl.pointsToVTK if on_points else hl.gridToVTK
+            given: Any = {"data" if on_points else "pointData": data}
+            collection.addFile(write(f"{base}-{number:04d}", *places, **given), step)
+        collection.save()
+        written = [path.with_name(file.name) for file in sorted(base.parent.glob("*.vt?"))]
+        for file in (*written, path):
+            base.with_name(file.name).replace(file)
+    return [*written, path]
+
+
+def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write the worn surface of the flat and its nodal forces at +Q as an input file of Abaqus.
+
+    Nodes are the centres of cells; a point contact has surface elements between them, `SFM3D4`. The
+    body lies below: the last coordinate is minus the worn depth, and forces are traction times the
+    area of a cell, so that they add up to P and Q. A line contact is plane, with forces per length.
+    The snapshot is the last one. `ExportError` if the dataset is not that of a case.
+    """
+    depth = "wear_depth_flat" if "wear_depth_flat" in ds else "wear_depth"
+    if lacking := [n for n in (depth, "pressure", "shear_traction") if n not in ds]:
+        raise ExportError(f"the dataset lacks {lacking[0]}: Abaqus takes that of a case")
+    last = ds.isel({CYCLE.name: -1})
+    x, area = ds[X.name].values, float(np.diff(ds[X.name].values).mean())
+    in_line = Y.name not in ds.dims
+    y = np.zeros(1) if in_line else ds[Y.name].values
+    area *= 1.0 if in_line else float(np.diff(y).mean())
+    rows, columns = (each.ravel() for each in np.meshgrid(x, y, indexing="ij"))
+    worn, pressure, shear = (
+        np.asarray(last[name].values, np.float64).ravel()
+        for name in (depth, "pressure", "shear_traction")
+    )
+    number = np.arange(1, rows.size + 1).reshape(x.size, y.size)
+    places = [rows, -worn] if in_line else [rows, columns, -worn]
+    body = "flat" if depth.endswith("flat") else "both bodies together"
+    lines = [
+        "*HEADING",
+        f"{ds.attrs.get('case_id', 'contact')}, cycle {float(last[CYCLE.name]):g}: wear of {body}",
+        "** SI units; nodes lie at the centres of cells",
+        "*NODE, NSET=WORN",
+        *_data_lines([number.ravel(), *places]),
+    ]
+    if not in_line:
+        corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+        elements = np.arange(1, corners[0].size + 1)
+        lines += ["*ELEMENT, TYPE=SFM3D4, ELSET=WORN"]
+        lines += _data_lines([elements, *(each.ravel() for each in corners)])
+    lines += ["*STEP", "*STATIC", "*CLOAD"]
+    for direction, force in ((1, shear * area), (len(places), -pressure * area)):
+        loaded = force != 0.0
+        of_nodes = number.ravel()[loaded]
+        lines += _data_lines([of_nodes, np.full(of_nodes.size, direction), force[loaded]])
+    write_text(path, "\n".join([*lines, "*END STEP", ""]))
+    return [path]
+
+
+def _data_lines(columns: Iterable[NDArray[Any]]) -> list[str]:
+    kept = (column.tolist() for column in columns)
+    return [", ".join(f"{value:.9g}" for value in row) for row in zip(*kept, strict=True)]
+
+
+WRITERS: Mapping[str, tuple[str, Callable[..., list[Path]]]] = {
+    "csv": (".csv", write_csv),
+    "vtk": (".pvd", write_vtk),
+    "abaqus": (".inp", write_abaqus),
+}
+"""Formats: the ending of the file that is named, and what writes it."""

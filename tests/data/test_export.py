@@ -1,0 +1,115 @@
+"""Datasets written for other programs, read back without the library that wrote them."""
+
+import csv
+import re
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear.data.export import ExportError, write_abaqus, write_csv, write_vtk
+
+from ..studies import STEEL, steel
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return fretwear.simulate(steel(cycles=100, cell="8 um", error_estimate=False))
+
+
+@pytest.fixture(scope="module")
+def line():
+    given = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+    return fretwear.simulate(fretwear.Case(**given | {"load": "18 N/mm", "cycles": 10}))
+
+
+def appended(path):
+    """The arrays of a VTK file in XML whose data follow as raw bytes behind sizes of 8 bytes."""
+    text = path.read_bytes()
+    head, _, raw = text.partition(b'<AppendedData encoding="raw">')
+    raw = raw[raw.index(b"_") + 1 :]
+    kinds = {"Float64": "f8", "Float32": "f4", "Int8": "i1", "Int64": "i8"}
+    for array in ElementTree.fromstring(head + b"</VTKFile>").iter("DataArray"):
+        start = int(array.get("offset"))
+        size = int(np.frombuffer(raw, "u8", 1, start)[0])
+        kind = kinds.get(array.get("type"))
+        if kind:
+            yield array.get("Name"), np.frombuffer(raw[start + 8 : start + 8 + size], kind)
+
+
+def test_paraview_gets_a_grid_for_each_snapshot(worn, tmp_path):
+    *grids, collection = write_vtk(worn, tmp_path / "worn.pvd")
+    steps = re.findall(r'timestep="([^"]*)".*?file="([^"]*)"', collection.read_text())
+    assert [float(step) for step, _ in steps] == worn.cycle.values.tolist()
+    assert [name for _, name in steps] == [grid.name for grid in grids]
+    last = dict(appended(grids[-1]))
+    np.testing.assert_array_equal(last["x_coordinates"], worn.x)
+    for name in ("pressure", "wear_depth", "gap"):
+        # The first axis runs first.
+        values = last[name].reshape(worn.sizes["x"], worn.sizes["y"], order="F")
+        np.testing.assert_array_equal(values, worn[name][-1])
+
+
+def test_stresses_at_points_and_in_planes_open_in_paraview(worn, tmp_path):
+    plane = fretwear.stress(worn, depths=[1e-5, 3e-5], phases=2)
+    first, *_ = write_vtk(plane, tmp_path / "plane.pvd")
+    found = dict(appended(first))
+    sizes = plane.sizes["x"], 1, plane.sizes["z"]
+    np.testing.assert_array_equal(
+        found["stress_xx"].reshape(sizes, order="F"), plane.stress_xx.isel(phase=0)
+    )
+    np.testing.assert_array_equal(found["z_coordinates"], plane.z)
+    assert found["smith_watson_topper"].size == np.prod(sizes)
+    points = fretwear.stress(worn, points=[(0, 0, 1e-5), (1e-4, 0, 2e-5)], phases=2)
+    first, *_ = write_vtk(points, tmp_path / "points.pvd")
+    np.testing.assert_array_equal(dict(appended(first))["von_mises"], points.von_mises[0])
+
+
+def test_a_dataset_without_fields_is_refused(worn, tmp_path):
+    with pytest.raises(ExportError, match="no fields"):
+        write_vtk(worn[["wear_volume"]].drop_dims(["x", "y"], errors="ignore"), tmp_path / "a.pvd")
+    with pytest.raises(ExportError, match="lacks wear_depth"):
+        write_abaqus(worn.drop_vars("wear_depth"), tmp_path / "a.inp")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_tables_have_units_and_every_value(line, tmp_path):
+    written = {path.name: path for path in write_csv(line, tmp_path / "line.csv")}
+    assert written.keys() >= {"line-cycle-x.csv", "line-cycle.csv"}
+    with written["line-cycle-x.csv"].open(newline="") as stream:
+        head, *rows = csv.reader(stream)
+    assert head[:2] == ["cycle", "x (m)"]
+    assert "pressure (Pa)" in head
+    assert "contact_state" in head
+    values = np.array([row[head.index("pressure (Pa)")] for row in rows], dtype=float)
+    np.testing.assert_array_equal(values.astype("f4"), line.pressure.values.ravel())
+
+
+def blocks(path):
+    """Data lines of an input file of Abaqus by their keyword."""
+    found = {}
+    for row in path.read_text().splitlines():
+        if row.startswith("*"):
+            keyword = row.split(",")[0]
+        else:
+            found.setdefault(keyword, []).append([each.strip() for each in row.split(",")])
+    return {name: np.array(rows) for name, rows in found.items() if name != "*HEADING"}
+
+
+def test_abaqus_gets_the_worn_profile_and_forces_that_balance_the_load(worn, line, tmp_path):
+    (file,) = write_abaqus(worn, tmp_path / "worn.inp")
+    found = blocks(file)
+    nodes, loads = found["*NODE"].astype(float), found["*CLOAD"].astype(float)
+    assert nodes[:, 3].min() == pytest.approx(-float(worn.wear_depth[-1].max()), rel=1e-6)
+    elements = found["*ELEMENT"].astype(int)
+    assert len(elements) == (worn.sizes["x"] - 1) * (worn.sizes["y"] - 1)
+    first = nodes[elements[0, 1:] - 1][:, 1:3]
+    (along, _), (_, across) = first[1] - first[0], first[2] - first[1]
+    cells = float(worn.x[1] - worn.x[0]), float(worn.y[1] - worn.y[0])
+    assert (along, across) == pytest.approx(cells, rel=1e-6)
+    for direction, force in ((1, 20.0), (3, -50.0)):
+        assert loads[loads[:, 1] == direction, 2].sum() == pytest.approx(force, rel=2e-3)
+    (file,) = write_abaqus(line, tmp_path / "line.inp")
+    loads = blocks(file)["*CLOAD"].astype(float)
+    assert loads[loads[:, 1] == 2, 2].sum() == pytest.approx(-18e3, rel=2e-3)
