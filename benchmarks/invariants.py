@@ -34,9 +34,9 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.loading import SMALL_STROKE
-from fretwear.mechanics.materials import FallingCoefficient
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.stroke import StrokeState
+from fretwear.mechanics.wear_laws import FallingCoefficient
 from fretwear.parts import declared
 from fretwear.running.simulate import Result, Step, run, wear_problem
 from fretwear.study import rules

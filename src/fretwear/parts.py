@@ -433,7 +433,11 @@ class Either(Parameter):
         return *lists, *self.others, self.single
 
     def _form_of(self, value: object) -> Parameter:
-        return next(form for form in self.forms if form.takes(value))
+        """The form that takes a value; of several mappings, the one with the most of its keys."""
+        forms = [form for form in self.forms if form.takes(value)]
+        if isinstance(value, Mapping):
+            forms.sort(key=lambda form: -len(getattr(form, "fields", {}).keys() & value.keys()))
+        return forms[0]
 
     def read(self, value: object, units_required: bool) -> Any:
         return self._form_of(value).read(value, units_required)

@@ -14,6 +14,7 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.wear_laws import Means
 
 from .problems import unfolded
 
@@ -210,6 +211,7 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
         now = problem.at(step * cycles / steps)
         contact = solve_contact(now.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE)
         pressure = contact.pressure
+        contact_load = window.integral(pressure)
         plastic = plastic + contact.penetration
         if reduced is None or contact.penetration.any() or load != now.stick_load:
             load = now.stick_load
@@ -220,6 +222,13 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
             )
             gap = np.where(reduced.pressure > 0, 0.0, np.maximum(reduced.gap, 0.0))
         if step < steps:
+            if now.wear_law.follows_contact:
+                # Any gap beside the contact is far larger than where it closes.
+                area = window.integral((contact.gap <= 1e-5 * contact.approach).astype(float))
+                slip = now.friction_law.coefficient * now.coupling * gap
+                mean = window.integral(pressure * slip) / contact_load
+                density = 4.0 * now.friction_law.coefficient * contact_load * mean / area
+                now = now.under(Means(density, contact_load / area, mean))
             worn = now.wear_growth * cycles / steps * pressure * gap
             wear = wear + worn
             gap = gap + worn

@@ -13,11 +13,12 @@ from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Laye
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
-from fretwear.mechanics.materials import Archard, Bodies, Coulomb
+from fretwear.mechanics.materials import Bodies, Coulomb
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Sphere
+from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)

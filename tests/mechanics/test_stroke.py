@@ -12,13 +12,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
-from fretwear.mechanics.materials import (
-    Archard,
-    Coulomb,
-    ElasticBodies,
-    EnergyWear,
-    FallingCoefficient,
-)
+from fretwear.mechanics.materials import Coulomb, ElasticBodies
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.rubbing import Rubbing, positions
@@ -26,6 +20,7 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear_laws import Archard, EnergyWear, FallingCoefficient, PowerLaw
 from fretwear.running.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
@@ -335,6 +330,39 @@ def test_wear_per_energy_falls_with_the_power_over_a_stroke():
     # The wider the contact, the lower its power and the faster it wears.
     assert rates[-1] > 1.3 * rates[0]
     assert volumes[-1] == pytest.approx(trapezoid(rates, cycles), rel=0.02)
+
+
+def test_a_power_law_over_a_stroke_wears_by_its_factors():
+    """Each body by its own exponents; exponents of zero leave the constant to the bit."""
+    flat = PowerLaw(
+        FLAT,
+        pressure_exponent=0.6,
+        reference_pressure=100e6,
+        sliding_exponent=0.7,
+        reference_sliding=100e-6,
+        frequency_exponent=-0.3,
+        reference_frequency=1.0,
+    )
+    law = Archard((PowerLaw(INDENTER), flat))
+    run = list(slide(sliding(wear_law=law, frequency=5.0), (1500.0,), 0.002))
+    path = 4.0 * STROKE * LOAD
+    rates, cycles, volumes = [], [], []
+    for state in run:
+        width = trapezoid((state.pressures > 0).sum(axis=1)[:, 0]) * A / 12
+        width /= len(state.pressures) - 1
+        factor = (LOAD / width / 100e6) ** 0.6 * (STROKE / 100e-6) ** 0.7 * 5.0**-0.3
+        rates.append(FLAT * factor * path)
+        cycles.append(state.cycle)
+        volumes.append(state.geometry.integral(state.wear_flat))
+        indenter = state.geometry.integral(state.wear_indenter)
+        assert indenter == pytest.approx(INDENTER * path * state.cycle, rel=0.01, abs=1e-20)
+    assert rates[-1] < 0.9 * rates[0]
+    assert volumes[-1] == pytest.approx(trapezoid(rates, cycles), rel=0.02)
+    (*_, plain), (*_, power) = (
+        slide(sliding(wear_law=law), (500.0,))
+        for law in (Archard((INDENTER, FLAT)), Archard((PowerLaw(INDENTER), PowerLaw(FLAT))))
+    )
+    assert np.array_equal(plain.worn, power.worn)
 
 
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():

@@ -14,12 +14,13 @@ from fretwear.mechanics.contact import ContactError, ContactProblem, solve_conta
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import Evolution, WearError, evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
-from fretwear.mechanics.materials import Archard, Coulomb
+from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.stage import Exposure
 from fretwear.mechanics.state import State, in_contact
 from fretwear.mechanics.surfaces import Sphere
+from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, LimitingState
 
 from .oracles import explicit_wear, worst_violation

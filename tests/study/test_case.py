@@ -138,7 +138,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ),
         (
             {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "slow": [1, 2]}},
-            ["parts of the bodies, [indenter, flat], that are alike"],
+            ["pairs [indenter, flat] for slow and fast, or for neither"],
         ),
         (
             {"wear_coefficient": [0, 0]},
@@ -147,6 +147,14 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         (
             {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "frequency": 0}},
             ["frequency: is missing, on which the energy law of wear depends"],
+        ),
+        (
+            {"wear_coefficient": {"value": 1e-14, "pressure_exponent": 0.6}},
+            ["needs reference_pressure for its pressure_exponent"],
+        ),
+        (
+            {"wear_coefficient": [0, {"value": 0, "frequency_exponent": 1}]},
+            ["wear_coefficient[1].value = 0: must be larger than 0"],
         ),
         ({"wear_coefficient": 0}, ["wear_coefficient = 0: must be larger than 0"]),
         (

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fretwear.figures import wear_profiles
-from fretwear.mechanics.materials import WearLaw
 from fretwear.mechanics.measured import Source, SourceFile
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.values import OfBodies
+from fretwear.mechanics.wear_laws import PowerLaw, WearLaw
 from fretwear.parts import Choice, Either, Mapped, Part, Quantity, QuantityError, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
@@ -129,6 +129,9 @@ LINE = {
 OWN = ("wear_coefficient", "friction_wear")
 
 
+LAW = {"value": "4e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
+
+
 def examples():
     """One case for each kind of part, so that every parameter occurs."""
     no_load = {"tangential_load": None}
@@ -146,6 +149,8 @@ def examples():
         {"debris_fraction": 0.85, "frequency": "5 Hz"},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
+        {"wear_coefficient": LAW},
+        {"wear_coefficient": ["1e-14 / Pa", LAW]},
         {"wear_coefficient": None, "friction_wear": "5e-14 / Pa"},
         {"roughness": DIMPLE, "cell": None},
         *({"radius": None, "indenter": each} for each in INDENTERS),
@@ -183,8 +188,10 @@ def moved(leaf, value):
         return Source(value.name, 64 * "b", value.path)
     if leaf.field == "blocks":
         return (Block(value[0].cycles + 1, value[0].values), *value[1:])
+    if isinstance(value, PowerLaw):
+        return replace(value, value=0.99 * value.value)
     if isinstance(value, tuple):
-        return type(value)(0.99 * each for each in value)
+        return type(value)(moved(leaf, each) for each in value)
     return 0.99 * value
 
 

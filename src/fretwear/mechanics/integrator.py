@@ -348,10 +348,10 @@ class Evolution(Integrator[State]):
         base, problem, cellwise, numbers = self.state, self.problem, self._cellwise, TR_BDF2
         geometry, implicit, weight = base.geometry, numbers.implicit, numbers.explicit
         model, team = problem.slip_model, problem.team
-        now, driver = problem.worn_by(base, base.cycle, geometry)
+        now, means = problem.worn_by(base, base.cycle, geometry)
         early, middle = numbers.middle * step, base.cycle + numbers.middle * step
-        # The driver of the wear coefficient lags by one stage.
-        then = problem.at(middle).driven(driver)
+        # The means that the wear coefficient follows lag by one stage.
+        then = problem.at(middle).under(means)
         p0, rate = base.pressure, now.wear_growth * step
         first = self.stage(
             base,
@@ -366,7 +366,7 @@ class Evolution(Integrator[State]):
         p1 = first.pressure
         known = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
         midway, reached = problem.worn_by(first, middle, geometry)
-        last = problem.at(end).driven(max(0.0, reached + numbers.beyond * (reached - driver)))
+        last = problem.at(end).under(reached.ahead(means, numbers.beyond))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
         if not r0 == lagged == r1:
             known = weight * (r0 * p0 + r1 * p1) - implicit * (r0 * p0 + lagged * p1)

@@ -17,10 +17,11 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import SMALL_STROKE, Loading, Normal, Sliding
-from fretwear.mechanics.materials import Bodies, Friction, WearLaw
+from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
+from fretwear.mechanics.wear_laws import Means, WearLaw
 from fretwear.parts import Part
 from fretwear.theory import HertzContact
 
@@ -194,11 +195,32 @@ class Setup:
     @property
     def combined_wear_coefficient(self) -> float:
         """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
-        return self.wear_law.coefficient(self.friction_law)
+        law = self.wear_law
+        if law.follows_contact or law.needs_frequency:
+            law = law.under(self.unworn_means, self.frequency)
+        return law.coefficient(self.friction_law)
 
-    def driven(self, driver: float) -> Self:
-        """The setup with the wear coefficient at a value of its driver."""
-        law = self.wear_law.driven(driver)
+    @property
+    def unworn_means(self) -> Means:
+        """Means of the unworn smooth contact, to estimate wear by; at low power.
+
+        A sphere that begins to slide as a whole slips by 0.2 of the displacement U in the mean,
+        less before in proportion to the squared load ratio, and later by U less 0.8 of that.
+        """
+        friction, hertz = self.friction_law.coefficient, self.hertz
+        stuck = self.stick_load
+        moved = self.coupling * hertz.approach * friction
+        ratio = 1.0 - stuck / hertz.load
+        slip = max(
+            self.loading.stroke,
+            self.loading.displacement(friction, self.coupling, hertz) - 0.8 * moved,
+            0.2 * ratio**2 * moved,
+        )
+        return Means(0.0, hertz.mean_pressure, slip)
+
+    def under(self, means: Means) -> Self:
+        """The setup with the constant wear coefficient that a contact of these means has."""
+        law = self.wear_law.under(means, self.frequency)
         return self if law is self.wear_law else self.changed(wear_law=law)
 
     @property

@@ -14,6 +14,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.wear_laws import Means
 from fretwear.theory import find_root
 
 CONTACT_GAP = 1e-5
@@ -99,37 +100,23 @@ class WearProblem(Setup):
         """The problem at the cycle of a state."""
         return self.worn_by(state, state.cycle, state.geometry)[0]
 
-    def worn_by(self, stage: Stage, cycle: float, geometry: Geometry) -> tuple[WearProblem, float]:
-        """The problem at a cycle, with the wear coefficient of a contact, and its driver."""
-        now = self.at(cycle)
-        driver = now.wear_law.driver(StageMeans(now, stage, geometry))
-        return now.driven(driver), driver
+    def worn_by(self, stage: Stage, cycle: float, geometry: Geometry) -> tuple[WearProblem, Means]:
+        """The problem at a cycle, with the wear coefficient of a contact, and its means."""
+        now, means = self.at(cycle), Means()
+        if now.wear_law.follows_contact:
+            means = now.means(stage, geometry)
+        return now.under(means), means
+
+    def means(self, stage: Stage, geometry: Geometry) -> Means:
+        """Means of a contact, which coefficients of wear may follow."""
+        energy, friction = self.dissipated_energy(stage, geometry), self.friction_law.coefficient
+        area = geometry.integral(in_contact(stage).astype(float))
+        return Means(energy / area, stage.load / area, energy / (4.0 * friction * stage.load))
 
     def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
         """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
         slip = self.slip(stage.reduced)
         return 4.0 * self.friction_law.coefficient * geometry.integral(stage.pressure * slip)
-
-
-@dataclass(frozen=True)
-class StageMeans:
-    """Means of a contact that slips in part, which a wear law may read."""
-
-    problem: WearProblem
-    stage: Stage
-    geometry: Geometry
-
-    @property
-    def frequency(self) -> float:
-        """Frequency of the motion, Hz."""
-        assert self.problem.frequency is not None
-        return self.problem.frequency
-
-    @property
-    def energy_density(self) -> float:
-        """Dissipated energy per cycle and area of contact, J/m²."""
-        area = self.geometry.integral(in_contact(self.stage).astype(float))
-        return self.problem.dissipated_energy(self.stage, self.geometry) / area
 
 
 def in_contact(stage: Stage) -> Mask:

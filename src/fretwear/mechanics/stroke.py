@@ -30,6 +30,7 @@ from fretwear.mechanics.integrator import TOLERANCE, TR_BDF2, Integrator
 from fretwear.mechanics.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.wear_laws import Means
 
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
@@ -100,7 +101,6 @@ class _Slider(Integrator[StrokeState]):
         super().__init__(problem, state, tolerance)
         # Fraction of the wear that opens the gap: all but the debris.
         self.opens = 1.0 - problem.debris_fraction
-        self.shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
         if state is not None:
             self._resize(*state.geometry.shape)
 
@@ -156,17 +156,22 @@ class _Slider(Integrator[StrokeState]):
         state = self._state(cycle, step, contacts, worn, sunk + contacts.flow)
         self.state = replace(state, next_step=first)
 
-    def rates(self, cycle: float, driver: float = 0.0) -> Array:
+    def rates(self, cycle: float, means: Means | None = None) -> Array:
         """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1)."""
-        problem = self.problem.at(cycle).driven(driver)
-        return np.asarray(
-            4.0 * problem.loading.stroke * problem.combined_wear_coefficient * self.shares
-        )
-
-    def driver(self, cycle: float, pressures: Array) -> float:
-        """The driver of the wear coefficient, from the contacts at all positions."""
         problem = self.problem.at(cycle)
-        return problem.wear_law.driver(StrokeMeans(problem, self.rubbing, pressures))
+        problem = problem.under(problem.unworn_means if means is None else means)
+        shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
+        return np.asarray(4.0 * problem.loading.stroke * problem.combined_wear_coefficient * shares)
+
+    def means(self, cycle: float, pressures: Array) -> Means:
+        """Means of the contacts at all positions, which coefficients of wear may follow."""
+        problem, rubbing = self.problem.at(cycle), self.rubbing
+        if not problem.wear_law.follows_contact:
+            return Means()
+        area = 2.0 * rubbing.area * float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
+        load, stroke = problem.hertz.load, problem.loading.stroke
+        force = problem.friction_law.coefficient * load
+        return Means(4.0 * force * stroke / area, load / area, stroke)
 
     def attempt(
         self, step: float, end: float, *, output_step: bool
@@ -180,16 +185,15 @@ class _Slider(Integrator[StrokeState]):
             return self.rubbing.solve(self.opens * explicit + sunk, compliance, start)
 
         middle, started = base.cycle + TR_BDF2.middle * step, base.rates
-        # The driver of the wear coefficient lags by one stage.
-        driver = self.driver(base.cycle, base.pressures)
+        # The means that the wear coefficient follows lag by one stage.
+        means = self.means(base.cycle, base.pressures)
         explicit = base.worn + TR_BDF2.implicit * step * started
-        first = stage(explicit, base.sunk, self.rates(middle, driver), base.pressures)
-        reached = self.driver(middle, first.pressures)
+        first = stage(explicit, base.sunk, self.rates(middle, means), base.pressures)
+        reached = self.means(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
         explicit = base.worn + TR_BDF2.explicit * step * (started + between)
-        ahead = max(0.0, reached + TR_BDF2.beyond * (reached - driver))
-        rates = self.rates(end, ahead)
+        rates = self.rates(end, reached.ahead(means, TR_BDF2.beyond))
         last = stage(explicit, sunk, rates, first.pressures)
         if self._outgrown(last):
             return None
@@ -220,7 +224,7 @@ class _Slider(Integrator[StrokeState]):
         slip = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
         zeros = np.zeros(geometry.shape)
         reduced = ReducedContact(zeros, np.full(geometry.shape, slip), approach - slip, load=0.0)
-        rates = self.rates(cycle, self.driver(cycle, contacts.pressures))
+        rates = self.rates(cycle, self.means(cycle, contacts.pressures))
         return StrokeState(
             cycle=cycle,
             next_step=0.0,
@@ -242,26 +246,3 @@ class _Slider(Integrator[StrokeState]):
             sunk=sunk,
             pressures=contacts.pressures,
         )
-
-
-@dataclass(frozen=True)
-class StrokeMeans:
-    """Means over the positions of contacts over a stroke, which a wear law may read."""
-
-    problem: WearProblem
-    rubbing: Rubbing
-    pressures: Array  # Pa, shape (positions, 2n, m)
-
-    @property
-    def frequency(self) -> float:
-        """Frequency of the motion, Hz."""
-        assert self.problem.frequency is not None
-        return self.problem.frequency
-
-    @property
-    def energy_density(self) -> float:
-        """Dissipated energy per cycle and area of contact, J/m²."""
-        problem, rubbing = self.problem, self.rubbing
-        area = 2.0 * rubbing.area * float(rubbing.weights @ (self.pressures > 0).sum(axis=(1, 2)))
-        force = problem.friction_law.coefficient * problem.hertz.load
-        return 4.0 * force * problem.loading.stroke / area

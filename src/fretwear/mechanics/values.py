@@ -92,11 +92,18 @@ class OfBodies(tuple[float, float]):
     __slots__ = ()
 
     @classmethod
-    def of(cls, single: Parameter, *others: Parameter) -> Either:
-        """Return the parameter: one value for both bodies, [indenter, flat], or another form."""
+    def of(
+        cls, single: Parameter, *others: Parameter, together: tuple[Parameter, ...] = ()
+    ) -> Either:
+        """Return the parameter: one value for both bodies, [indenter, flat], or another form.
+
+        The ``others`` are forms for both bodies or for one, the last those for both ``together``.
+        """
         places = (("indenter", "of the indenter"), ("flat", "of the flat"))
         expected = "one value for both bodies together, or two: [indenter, flat]"
-        return Either(single, (_EachBody(_or_none(single), places, expected, cls), *others))
+        item = _or_none(single)
+        item = Either(item, others) if others else item
+        return Either(single, (_EachBody(item, places, expected, cls), *others, *together))
 
     def __float__(self) -> float:
         return sum(map(float, self))

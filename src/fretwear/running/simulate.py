@@ -302,10 +302,20 @@ def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, fl
     scalars = vars(measure(workspace.problem.of(state), state))
     full = 4.0 * opening * scalars["tangential_force"]
     scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else math.nan
-    shares = workspace.problem.wear_law.shares or ()
-    for body, share in zip(("indenter", "flat"), shares, strict=False):
-        scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
+    shares = workspace.problem.wear_law.shares
+    for index, (body, wear) in enumerate(_wear_of_each(workspace.problem, state).items()):
+        volume = shares[index] * scalars["wear_volume"] if shares else state.geometry.integral(wear)
+        scalars[f"wear_volume_{body}"] = volume
     return scalars
+
+
+def _wear_of_each(problem: WearProblem, state: State) -> dict[str, NDArray[np.float64]]:
+    """Wear depth of indenter and flat, m, if they are known."""
+    if isinstance(state, StrokeState):
+        each = [state.wear_indenter, state.wear_flat] if problem.wear_law.is_of_each else []
+    else:
+        each = [share * state.wear for share in problem.wear_law.shares or ()]
+    return dict(zip(("indenter", "flat"), each, strict=False))
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
@@ -407,7 +417,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[:1] if workspace.problem.indenter.is_line else plane.shape
-    about = (*FIELDS, *(BODY_FIELDS if workspace.problem.wear_law.shares else ()))
+    about = (*FIELDS, *(BODY_FIELDS if _wear_of_each(workspace.problem, snapshots[-1]) else ()))
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
@@ -417,10 +427,9 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK
         rate = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
-        bodies = [share * state.wear for share in problem.wear_law.shares or ()]
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
-            bodies = [state.wear_indenter, state.wear_flat] if bodies else []
+        bodies = _wear_of_each(workspace.problem, state).values()
         values_of = {
             "pressure": state.pressure,
             "reduced": reduced.pressure,

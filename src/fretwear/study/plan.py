@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from fretwear.mechanics.materials import Archard
+from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate

@@ -15,7 +15,7 @@ from fretwear.mechanics.loading import (
     DisplacementRatio,
     TangentialRatio,
 )
-from fretwear.mechanics.materials import FallingCoefficient
+from fretwear.mechanics.wear_laws import FallingCoefficient
 from fretwear.problems import Problem
 from fretwear.study.setup import Draft, cell_text, members
 from fretwear.study.spacing import rounded_down
@@ -129,7 +129,7 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """Over a stroke, the wear of each body moves with the body."""
     law = case.wear_law
-    if case.loading.stroke > case.small_stroke and law.shares is None:
+    if case.loading.stroke > case.small_stroke and not law.is_of_each:
         (name, about), *_ = law.parameters().items()
         rule = "is for both bodies together, but over a stroke each wears in a different place"
         pair = "[value of the indenter, value of the flat]"

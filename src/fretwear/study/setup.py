@@ -9,11 +9,12 @@ from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.loading import Loading, Normal
-from fretwear.mechanics.materials import Bodies, Friction, WearLaw
+from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
+from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import AlongXY, Flag, Parameter, Part, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact

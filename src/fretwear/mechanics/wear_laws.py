@@ -1,0 +1,304 @@
+"""Laws of wear: depth worn per pressure and path of slip, constant or following the contact.
+
+A coefficient may follow the mean pressure, the sliding, the power density and the frequency of the
+motion. The integrators evaluate it in every stage, for the contact of the stage before.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, NamedTuple
+
+from fretwear.mechanics.materials import Friction
+from fretwear.mechanics.values import OfBodies
+from fretwear.parts import Mapped, Part, Quantity
+
+# The least part of a mean that is left when a change is extrapolated.
+_LEAST_LEFT = 0.1
+
+
+class Means(NamedTuple):
+    """Means over the contact and a cycle, which coefficients may follow."""
+
+    energy_density: float = 0.0  # dissipated energy per cycle and area of contact, J/m²
+    pressure: float = 0.0  # load per area of contact, Pa
+    slip: float = 0.0  # amplitude, m, weighted by pressure: E_d/4µP
+
+    def ahead(self, before: Means, times: float) -> Means:
+        """The means if the change since others continues, so many times as long."""
+        pairs = zip(self, before, strict=True)
+        return Means(*(max(now + times * (now - then), _LEAST_LEFT * now) for now, then in pairs))
+
+
+class Coefficient(Part):
+    """A coefficient that follows the conditions; its ``float`` is its value for estimates."""
+
+    follows_contact = True  # whether it changes as the bodies wear
+    needs_frequency = False  # whether it depends on the frequency of the motion
+
+    def __float__(self) -> float:
+        raise NotImplementedError
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether it has a value for each body."""
+        return False
+
+    def under(self, means: Means, frequency: float | None) -> float | OfBodies:
+        """The constant coefficient, 1/Pa, of a contact with these means, at a frequency in Hz."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class PowerLaw(Coefficient):
+    """A coefficient K (p/p_r)^n (δ/δ_r)^m (f/f_r)^k of mean pressure, mean slip and frequency."""
+
+    value: Annotated[
+        float,
+        Quantity("Pa-1", "$K_r$", "wear coefficient in reference conditions", "/ Pa", above=0.0),
+    ]
+    pressure_exponent: Annotated[
+        float, Quantity("1", "$n$", "pressure exponent", like="0.6", unsaid=0.0)
+    ] = 0.0
+    reference_pressure: Annotated[
+        float,
+        Quantity("Pa", "$p_r$", "reference pressure", "MPa", "100 MPa", at_least=0.0, unsaid=0.0),
+    ] = 0.0
+    sliding_exponent: Annotated[
+        float, Quantity("1", "$m$", "sliding exponent", like="0.7", unsaid=0.0)
+    ] = 0.0
+    reference_sliding: Annotated[
+        float, Quantity("m", "$δ_r$", "reference sliding", "um", "100 um", at_least=0.0, unsaid=0.0)
+    ] = 0.0
+    frequency_exponent: Annotated[
+        float, Quantity("1", "$k$", "frequency exponent", like="-0.3", unsaid=0.0)
+    ] = 0.0
+    reference_frequency: Annotated[
+        float,
+        Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
+    ] = 0.0
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """An exponent needs its reference."""
+        for name, about in self.parameters().items():
+            what = name.removeprefix("reference_")
+            if what != name and not vars(self)[name] and vars(self)[f"{what}_exponent"]:
+                return f"needs {name} for its {what}_exponent", about.such_as(name)
+        return None
+
+    @property
+    def follows_contact(self) -> bool:  # type: ignore[override]
+        """Whether it follows pressure or sliding."""
+        return bool(self.pressure_exponent or self.sliding_exponent)
+
+    @property
+    def needs_frequency(self) -> bool:  # type: ignore[override]
+        """Whether it follows the frequency."""
+        return bool(self.frequency_exponent)
+
+    def __float__(self) -> float:
+        return self.value
+
+    def under(self, means: Means, frequency: float | None) -> float:
+        """K (p/p_r)^n (δ/δ_r)^m (f/f_r)^k, 1/Pa."""
+        coefficient = self.value
+        for exponent, quantity, reference in (
+            (self.pressure_exponent, means.pressure, self.reference_pressure),
+            (self.sliding_exponent, means.slip, self.reference_sliding),
+            (
+                self.frequency_exponent,
+                frequency or self.reference_frequency,
+                self.reference_frequency,
+            ),
+        ):
+            if exponent:
+                coefficient *= (quantity / reference) ** exponent
+        return coefficient
+
+
+@dataclass(frozen=True)
+class FallingCoefficient(Coefficient):
+    """Wear per energy that falls with the density φ of friction power: (α₀ − α₁) e^(−εφ) + α₁."""
+
+    slow: Annotated[
+        float | OfBodies,
+        OfBodies.of(Quantity("Pa-1", "$α_0$", "wear per energy at low power", "mm^3/J", above=0.0)),
+    ]
+    fast: Annotated[
+        float | OfBodies,
+        OfBodies.of(
+            Quantity("Pa-1", "$α_1$", "wear per energy at high power", "mm^3/J", above=0.0)
+        ),
+    ]
+    decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", above=0.0)]
+    frequency: Annotated[
+        float,
+        Quantity("s-1", "$f$", "frequency", "Hz", at_least=0.0, unsaid=0.0),
+        "Frequency for this law alone, instead of the frequency of the case.",
+    ] = 0.0
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """Both coefficients must be of both bodies together, or of each."""
+        if self.is_of_each == isinstance(self.fast, OfBodies):
+            return None
+        return (
+            "must have pairs [indenter, flat] for slow and fast, or for neither",
+            "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]",
+        )
+
+    @property
+    def needs_frequency(self) -> bool:  # type: ignore[override]
+        """Whether it has no frequency of its own."""
+        return not self.frequency
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether it has a value for each body."""
+        return isinstance(self.slow, OfBodies)
+
+    def __float__(self) -> float:
+        return float(self.slow)
+
+    def under(self, means: Means, frequency: float | None) -> float | OfBodies:
+        """α, 1/Pa, at the power of the contact per area."""
+        power = means.energy_density * (self.frequency or frequency or 0.0)
+        fading = math.exp(-self.decay * power)
+        if isinstance(self.slow, OfBodies) and isinstance(self.fast, OfBodies):
+            pairs = zip(self.slow, self.fast, strict=True)
+            return OfBodies((slow - fast) * fading + fast for slow, fast in pairs)
+        slow, fast = float(self.slow), float(self.fast)
+        return (slow - fast) * fading + fast
+
+
+class WearLaw(Part):
+    """Worn depth in proportion to pressure and path of slip."""
+
+    slug = ""  # the coefficient is left out of the id
+    needs_frequency = False  # whether the coefficient depends on the frequency of the motion
+    follows_contact = False  # whether the coefficient changes as the bodies wear
+    # Fractions of indenter and flat in the wear; None if they change, or only the sum is known.
+    shares: tuple[float, float] | None = None
+
+    def coefficient(self, friction: Friction) -> float:
+        """Worn depth of both bodies together per pressure and path of slip, 1/Pa."""
+        raise NotImplementedError
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether the wear of each body is known."""
+        return self.shares is not None
+
+    def under(self, means: Means, frequency: float | None) -> WearLaw:  # noqa: ARG002
+        """The law with the constant coefficient that it has in a contact, at a frequency in Hz."""
+        return self
+
+
+# Two opposite conditions, in which shares that never change are equal.
+_CALM, _FIERCE = (Means(0.0, 1e6, 1e-6), 0.1), (Means(1e12, 1e9, 1e-3), 1e3)
+
+
+class _OfCoefficient(WearLaw):
+    """A law whose coefficient is its one parameter."""
+
+    @property
+    def _value(self) -> float | OfBodies | Coefficient:
+        (name,) = self.parameters()
+        value: float | OfBodies | Coefficient = vars(self)[name]
+        return value
+
+    @property
+    def _following(self) -> list[Coefficient]:
+        value = self._value
+        each: tuple[Any, ...] = value if isinstance(value, OfBodies) else (value,)
+        return [part for part in each if isinstance(part, Coefficient)]
+
+    @property
+    def needs_frequency(self) -> bool:  # type: ignore[override]
+        """Whether the coefficient depends on the frequency of the motion."""
+        return any(part.needs_frequency for part in self._following)
+
+    @property
+    def follows_contact(self) -> bool:  # type: ignore[override]
+        """Whether the coefficient changes as the bodies wear."""
+        return any(part.follows_contact for part in self._following)
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether the wear of each body is known."""
+        return isinstance(self._value, OfBodies) or any(part.is_of_each for part in self._following)
+
+    def under(self, means: Means, frequency: float | None) -> WearLaw:
+        """The law with the constant coefficient that it has in a contact, at a frequency in Hz."""
+        if not self._following:
+            return self
+
+        def constant(value: Any) -> Any:
+            return value.under(means, frequency) if isinstance(value, Coefficient) else value
+
+        value, (name,) = self._value, self.parameters()
+        one = OfBodies(map(constant, value)) if isinstance(value, OfBodies) else constant(value)
+        return self.unchecked(**{name: one})
+
+    @property
+    def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
+        """Fractions of indenter and flat in the wear, if they never change."""
+        if not self.is_of_each:
+            return None
+        if isinstance(self._value, OfBodies) and not self._following:
+            return self._value.shares
+        calm, fierce = (self.under(*conditions).shares for conditions in (_CALM, _FIERCE))
+        assert calm is not None
+        assert fierce is not None
+        return calm if math.isclose(calm[0], fierce[0], rel_tol=1e-6) else None
+
+
+@dataclass(frozen=True)
+class Archard(_OfCoefficient):
+    """Archard (1953), J. Appl. Phys. 24, 981-988: the coefficient is a constant."""
+
+    wear_coefficient: Annotated[
+        float | OfBodies | PowerLaw,
+        OfBodies.of(
+            Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0), Mapped(PowerLaw)
+        ),
+        "Archard's wear coefficient K_w: depth per pressure and path of slip, of "
+        "both bodies together or [indenter, flat]; or a mapping of value, exponents and references "
+        "where it is a power law of pressure, sliding and frequency. Or give "
+        "energy_wear_coefficient.",
+    ]
+    kind: Literal["archard"] = "archard"
+
+    def coefficient(self, friction: Friction) -> float:  # noqa: ARG002 - of any friction
+        """K_w, 1/Pa."""
+        return float(self.wear_coefficient)
+
+
+@dataclass(frozen=True)
+class EnergyWear(_OfCoefficient):
+    """Wear volume in proportion to the dissipated energy: K = αµ (Fouvry et al. 1996).
+
+    Fouvry, Kapsa and Vincent, "Quantification of fretting damage", Wear 200 (1996), 186-205.
+    """
+
+    energy_wear_coefficient: Annotated[
+        float | OfBodies | Coefficient,
+        OfBodies.of(
+            Quantity(
+                "Pa-1", "$α$", "energy wear coefficient", "mm^3/J", like="5e-5 mm^3/J", above=0.0
+            ),
+            Mapped(PowerLaw),
+            together=(Mapped(FallingCoefficient),),
+        ),
+        "Wear volume per dissipated energy α, of both bodies together or "
+        "[indenter, flat]; or a power law as in wear_coefficient; or a mapping of slow, fast and "
+        "decay where it falls with the mean density of friction power, at the frequency of the "
+        "case. Or give wear_coefficient.",
+    ]
+    kind: Literal["energy"] = "energy"
+
+    def coefficient(self, friction: Friction) -> float:
+        """K = αµ, 1/Pa; at zero power if α falls with power."""
+        return float(self.energy_wear_coefficient) * friction.coefficient
