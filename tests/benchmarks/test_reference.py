@@ -150,8 +150,8 @@ def test_the_table_that_mechanics_is_compared_with_is_that_of_the_solver(load_ra
     """Rows are load and limit ratio, τ, the seven values and their uncertainties."""
     with TABLE.open(newline="", encoding="utf-8") as file:
         rows = [[float(value) for value in row] for row in list(csv.reader(file))[1:]]
-    rows = np.array([row[2:] for row in rows if row[:2] == [load_ratio, limit] and row[2] <= 20.0])
-    resolution = Resolution(swept_width=1 / 160, edge_width=1e-4, widest=0.015, step=0.4)
+    rows = np.array([row[2:] for row in rows if row[:2] == [load_ratio, limit] and row[2] <= 10.0])
+    resolution = Resolution(swept_width=1 / 120, edge_width=1e-4, widest=0.015, step=0.4)
     values, _ = dimensionless_history(load_ratio, limit, list(rows[:, 0]), resolution)
     values[CENTRAL] /= P0
     expected, uncertainty = rows[:, 1:8].T, rows[:, 8:].T
