@@ -44,6 +44,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import parameter_of
 from fretwear.study.plan import estimate
+from fretwear.units import LINE_CONTACT, POINT_CONTACT
 from fretwear.vocabulary import RESULTS, SCALARS
 
 Given = dict[str, Any]
@@ -121,7 +122,7 @@ def case_of(given: Given, folder: Path, lengths: float = 1.0, moduli: float = 1.
             return [changed(about, each) for each in value]
         if not isinstance(value, float):
             return value
-        unit = "N m-1" if is_line and about.in_line else about.si_unit
+        unit = (LINE_CONTACT if is_line else POINT_CONTACT).unit(about.si_unit)
         of_length, of_modulus = UNIT_POWERS[unit]
         return value * lengths**of_length * moduli**of_modulus
 
@@ -259,7 +260,7 @@ class Draw:
     def loading(self, smooth: Case) -> Given:
         """The loading along x."""
         what = self.one_of("ratio", "ratio", "load", "displacement", "displacement", "stroke")
-        friction, is_line = smooth.friction_law.coefficient, smooth.indenter.is_line
+        friction, is_line = smooth.friction_law.coefficient, smooth.frame is LINE_CONTACT
         near_one = self.one_of(-1, 1) * self.power(-12, -1)
         if what == "ratio":
             return {
@@ -373,7 +374,11 @@ class Draw:
             few = WavyRoughness.cells // 2
             along = [min(a, f / few) for a, f in zip(along, part.finest, strict=True)]
         part = self.between(0.5, 1.0)
-        return [part * min(along)] * 2 if case.indenter.is_line else [part * each for each in along]
+        return (
+            [part * min(along)] * 2
+            if case.frame is LINE_CONTACT
+            else [part * each for each in along]
+        )
 
 
 class LongError(Exception):
@@ -642,7 +647,7 @@ def thresholds() -> Iterator[Sweep]:
         yield f"X near 1, {name}", given, "tangential_ratio", 0.9989, 0.9991
         yield f"load, {name}", given, "load", *_around(given["load"])
         moved = {key: value for key, value in given.items() if key != "tangential_ratio"}
-        if smooth.indenter.is_line:
+        if smooth.frame is LINE_CONTACT:
             moved["tangential_compliance"] = 1e-11
         if smooth.indenter.has_closed_form:
             yield f"U near U_t, {name}", moved, "displacement_ratio", 0.99, 1.01

@@ -19,7 +19,7 @@ from fretwear.mechanics.surfaces import Ellipsoid
 from fretwear.running.simulate import estimated_errors, wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
 from fretwear.study.plan import estimate
-from fretwear.vocabulary import SCALARS
+from fretwear.vocabulary import SCALARS, scalars_of
 
 BASE: dict[str, Any] = {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000}
 CYCLES = (0.0, 100.0, 1000.0, 3000.0)
@@ -203,7 +203,8 @@ def judged(entry: Data, case: Case) -> Data:
     estimates = estimated_errors(result, twin, case.times_coarser, spread, case.tolerance)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
-    for name in (each for each in truth if not (case.indenter.is_line and each.endswith("_y"))):
+    there = {scalar.name for scalar in scalars_of(case.frame)}
+    for name in (each for each in truth if each in there):
         # A zone that is not there has nothing.
         right, own, estimate = (np.nan_to_num(of[name]) for of in (truth, result, estimates))
         counts = np.abs(right) > TRACE * np.abs(right).max()

@@ -26,13 +26,13 @@ from typing import Any, ClassVar, Self, SupportsFloat, TypeGuard, get_type_hints
 from fretwear.problems import Problems
 from fretwear.units import (
     BY_SI_UNIT,
-    FORCE_PER_LENGTH,
+    LINE_CONTACT,
     NO_UNIT,
     NUMBER,
     NUMBER_PATTERN,
+    ContactFrame,
     Dimension,
-    Force,
-    PerLength,
+    Given,
     Unit,
     format_quantity,
     listed,
@@ -70,7 +70,6 @@ class Parameter(ABC):
     description: str = ""  # a sentence for the JSON Schema and the documentation
     may_be_drawn: bool = False  # whether values may be drawn from a range
     must_be_written: bool = False  # whether a file has to give it although it has a default
-    in_line: bool = False  # whether a line contact has it per length
     # The coordinate of a case without this part; None: the case has no such coordinate.
     absent: float | None = None
     unsaid: float | None = None  # the value that ids and coordinates leave out
@@ -115,9 +114,15 @@ class Parameter(ABC):
         changes = {"words": words, "symbol": symbol or self.symbol}
         return dataclasses.replace(self, **changes)  # type: ignore[type-var]
 
-    def suiting(self, value: object) -> Parameter:  # noqa: ARG002 - whatever the value
-        """Return the parameter in the form that suits a value; by default, itself."""
+    def in_frame(self, frame: ContactFrame) -> Parameter:  # noqa: ARG002 - alike, but for forces
+        """Return the parameter as a point or a line contact has it."""
         return self
+
+    def suiting(self, value: object) -> Parameter:
+        """Return the parameter in the frame in which a value is given."""
+        per_length = self.in_frame(LINE_CONTACT)
+        told = isinstance(value, Given) and value.si_unit == per_length.si_unit
+        return per_length if told else self
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
         """Yield the scalar coordinates of a value: name, parameter, SI value."""
@@ -177,7 +182,6 @@ class Quantity(Parameter):
     zero: str = ""
     absent: float | None = None
     unsaid: float | None = None
-    in_line: bool = False  # whether this is a force, given per length in a line contact
     description: str = field(default="", kw_only=True)
     must_be_written: bool = field(default=False, kw_only=True)
 
@@ -216,21 +220,30 @@ class Quantity(Parameter):
     def _parsed(self, value: object, units_required: bool) -> float:
         if self.at_least == 0.0 and type(value) in (int, float) and value == 0:
             return 0.0  # nothing is nothing in any unit
-        if self.in_line and isinstance(value, PerLength | Force):
-            return value
-        if self.in_line and isinstance(value, str):
+        per_length = self.in_frame(LINE_CONTACT)
+        if per_length is self:
+            return parse_quantity(value, self.dimension, units_required=units_required)
+        # A force tells by its unit which contact it loads, or by none.
+        if isinstance(value, str):
             with suppress(QuantityError):
-                return PerLength(parse_quantity(value, FORCE_PER_LENGTH))
+                number = parse_quantity(value, per_length.dimension)
+                return Given(number, per_length.si_unit)
         number = parse_quantity(value, self.dimension, units_required=units_required)
-        return Force(number) if self.in_line and isinstance(value, str) else number
+        if isinstance(value, str):
+            return Given(number, self.si_unit)
+        return value if isinstance(value, Given) else number
 
-    def suiting(self, value: object) -> Quantity:
-        """Return the parameter, per length if the value is a force per length."""
-        if not (self.in_line and isinstance(value, PerLength)):
+    def in_frame(self, frame: ContactFrame) -> Quantity:
+        """Return the parameter as a point or a line contact has it: a force may be per length."""
+        if (unit := frame.unit(self.si_unit)) == self.si_unit:
             return self
-        words = f"{self.words} per length"
+        example = BY_SI_UNIT[unit].example
         return dataclasses.replace(
-            self, si_unit="N m-1", shown_in="N/mm", like="18.5 N/mm", words=words
+            self,
+            si_unit=unit,
+            words=frame.words(self.words, self.si_unit),
+            shown_in=example.partition(" ")[2],
+            like=example,
         )
 
     @property
@@ -423,7 +436,7 @@ class Either(Parameter):
 
     def __post_init__(self) -> None:
         """Take over the names and units of the single value."""
-        names = "si_unit", "symbol", "words", "unit", "example", "in_line"
+        names = "si_unit", "symbol", "words", "unit", "example"
         vars(self).update({name: getattr(self.single, name) for name in names})
 
     @property

@@ -12,13 +12,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache, lru_cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     import pint
@@ -84,12 +84,47 @@ class Unit:
         return values / self.size
 
 
-class PerLength(float):
-    """A force per length, N/m: what loads a line contact."""
+class Given(float):
+    """A value given with its unit, where a quantity may be of two kinds."""
+
+    si_unit: str
+
+    def __new__(cls, value: float, si_unit: str = "") -> Self:
+        """Return the SI value, with the SI unit of its kind."""
+        given = super().__new__(cls, value)
+        given.si_unit = si_unit
+        return given
 
 
-class Force(float):
-    """A force in N that was given with its unit, not as a bare number."""
+@dataclass(frozen=True)
+class ContactFrame:
+    """What a point contact and a line contact differ in: axes, words and units."""
+
+    name: str
+    axes: tuple[str, ...]  # along which the fields of a contact vary
+    extent: str  # the term for half the width of a contact
+    has_depth: bool  # whether the approach counts from far away, not from an arbitrary reference
+    # SI units of integrals over the contact that differ from those of a point contact.
+    units: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The dimensions of fields over the cycles."""
+        return "cycle", *self.axes
+
+    def unit(self, si_unit: str) -> str:
+        """Return the SI unit of what a point contact has in one."""
+        return self.units.get(si_unit, si_unit)
+
+    def words(self, words: str, si_unit: str) -> str:
+        """Return the words for what a point contact has in an SI unit."""
+        return f"{words} per length" if si_unit in self.units else words
+
+
+POINT_CONTACT = ContactFrame("point", ("x", "y"), "radius", has_depth=True)
+_PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
+LINE_CONTACT = ContactFrame("line", ("x",), "half-width", has_depth=False, units=_PER_LENGTH)
+"""A line contact in plane strain."""
 
 
 NO_UNIT = Unit("")
@@ -148,9 +183,6 @@ DIMENSIONS = (
 """Every kind of quantity that a parameter may be, except plain numbers."""
 
 BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
-
-PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
-"""SI units of a point contact, and their counterparts per length in a line contact."""
 
 _PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
 _READABLE = {
@@ -223,16 +255,8 @@ def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str
 
 
 def in_unit(value: Any, si_unit: str) -> Any:
-    """Return an SI value, as a `PerLength` if it is a force per length."""
-    is_per_length = si_unit == FORCE_PER_LENGTH.si_unit and isinstance(value, int | float)
-    return PerLength(value) if is_per_length else value
-
-
-def force_text(value: float, digits: int = 6) -> str:
-    """Write a force, or a force per length, as in a study file."""
-    # N/µm suits only the stiffness of a rig.
-    line = replace(FORCE_PER_LENGTH, units=_LINE[:2])
-    return format_quantity(value, line if isinstance(value, PerLength) else FORCE, digits)
+    """Return an SI value; a float with its unit, which a quantity of two kinds is told by."""
+    return Given(value, si_unit) if isinstance(value, float) else value
 
 
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:

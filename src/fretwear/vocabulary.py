@@ -12,11 +12,16 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
-from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, PER_LENGTH, PERCENT, Unit
-
-CASE_DIMS = ("cycle", "x", "y")
-LINE_DIMS = ("cycle", "x")
-"""Dimensions of the fields of a line contact."""
+from fretwear.units import (
+    LINE_CONTACT,
+    MEGAPASCAL,
+    MICROMETRE,
+    NO_UNIT,
+    PERCENT,
+    POINT_CONTACT,
+    ContactFrame,
+    Unit,
+)
 
 SYMMETRIES: dict[str, tuple[bool, bool]] = {
     "even_xy": (True, True),
@@ -60,6 +65,7 @@ class Variable:
     unit: Unit | None = None  # unit for people; None: one that suits the size of the values
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
+    across: bool = False  # whether it lies along y, which a line contact lacks
     from_zero: bool = True  # whether a linear axis starts at zero
     may_be_logarithmic: bool = False  # on the axis of a wide range
     # Whether the value is meaningful by itself. The peak pressure of an elastic contact, which a
@@ -100,16 +106,15 @@ class Variable:
         return bool(sound.all())
 
     def in_units(self, si_unit: str) -> Variable:
-        """Return this variable or its counterpart per length, whichever has the given unit."""
-        return self if si_unit == self.si_unit else self.per_length
+        """Return the variable in the frame in which it has the given unit."""
+        return self if si_unit == self.si_unit else self.in_frame(LINE_CONTACT)
 
-    @property
-    def per_length(self) -> Variable:
-        """Its counterpart in a line contact, where areas, volumes and energies are per length."""
-        if self.si_unit not in PER_LENGTH:
+    def in_frame(self, frame: ContactFrame) -> Variable:
+        """Return the variable as a line contact has it, where integrals are per length."""
+        unit = frame.unit(self.si_unit)
+        if unit == self.si_unit:
             return self
-        words = f"{self.words} per length"
-        return replace(self, si_unit=PER_LENGTH[self.si_unit], words=words, unit=None)
+        return replace(self, si_unit=unit, words=frame.words(self.words, self.si_unit), unit=None)
 
     @property
     def label(self) -> str:
@@ -138,6 +143,7 @@ _MARKS: dict[str, dict[str, Any]] = {
     "none": {"may_lack": True},
     "log": {"may_be_logarithmic": True},
     "free": {"from_zero": False},
+    "y": {"from_zero": False, "across": True},
     "X": {"cf_axis": "X"},
     "Y": {"cf_axis": "Y"},
     "int8": {"dtype": "int8"},
@@ -222,11 +228,11 @@ sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | none |
     the snapshots only
 contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | free | outermost edge
     on the line of cells nearest y = 0
-contact_half_width_y    | m  | $a_y$ | µm | contact half-width along y | free | outermost edge
+contact_half_width_y    | m  | $a_y$ | µm | contact half-width along y | y | outermost edge
     on the line of cells nearest x = 0
 stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | outermost edge
     on the line of cells nearest y = 0
-stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | free | outermost edge
+stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | y | outermost edge
     on the line of cells nearest x = 0
 contact_area            | m2 | | | | |
     to the edge within a cell: the sum of contact_fraction, not of cells by contact_state
@@ -334,13 +340,13 @@ RESULTS: dict[str, Variable] = {
 """Every field and scalar by name."""
 
 
-LINE_SCALARS: tuple[Variable, ...] = tuple(
-    scalar.per_length for scalar in SCALARS if not scalar.name.endswith("_y")
-)
-"""The scalars of a line contact, which has no width along y."""
+def scalars_of(frame: ContactFrame) -> tuple[Variable, ...]:
+    """Return the scalars of a point or a line contact."""
+    there = (scalar for scalar in SCALARS if Y.name in frame.axes or not scalar.across)
+    return tuple(scalar.in_frame(frame) for scalar in there)
 
 
-def scalars_of(names: Iterable[object]) -> tuple[Variable, ...]:
-    """Return the scalars of a dataset with these dimensions or variables."""
-    along_y = any(name == Y.name or str(name).endswith("half_width_y") for name in names)
-    return SCALARS if along_y else LINE_SCALARS
+def contact_frame(names: Iterable[object]) -> ContactFrame:
+    """Return the frame of a dataset with these dimensions or variables."""
+    across = {Y.name, *(scalar.name for scalar in SCALARS if scalar.across)}
+    return LINE_CONTACT if across.isdisjoint(names) else POINT_CONTACT

@@ -19,6 +19,7 @@ from fretwear.data.dataset import (
 from fretwear.data.labels import history_line, labelled_case, labelled_history, source
 from fretwear.data.stack import positions_inside, resampled
 from fretwear.study.case import Case
+from fretwear.units import POINT_CONTACT
 from fretwear.vocabulary import AT_SNAPSHOTS, FIELDS, SCALARS
 
 CONTRACT_UNITS = {
@@ -80,7 +81,7 @@ def test_history_has_every_scalar_along_the_steps(results):
     assert history.convolutions.dtype == np.int32
     scalars = {v.name: history[v.name].values[:5] for v in SCALARS if v.name in history}
     with pytest.raises(ValueError, match=r"error_estimate has shape \(4,\), expected \(5,\)"):
-        labelled_history(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
+        labelled_history(np.arange(5.0), scalars, np.zeros(4), np.zeros(5), POINT_CONTACT)
     time, command = history_line("fretwear run demo.yaml").split(" ", 1)
     assert abs((datetime.now(UTC) - datetime.fromisoformat(time)).total_seconds()) < 60
     assert command == "fretwear run demo.yaml"

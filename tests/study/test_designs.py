@@ -56,6 +56,19 @@ def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
         assert one == same != other
 
 
+def test_drawn_loads_of_a_cylinder_are_labelled_per_length(studies, content):
+    content["base"] |= {"indenter": {"kind": "cylinder", "radius": "6 mm"}}
+    del content["base"]["radius"]
+    vary = {"load": {"from": "5 N/mm", "to": "18 N/mm"}}
+    design = {"kind": "latin_hypercube", "points": 3, "seed": 1}
+    study = studies.load(content | {"design": design, "vary": vary})
+    for point in study.points():
+        label = point.labels["load"]
+        assert label == f"{point.case.load!r} N/m"
+        chosen = select_case(study.file, point.id, [f"load={label}"])
+        assert chosen.case_id == point.case.case_id
+
+
 def sampled(content, kind="sobol", points=16):
     content["design"] = {"kind": kind, "points": points, "seed": 1}
     content["vary"] = {

@@ -28,6 +28,7 @@ from fretwear.study.parameters import (
     words_text,
 )
 from fretwear.study.study import study_schema
+from fretwear.units import in_unit
 
 from ..studies import SELF_AFFINE, WAVES, steel, study_case
 
@@ -235,9 +236,10 @@ def test_every_case_is_made_again_from_its_parameters_as_json():
 def test_every_coordinate_has_words_and_a_symbol():
     for case in examples():
         for name, (value, units, words) in case.scalar_coordinates().items():
+            value = in_unit(value, units)
             about = parameter(name).suiting(value)
             # A strip has a half-width where a disc has a radius.
-            extent = f"contact {case.indenter.extent_words}"
+            extent = f"contact {case.frame.extent}"
             assert about.words.replace("contact radius", extent) == words
             assert about.si_unit == (units or "1")
             assert symbol_text(name, value)

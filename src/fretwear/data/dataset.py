@@ -80,13 +80,13 @@ def gap_beyond(dataset: xr.Dataset, x: Array, gaps: Array, reach: float) -> tupl
     if not all(part.is_known for part in case.surfaces.values()):
         return x, gaps
     whole = mirrored(dataset[["pressure"]]).transpose(CYCLE.name, X.name, ...)
-    is_line = Y.name not in whole.dims
-    at_y = np.zeros(1) if is_line else whole[Y.name].values
+    plane_strain = Y.name not in whole.dims
+    at_y = np.zeros(1) if plane_strain else whole[Y.name].values
     y = np.abs(at_y).min(keepdims=True)
-    width = 1.0 if is_line else float(at_y[1] - at_y[0])
+    width = 1.0 if plane_strain else float(at_y[1] - at_y[0])
     # The means over a cell of 1/r and of ln r, r the distance from its centre.
     inverse = 2.0 * (math.asinh(width / step) / width + math.asinh(step / width) / step)
-    nearest = step / (2.0 * math.e) if is_line else 1.0 / inverse
+    nearest = step / (2.0 * math.e) if plane_strain else 1.0 / inverse
     pressure = whole["pressure"].values.astype(np.float64).reshape(len(gaps), -1)
     loaded = (pressure > 0.0).any(axis=0)
     forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
@@ -96,10 +96,10 @@ def gap_beyond(dataset: xr.Dataset, x: Array, gaps: Array, reach: float) -> tupl
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
         if case.rough is not None:
-            cell = None if is_line else (float(points[1] - points[0]), width)
+            cell = None if plane_strain else (float(points[1] - points[0]), width)
             heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
         away = (np.maximum(np.hypot(point - at_x, y - at_y), nearest) for point in points)
-        kernels = (-2.0 * np.log(r) if is_line else 1.0 / r for r in away)
+        kernels = (-2.0 * np.log(r) if plane_strain else 1.0 / r for r in away)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
         return np.asarray(changed[:, 1:] - changed[:, :1])
 

@@ -125,16 +125,16 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
         raise ExportError(f"the dataset lacks {lacking[0]}: Abaqus takes that of a case")
     last = ds.isel({CYCLE.name: -1})
     x, area = ds[X.name].values, float(np.diff(ds[X.name].values).mean())
-    in_line = Y.name not in ds.dims
-    y = np.zeros(1) if in_line else ds[Y.name].values
-    area *= 1.0 if in_line else float(np.diff(y).mean())
+    plane_strain = Y.name not in ds.dims
+    y = np.zeros(1) if plane_strain else ds[Y.name].values
+    area *= 1.0 if plane_strain else float(np.diff(y).mean())
     rows, columns = (each.ravel() for each in np.meshgrid(x, y, indexing="ij"))
     worn, pressure, shear = (
         np.asarray(last[name].values, np.float64).ravel()
         for name in (depth, "pressure", "shear_traction")
     )
     number = np.arange(1, rows.size + 1).reshape(x.size, y.size)
-    places = [rows, -worn] if in_line else [rows, columns, -worn]
+    places = [rows, -worn] if plane_strain else [rows, columns, -worn]
     body = "flat" if depth.endswith("flat") else "both bodies together"
     lines = [
         "*HEADING",
@@ -143,7 +143,7 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
         "*NODE, NSET=WORN",
         *_data_lines([number.ravel(), *places]),
     ]
-    if not in_line:
+    if not plane_strain:
         corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
         elements = np.arange(1, corners[0].size + 1)
         lines += ["*ELEMENT, TYPE=SFM3D4, ELSET=WORN"]

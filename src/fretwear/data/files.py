@@ -36,14 +36,12 @@ from fretwear.data.safe import (
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
     BODY_FIELDS,
-    CASE_DIMS,
     CASE_ID,
     CODE_DIGEST,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
     FIELDS,
-    LINE_DIMS,
     STATUS,
     STEP,
     SYMMETRIES,
@@ -51,6 +49,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
+    contact_frame,
     of_steps,
     scalars_of,
 )
@@ -260,10 +259,11 @@ def write_case(
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
     """Return the variables of a case that are missing or have wrong dimensions."""
-    of_case = CASE_DIMS if Y.name in dims else LINE_DIMS
+    frame = contact_frame(dims)
+    of_case = frame.dims
     expected = {
         **{name: (name,) for name in of_case},
-        **{scalar.name: of_case[:1] for scalar in scalars_of(of_case)},
+        **{scalar.name: of_case[:1] for scalar in scalars_of(frame)},
         **{field.name: of_case for field in FIELDS},
     }
     return [name for name, right in expected.items() if dims.get(name) != right]
@@ -369,7 +369,7 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
         if axis.name in file.variables:
             yield from _axis_problems(file[axis.name], axis)
     if values:
-        scalars = scalars_of(file.variables)
+        scalars = scalars_of(contact_frame(file.variables))
         errors = (scalar.error for scalar in scalars if scalar.error.name in file.variables)
         yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
         yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
@@ -387,7 +387,9 @@ def _summary_problems(file: netCDF4.Dataset, size: int) -> Iterator[str]:
     if lacking := required - file.variables.keys():
         yield f"it lacks {', '.join(sorted(lacking))}"
     dims = (*file[STATUS.name].dimensions, CYCLE.name)
-    yield from _variable_problems(file, scalars_of(file.variables), dims, finite=False)
+    yield from _variable_problems(
+        file, scalars_of(contact_frame(file.variables)), dims, finite=False
+    )
     for axis in (CYCLE, X):
         yield from _axis_problems(file[axis.name], axis)
     if not np.isin(file[STATUS.name][...], list(PointStatus)).all():

@@ -20,20 +20,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.study.doubts import doubts
+from fretwear.units import ContactFrame
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
     BODY_FIELDS,
     BODY_SCALARS,
-    CASE_DIMS,
     CODE_DIGEST,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
     FIELDS,
-    LINE_DIMS,
     LOOP,
     PHASE,
-    SCALARS,
     STEP,
     Variable,
     X,
@@ -88,7 +86,7 @@ class Labelled:
 def labelled_case(
     case: Case,
     x: ArrayLike,
-    y: ArrayLike | None,
+    y: ArrayLike,
     cycles: ArrayLike,
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
@@ -103,7 +101,7 @@ def labelled_case(
 
     The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
     `y` are cell centres in m, increasing, and all positive along axes in which the contact is even
-    by `symmetry`; `y` is None in a line contact, whose fields have no y. `cycles`, of shape
+    by `symmetry`; a line contact has no `y`. `cycles`, of shape
     (ncycles,), increase from 0. `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the
     available `BODY_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole
     contact, and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by
@@ -113,14 +111,13 @@ def labelled_case(
     Raises a ValueError if variables are missing, unknown or of the wrong shape, or have values that
     `Variable.allows` refuses.
     """
-    dims, errors = CASE_DIMS if y is not None else LINE_DIMS, errors or {}
-    along = {"cycle": cycles, "x": x} | ({} if y is None else {"y": y})
+    dims, errors = case.frame.dims, errors or {}
+    along = dict(zip(dims, (cycles, x, y), strict=False))
     coordinates = _columns((CYCLE, X, Y)[: len(dims)], along)
     shape = tuple(coordinates[name].values.size for name in dims)
     of_fields = (*FIELDS, *(field for field in BODY_FIELDS if field.name in fields))
-    of_bodies = (scalar for scalar in BODY_SCALARS if scalar.name in scalars)
-    of_bodies = (scalar.per_length if y is None else scalar for scalar in of_bodies)
-    of_scalars = (*scalars_of(dims), *of_bodies)
+    of_bodies = (s.in_frame(case.frame) for s in BODY_SCALARS if s.name in scalars)
+    of_scalars = (*scalars_of(case.frame), *of_bodies)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
@@ -156,16 +153,16 @@ def labelled_history(
     scalars: Mapping[str, ArrayLike],
     error_estimate: ArrayLike,
     convolutions: ArrayLike,
-    variables: tuple[Variable, ...] = SCALARS,
+    frame: ContactFrame,
 ) -> Labelled:
     """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
-    The scalars are the `variables` without `AT_SNAPSHOTS`, in SI units, for the whole contact, at
+    The scalars of a frame without `AT_SNAPSHOTS` are in SI units, for the whole contact, at
     the increasing, possibly fractional cycle of each step, with the estimated relative error of
     each step and its convolutions. Raises a ValueError as `labelled_case` does.
     """
     dims, steps = (STEP.name,), np.arange(np.size(cycles))
-    expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
+    expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
     given = {**scalars, "error_estimate": error_estimate, "convolutions": convolutions}
     return Labelled(
         _columns(expected, given, dims, steps.shape),
@@ -175,7 +172,7 @@ def labelled_history(
 
 
 def labelled_loops(
-    cycles: ArrayLike, loops: Mapping[str, ArrayLike], *, in_line: bool = False
+    cycles: ArrayLike, loops: Mapping[str, ArrayLike], frame: ContactFrame
 ) -> Labelled:
     """Label the loops of force and displacement at the snapshots, shape (ncycles, nphases).
 
@@ -183,7 +180,7 @@ def labelled_loops(
     from 0 to 1. Forces of a line contact are per length.
     """
     shape = np.shape(loops[LOOP[0].name])
-    variables = [variable.per_length if in_line else variable for variable in LOOP]
+    variables = [variable.in_frame(frame) for variable in LOOP]
     along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, shape[1])}
     return Labelled(
         _columns(variables, loops, (*along,), shape),

@@ -47,15 +47,14 @@ from fretwear.vocabulary import (
     CYCLE,
     FIELDS,
     HEADLINES,
-    LINE_SCALARS,
     POINT,
-    SCALARS,
     STATUS,
     STEP,
     PointStatus,
     Variable,
     X,
     Y,
+    scalars_of,
 )
 
 if TYPE_CHECKING:
@@ -218,7 +217,7 @@ def _read_cases(
     digests, sources = np.full(status.shape, "", dtype=object), set()
     snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
-    expected = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
+    expected = scalars_of(done[0][1].frame)
     # Not every case has estimates of errors.
     named = {scalar.name for scalar in expected}
     errors_of = (scalar.error for scalar in expected)

@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 
 from fretwear.data.files import open_summary, opened_case
 from fretwear.vocabulary import (
-    CASE_DIMS,
     CASE_ID,
     CYCLE,
     FIELDS,
-    LINE_DIMS,
     STATUS,
     PointStatus,
     Variable,
     Y,
+    contact_frame,
 )
 
 if TYPE_CHECKING:
@@ -160,7 +159,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     # The lock that xarray uses for the netCDF library, which is not thread-safe.
     with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
         lock = store.lock
-    stacked, dims = summary.copy(), CASE_DIMS if windows else LINE_DIMS
+    stacked, dims = summary.copy(), contact_frame(summary.variables).dims
     if windows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(windows), Y.attributes)})
     axes = tuple(stacked[name].to_numpy() for name in dims)
@@ -215,7 +214,7 @@ class _StackedField:
                     for place, cycle in enumerate(cycles)
                     if cycle in stored
                 }
-                cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
+                cells = [file[name][:] for name in contact_frame(file.variables).axes]
             inside = [*map(positions_inside, cells, places)]
             for place, snapshot in snapshots.items():
                 for axis, (centres, common) in enumerate(zip(cells, places, strict=True)):

@@ -43,9 +43,8 @@ from fretwear.figures.style import (
 )
 from fretwear.study.parameters import parameter, symbol_text, value_text
 from fretwear.units import (
-    FORCE_PER_LENGTH,
-    PerLength,
     fixed_digits,
+    in_unit,
     number_text,
     readable_unit,
     with_unit,
@@ -370,13 +369,13 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     shown = summary.isel(rest).transpose("load", across, ...)
     gross = shown["regime"].mean("cycle", skipna=True).values
     volume = shown["wear_volume"].max("cycle").values
-    is_line = shown["load"].attrs.get("units") == FORCE_PER_LENGTH.si_unit
+    force = in_unit(1.0, shown["load"].attrs.get("units", ""))
     figure, axes = one_panel(1, 66.0, ax)
     axes.set(xscale="log", yscale="log")
     places = []
     for name, axis, like in (
         (across, axes.xaxis, 1.0),
-        ("load", axes.yaxis, PerLength(1.0) if is_line else 1.0),
+        ("load", axes.yaxis, force),
     ):
         places.append(parameter(name).suiting(like).unit.of(shown[name].values))
         axis.set_ticks(places[-1], [f"{value:g}" for value in places[-1]])

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal, Self
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
 from fretwear.parts import Part, Quantity
 from fretwear.theory import HertzContact, LineContact, find_root
-from fretwear.units import PerLength
+from fretwear.units import ContactFrame
 
 SMALL_STROKE = 0.05
 """Largest sliding amplitude, over a length of the contact, at which to neglect the motion."""
+
+# Units in the ids of cases, by SI unit: the number per SI unit, and its name.
+_IN_IDS = {"N": (1.0, "N"), "N m-1": (1e-3, "N_mm"), "m": (1e6, "um"), "1": (1.0, "")}
 
 
 @dataclass(frozen=True)
@@ -51,22 +54,12 @@ class Imposed(Part):
 
     letter: ClassVar[str] = ""  # stands for it in the id of a case
 
-    @property
-    def slug(self) -> str:
+    def slug_in(self, frame: ContactFrame) -> str:
         """Letter and value: ``P50N``, in a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
         if not self.letter:
             return self.kind
-        value, about = getattr(self, self.kind), self.parameters()[self.kind]
-        scale, unit = {"N": (1.0, "N"), "m": (1e6, "um"), "1": (1.0, "")}[about.si_unit]
-        if isinstance(value, PerLength):
-            scale, unit = 1e-3, "N_mm"
-        return f"{self.letter}{value * scale:.4g}{unit}"
-
-    def in_line(self) -> Self:
-        """The same in a line contact: bare numbers are forces per length."""
-        given = {name: getattr(self, name) for name, p in self.parameters().items() if p.in_line}
-        per_length = {name: PerLength(load) for name, load in given.items() if type(load) is float}
-        return replace(self, **per_length) if per_length else self  # type: ignore[type-var]
+        size, unit = _IN_IDS[frame.unit(self.parameters()[self.kind].si_unit)]
+        return f"{self.letter}{vars(self)[self.kind] * size:.4g}{unit}"
 
 
 class Normal(Imposed):
@@ -93,7 +86,7 @@ class NormalLoad(Normal):
 
     load: Annotated[
         float,
-        Quantity("N", "$P$", "normal load", "N", above=0.0, in_line=True),
+        Quantity("N", "$P$", "normal load", "N", above=0.0),
         "Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
     kind: Literal["load"] = "load"
@@ -165,7 +158,7 @@ class Loading(Imposed):
 
     def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """Tangential load amplitude Q, N, of the unworn smooth contact."""
-        return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
+        return self.ratio(friction, coupling, hertz) * friction * hertz.load
 
     def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
         """Amplitude U, m, of an imposed displacement or sliding; zero for a force."""
@@ -212,9 +205,7 @@ class TangentialLoad(Loading):
 
     tangential_load: Annotated[
         float,
-        Quantity(
-            "N", "$Q$", "tangential load amplitude", "N", like="20 N", above=0.0, in_line=True
-        ),
+        Quantity("N", "$Q$", "tangential load amplitude", "N", like="20 N", above=0.0),
         "Tangential load Q, less than µP. Or give tangential_ratio.",
     ]
     kind: Literal["tangential_load"] = "tangential_load"
@@ -341,11 +332,10 @@ class DisplacementAmplitude(Displacement):
         series = flexibility / coupling
         return Sliding(None, approach + series * load - slip, series)
 
-    @property
-    def slug(self) -> str:
+    def slug_in(self, frame: ContactFrame) -> str:
         """``U1um``, and ``U1um-S28Npum`` over a rig."""
         rig = "" if math.isinf(self.rig_stiffness) else f"-S{self.rig_stiffness * 1e-6:.4g}Npum"
-        return super().slug + rig
+        return super().slug_in(frame) + rig
 
 
 @dataclass(frozen=True, kw_only=True)

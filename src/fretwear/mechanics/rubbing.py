@@ -28,6 +28,7 @@ from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.state import WearProblem
 from fretwear.theory import LineContact
+from fretwear.units import LINE_CONTACT, POINT_CONTACT
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 # Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
 # rounded edge of a line contact and per wave.
 _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
-_MOST_FOR_EDGE = 24
+_MOST_FOR_EDGE = {POINT_CONTACT: 0, LINE_CONTACT: 24}
 _LARGEST_SWEEPS = 200
 # Sweeps without a new minimum of cells that change sides, before only one of them does.
 _PATIENCE = 10
@@ -55,8 +56,7 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
     # A peak of pressure at an edge wears at each position.
     of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
-    of_edge = min(of_edge, _MOST_FOR_EDGE) if problem.indenter.is_line else 0.0
-    least = max(_LEAST_POSITIONS, of_edge, of_waves)
+    least = max(_LEAST_POSITIONS, min(of_edge, _MOST_FOR_EDGE[problem.frame]), of_waves)
     count = ceil(max(least, _PER_HALF_WIDTH * amplitude / half_width))
     weights = np.full(count + 1, 0.5 / count)
     weights[[0, -1]] *= 0.5

@@ -24,6 +24,7 @@ from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import Means, WearLaw
 from fretwear.parts import Part
 from fretwear.theory import HertzContact
+from fretwear.units import ContactFrame
 
 Kind = TypeVar("Kind")
 
@@ -84,6 +85,11 @@ class Setup:
         return tuple(sorted({kink for part in self.parts.values() for kink in part.kinks}))
 
     # The unworn smooth contact.
+
+    @property
+    def frame(self) -> ContactFrame:
+        """Axes, words and units of the contact."""
+        return self.indenter.frame
 
     @property
     def composite_modulus(self) -> float:

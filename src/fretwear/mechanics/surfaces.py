@@ -26,6 +26,7 @@ from fretwear.theory import (
     RoundContact,
     RoundedPunch,
 )
+from fretwear.units import LINE_CONTACT, POINT_CONTACT, ContactFrame
 
 LEAST_AXIS_RATIO = 0.05
 """Least ratio of the half-axes of an ellipse that still counts as a point contact."""
@@ -44,8 +45,7 @@ class Indenter(Part):
     is_hertzian: ClassVar[bool] = True  #: whether its smooth contact is Hertzian
     #: Whether its smooth contact is known before a run, not only its scales.
     has_closed_form: ClassVar[bool] = True
-    is_line: ClassVar[bool] = False  #: a strip in plane strain: loads are per length, N/m
-    extent_words: ClassVar[str] = "radius"  #: the term for half the width of the contact
+    frame: ClassVar[ContactFrame] = POINT_CONTACT  #: or a line contact, in plane strain
     #: The closed forms of the contact that sets the scales.
     smooth: ClassVar[type[HertzContact]] = HertzContact
     partial_slip: ClassVar[type[PartialSlip]] = PartialSlip
@@ -132,8 +132,7 @@ class Sphere(Indenter):
 class _Straight(Indenter):
     """A body with the same profile all along y: a line contact in plane strain."""
 
-    is_line: ClassVar[bool] = True
-    extent_words: ClassVar[str] = "half-width"
+    frame: ClassVar[ContactFrame] = LINE_CONTACT
     even: ClassVar[Even] = (True, True)
     smooth: ClassVar[type[HertzContact]] = LineContact
     partial_slip: ClassVar[type[PartialSlip]] = LinePartialSlip
@@ -179,8 +178,9 @@ class _Punch(Indenter):
 
     def gap(self, x: Array, y: Array) -> Array:
         """(r − b)²/2R beyond the flat, m."""
-        distance = np.abs(x) if self.is_line else np.hypot(x, y)
-        result: Array = np.maximum(distance - self.flat, 0.0) ** 2 / (2.0 * self.edge_radius)
+        distance = np.hypot(x, y if "y" in self.frame.axes else 0.0)
+        beyond = np.maximum(distance - self.flat, 0.0)
+        result: Array = beyond**2 / (2.0 * self.edge_radius)
         return result
 
     @property

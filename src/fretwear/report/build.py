@@ -159,10 +159,9 @@ def _kinds(cases: Iterable[Case]) -> set[str]:
     for case in cases:
         kinds.add("debris" if case.debris_fraction else "no debris")
         kinds.add(case.roughness.kind if case.roughness else "smooth")
-        kinds.add("line" if case.indenter.is_line else "point")
+        kinds.add(case.frame.name)
         kinds.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
-        if not case.indenter.is_line:
-            kinds.add("rings" if case.is_on_rings else "grid")
+        kinds.add(case.geometry.__name__.lower())
     return kinds
 
 
@@ -214,7 +213,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
             if name not in left_out and (case.roughness or not name.startswith("roughness_slope")):
                 values.setdefault((name, words.setdefault(name, meaning)), {})[value] = None
         if case.indenter.is_hertzian:
-            what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
+            what = f"stick {case.frame.extent} of the smooth elastic contact"
             stick.setdefault(what, {})[case.stick_radius] = None
     rows += [ParameterRow(*named, _listed(named[0], [*given])) for named, given in values.items()]
     rows += [ParameterRow("", what, text) for what, text in plan.derived()]

@@ -184,7 +184,7 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     Either is None if it does not apply. The heights are those above which 0, 1, … 100 % of the
     contact lie.
     """
-    is_seen = not (case.indenter.is_line or all(case.even))
+    is_seen = not all(case.even[: len(case.frame.axes)])
     is_rough = case.rough is not None and case.rough.is_known
     if not is_seen and not is_rough:
         return {"view": None, "heights": None}
@@ -193,7 +193,7 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
         if is_seen:
             view = _view(file, np.searchsorted(file["cycle"][:], cycles), units)
         if is_rough and case.rough is not None:
-            names = ["x"] if case.indenter.is_line else ["x", "y"]
+            names = case.frame.axes
             axes = [file[name][:].astype(np.float64) for name in names]
             half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
             lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]

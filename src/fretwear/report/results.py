@@ -20,7 +20,15 @@ from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
-from fretwear.units import MICROMETRE, Unit, number_text, readable_unit, span
+from fretwear.units import (
+    MICROMETRE,
+    POINT_CONTACT,
+    ContactFrame,
+    Unit,
+    number_text,
+    readable_unit,
+    span,
+)
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     ERROR_ESTIMATE,
@@ -70,7 +78,7 @@ class PointResult:
     # if not done.
     values: Mapping[str, float]
     errors: Mapping[str, float]
-    in_line: bool  # a line contact, whose volumes and energies are per length
+    frame: ContactFrame  # of a line contact, volumes and energies are per length
 
     @property
     def done(self) -> bool:
@@ -118,10 +126,10 @@ def point_results(
         elif point.case:
             reason = failures.get(point.id, _UNKNOWN_REASON)
         of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}
-        in_line = bool(values and point.case and point.case.indenter.is_line)
+        frame = point.case.frame if values and point.case else POINT_CONTACT
         number = len(results) + 1
         results.append(
-            PointResult(number, point.id, outcome, reason, of_point, values, errors, in_line)
+            PointResult(number, point.id, outcome, reason, of_point, values, errors, frame)
         )
     return results
 
@@ -170,8 +178,8 @@ def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
 
 def result_variable(name: str, results: Sequence[PointResult]) -> Variable:
     """Return the variable of a key result, per length in a line contact where this applies."""
-    in_line = any(result.in_line for result in results)
-    return RESULTS[name].per_length if in_line else RESULTS[name]
+    frames = (result.frame for result in results if result.values)
+    return RESULTS[name].in_frame(next(frames, POINT_CONTACT))
 
 
 class Residuals(NamedTuple):
@@ -246,9 +254,9 @@ def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[
     if examined:
         worst = np.max([case["residuals"] for case in examined], axis=0)
         load, other, gap = (number_text(value, 2) for value in worst)
-        in_line = all("cell_y" not in case for case in examined)
-        normal, shear = ("∫p dx", "∫q dx") if in_line else ("∬p dA", "∬q dA")
-        for axis in "x" if in_line else "xy":
+        axes = [axis for axis in "xy" if any(f"cell_{axis}" in case for case in examined)]
+        normal, shear = ("∬p dA", "∬q dA") if "y" in axes else ("∫p dx", "∫q dx")
+        for axis in axes:
             facts[f"Grid spacing along {axis}"] = f"{of(f'cell_{axis}', MICROMETRE.size)} µm"
         facts |= {
             "Cells stored": of("cells"),

@@ -18,9 +18,6 @@ from threadpoolctl import threadpool_limits
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import (
     Measures,
@@ -38,7 +35,7 @@ from fretwear.mechanics.team import Team
 from fretwear.running.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
-from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
+from fretwear.vocabulary import BODY_FIELDS, FIELDS, SCALARS, SYMMETRIES, ContactState, Y
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -241,19 +238,19 @@ def run(
     steps_at, of_steps = columns.pop("cycle"), columns.pop("error_estimate")
     spent = np.diff(columns.pop("convolutions"), prepend=0)
     plane = snapshots[-1].geometry.plane(problem.spacing)
-    symmetry = next(name for name, even in SYMMETRIES.items() if even == plane.even)
-    in_line = case.indenter.is_line
-    if in_line:
-        symmetry = "even_x"
-        columns, scalars, errors = (
-            {name: values for name, values in table.items() if not name.endswith("_y")}
-            for table in (columns, scalars, errors)
-        )
+    axes = case.frame.axes
+    even = tuple(axis in axes and is_even for axis, is_even in zip("xy", plane.even, strict=True))
+    symmetry = next(name for name, sides in SYMMETRIES.items() if sides == even)
+    lacking = {scalar.name for scalar in SCALARS if scalar.across and Y.name not in axes}
+    columns, scalars, errors = (
+        {name: values for name, values in table.items() if name not in lacking}
+        for table in (columns, scalars, errors)
+    )
     cycles = [state.cycle for state in snapshots]
     dataset = labelled_case(
         case,
         plane.x,
-        None if in_line else plane.y,
+        plane.y,
         cycles,
         fields,
         scalars,
@@ -265,12 +262,11 @@ def run(
     )
     for doubt in dataset.attrs["warnings"].splitlines()[len(before) :]:
         warn(doubt)
-    variables = LINE_SCALARS if in_line else SCALARS
-    history = labelled_history(steps_at, columns, of_steps, spent, variables)
+    history = labelled_history(steps_at, columns, of_steps, spent, case.frame)
     curves = {
         n: np.array([getattr(curve, n) for curve in loops]) for n in ("force", "displacement")
     }
-    return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
+    return Result((dataset, history, labelled_loops(cycles, curves, case.frame)))
 
 
 def steps(
@@ -388,7 +384,6 @@ def wear_problem(
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
-    usual = Strips if case.indenter.is_line else Rings if case.is_on_rings else Grid
     blocks: list[tuple[float, Setup]] = []
     for end, block in case.in_blocks():
         assert block is not None
@@ -403,7 +398,7 @@ def wear_problem(
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
         team=Team(threads),
-        geometry=geometry or usual,
+        geometry=geometry or case.geometry,
         coarseness=coarseness or case.coarseness,
         blocks=tuple(blocks) if len(blocks) > 1 else (),
     )
@@ -416,7 +411,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     """
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
-    shape = plane.shape[:1] if workspace.problem.indenter.is_line else plane.shape
+    shape = plane.shape[: len(workspace.problem.frame.axes)]
     about = (*FIELDS, *(BODY_FIELDS if _wear_of_each(workspace.problem, snapshots[-1]) else ()))
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
     for row, snapshot in enumerate(snapshots):

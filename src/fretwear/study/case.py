@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Self
 
 from fretwear.parts import Parameter, WholeNumber, derived, is_list
@@ -237,8 +238,8 @@ class Case(Draft):
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,
-            self.normal.slug,
-            self.plain_loading.slug,
+            self.normal.slug_in(self.frame),
+            self.plain_loading.slug_in(self.frame),
             self.friction_law.slug,
             "smooth" if self.roughness is None else self.roughness.slug,
             "" if self.counterface is None else self.counterface.slug,
@@ -272,16 +273,15 @@ class Case(Draft):
             if isinstance(about, Inline):
                 for name, declared in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
-                        parameter = following.pop(name, declared)
+                        parameter = following.pop(name, declared).in_frame(self.frame)
                         yield from parameter.coordinates(name, getattr(self, name))
-            elif member == "cell" and self.indenter.is_line:
-                # A line contact has no spacing along y.
-                yield next(about.coordinates(member, value))
+            elif member == "cell":
+                yield from islice(about.coordinates(member, value), len(self.frame.axes))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
                 yield from about.coordinates(member, value)
         for name, quantity in following.items():
             # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
-                words = quantity.words.replace("radius", self.indenter.extent_words)
+                words = quantity.words.replace("radius", self.frame.extent)
                 renamed = dataclasses.replace(quantity, words=words)  # type: ignore[type-var]
                 yield from renamed.coordinates(name, getattr(self, name))

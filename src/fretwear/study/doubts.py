@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import Displacement
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
@@ -273,7 +274,7 @@ def finer(case: Case, error: float) -> str:
     Errors are estimated from a run with wider cells and a tolerance larger by the square of that
     factor, so both are reduced alike. If that would take too long, the text states the error left.
     """
-    of_scar = case.loading.stroke and not case.indenter.is_line
+    of_scar = case.loading.stroke and case.geometry is Grid
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)
     cell = cell_text([rounded_down(smaller * width) for width in case.grid_spacing])

@@ -12,13 +12,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate
 from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
-from fretwear.units import duration_text, number_text, size_text, span
+from fretwear.units import LINE_CONTACT, duration_text, number_text, size_text, span
 
 # Calibrated by `python -m benchmarks.cost`, which reports how well they hold.
 SECONDS_TO_START = 1.3
@@ -94,7 +96,7 @@ def estimate(case: Case) -> Estimate:
     if not case.error_estimate:
         return alone
     twin = _alone(case.coarser)
-    dense = DENSE_COARSER if case.is_on_rings or case.indenter.is_line else 1.0
+    dense = DENSE_COARSER if case.geometry is not Grid else 1.0
     beside = twin.seconds - SECONDS_TO_START - SECONDS_PER_CASE
     return replace(
         alone,
@@ -105,7 +107,7 @@ def estimate(case: Case) -> Estimate:
 
 def _alone(case: Case) -> Estimate:
     """The cost of a case without the coarser run."""
-    (dx, dy), is_line, stroke = case.grid_spacing, case.indenter.is_line, case.loading.stroke
+    (dx, dy), is_line, stroke = case.grid_spacing, case.frame is LINE_CONTACT, case.loading.stroke
     reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
     sides_x, sides_y = (2 - is_even for is_even in case.even)
     wide, high = case.indenter.half_widths(case.hertz)
@@ -117,7 +119,7 @@ def _alone(case: Case) -> Estimate:
     cells = cells_x * cells_y
     arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
     places = 1.0 + max(4.0, 2.0 * stroke / case.hertz_radius)
-    if case.is_on_rings:
+    if case.geometry is Rings:
         per_convolution, arrays = SECONDS_PER_SOLUTION, 0
     elif stroke and is_line:
         per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
@@ -165,9 +167,9 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
     if stick_shrinks(case):
         times = worn * case.plastic_limit
-    finer = (TIGHTER_ON_RINGS if case.is_on_rings else 1.0) * 0.01 / case.tolerance
+    finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
-    if case.is_on_rings:
+    if case.geometry is Rings:
         # The narrower the slip annulus, the more often flow and wear settle in turn.
         yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
         per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)

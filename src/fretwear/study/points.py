@@ -20,7 +20,7 @@ from fretwear.study.parameters import (
     parameter_names,
     parameter_of,
 )
-from fretwear.units import BY_SI_UNIT, QuantityError, exact_text
+from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
 
 MAX_POINTS = 200_000
 
@@ -146,8 +146,9 @@ class Axis:
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
-            values, about = tuple(map(self.drawn_from.at, fractions)), parameter_of(self.name)
-            written = tuple(exact_text(value, BY_SI_UNIT[about.si_unit]) for value in values)
+            unit = parameter_of(self.name).suiting(self.drawn_from.low).si_unit
+            values = tuple(in_unit(self.drawn_from.at(part), unit) for part in fractions)
+            written = tuple(exact_text(value, BY_SI_UNIT[unit]) for value in values)
         return replace(self, values=values, written=written)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fretwear.mechanics.loading import (
     Displacement,
@@ -19,7 +19,14 @@ from fretwear.mechanics.wear_laws import FallingCoefficient
 from fretwear.problems import Problem
 from fretwear.study.setup import Draft, cell_text, members
 from fretwear.study.spacing import rounded_down
-from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
+from fretwear.units import (
+    BY_SI_UNIT,
+    FORCE,
+    LENGTH,
+    PRESSURE,
+    Given,
+    format_quantity,
+)
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
@@ -57,16 +64,23 @@ def _length(value: float, digits: int = 3) -> str:
     return format_quantity(value, LENGTH, digits)
 
 
+def _force(case: Draft, load: float, digits: int = 6) -> str:
+    dimension = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
+    # N/µm suits only the stiffness of a rig.
+    usual = tuple(unit for unit in dimension.units if unit.size < 1e6)
+    return format_quantity(load, replace(dimension, units=usual), digits)
+
+
 @_needing("indenter normal loading")
 def _loads_suit(case: Draft) -> Iterator[Problem]:
-    kind, is_line = case.indenter.kind, case.indenter.is_line
-    rule, example = f"is a force per length, but a {kind} is loaded by a force", "50 N"
-    if is_line:
-        rule, example = f"is a force, but the load of a {kind} is per length", "18.5 N/mm"
+    load = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     for part in (case.normal, case.loading):
         for name, about in part.parameters().items():
-            if isinstance(value := getattr(part, name), Force if is_line else PerLength):
-                yield Problem(name, about.text(value), rule, f"write {name}: {example}")
+            value = vars(part)[name]
+            if isinstance(value, Given) and value.si_unit != about.in_frame(case.frame).si_unit:
+                given = BY_SI_UNIT[value.si_unit].name
+                rule = f"is {given}, but the load of a {case.indenter.kind} is {load.name}"
+                yield Problem(name, about.text(value), rule, f"write {name}: {load.example}")
 
 
 @_needing("indenter normal loading")
@@ -75,17 +89,17 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
 
     Quantities in units of the smooth contact need it to be known before the run.
     """
-    kind, loading, is_line = case.indenter.kind, case.loading, case.indenter.is_line
-    if not case.normal.holds_load and is_line:
+    kind, loading, has_depth = case.indenter.kind, case.loading, case.frame.has_depth
+    if not (case.normal.holds_load or has_depth):
         rule = f"cannot be given for a {kind}: the depth of a line contact has no natural zero"
         yield Problem(case.normal.kind, None, rule, "write load: 18.5 N/mm")
     elif not case.normal.holds_load and not case.indenter.has_closed_form:
         rule = f"cannot be given for a {kind}, whose smooth contact is not known before the run"
         yield Problem(case.normal.kind, None, rule, "write load: 50 N")
-    if isinstance(loading, Displacement) and is_line and math.isfinite(loading.rig_stiffness):
+    if isinstance(loading, Displacement) and not has_depth and math.isfinite(loading.rig_stiffness):
         rule = f"is not for a {kind}, whose tangential_compliance includes the rig"
         yield Problem("rig_stiffness", None, rule, "leave rig_stiffness out")
-    if isinstance(loading, Displacement) and is_line and not loading.tangential_compliance:
+    if isinstance(loading, Displacement) and not (has_depth or loading.tangential_compliance):
         rule = f"needs tangential_compliance for a {kind}: it depends on the size of the body"
         hint = (
             "write tangential_compliance: 0.1 um/(N/mm), the slope of the loop after a reversal, "
@@ -101,7 +115,7 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
 @_needing("indenter loading")
 def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
-    if given and not case.indenter.is_line:
+    if given and case.frame.has_depth:
         rule = f"is for line contacts: a {case.indenter.kind} has one that follows from its load"
         hint = "write rig_stiffness for a compliant rig"
         yield Problem("tangential_compliance", None, rule, hint)
@@ -109,7 +123,7 @@ def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
 
 @_needing("indenter cell")
 def _line_has_one_spacing(case: Draft) -> Iterator[Problem]:
-    if case.cell is not None and case.indenter.is_line and case.cell[0] != case.cell[1]:
+    if case.cell is not None and case.cell[0] != case.cell[1] and "y" not in case.frame.axes:
         rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
         yield Problem("cell", cell_text(case.cell), rule, f"write cell: {_length(case.cell[0], 6)}")
 
@@ -117,9 +131,9 @@ def _line_has_one_spacing(case: Draft) -> Iterator[Problem]:
 @_needing(_CONTACT + "loading")
 def _stroke_is_even(case: Draft) -> Iterator[Problem]:
     indenter, normal = case.indenter, case.normal
-    if case.loading.stroke and not (normal.holds_load or indenter.is_line):
+    if case.loading.stroke and not normal.holds_load and case.frame.has_depth:
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
-        yield Problem(normal.kind, None, rule, f"write load: {force_text(case.hertz.load, 3)}")
+        yield Problem(normal.kind, None, rule, f"write load: {_force(case, case.hertz.load, 3)}")
     elif case.loading.stroke and not all(indenter.even):
         rule = f"is for indenters even along x and y, which this {indenter.kind} is not"
         yield Problem(case.loading.kind, None, rule, "turn its axes into x and y")
@@ -156,7 +170,7 @@ def _scar_is_small(case: Draft) -> Iterator[Problem]:
     most, radius = MOST_STROKE * case.hertz_radius, case.indenter.curvature_radius
     reach = case.scar_half_width + stroke
     if stroke > most:
-        what = case.indenter.extent_words
+        what = case.frame.extent
         rule = f"is more than {MOST_STROKE:g} times the {what} of the contact"
         yield Problem(kind, _length(stroke, 6), rule, f"up to {_length(most)} would do")
     elif reach > GREATEST_CONTACT * radius:
@@ -171,8 +185,9 @@ def _scar_is_small(case: Draft) -> Iterator[Problem]:
 @_needing("indenter loading roughness counterface")
 def _line_is_straight(case: Draft) -> Iterator[Problem]:
     kind, stroke = case.indenter.kind, case.loading.stroke
-    for name, part in [*case.surfaces.items()][1:] if case.indenter.is_line or stroke else ():
-        if not case.indenter.is_line:
+    across = "y" in case.frame.axes
+    for name, part in [*case.surfaces.items()][1:] if stroke or not across else ():
+        if across:
             rule = (
                 "cannot be combined with sliding_amplitude: waves passing each other would have to "
                 "be resolved all over the scar at every position of the stroke"
@@ -227,10 +242,10 @@ def _load_slides(case: Draft) -> Iterator[Problem]:
     if isinstance(loading, TangentialRatio):
         return
     if loading.is_force and loading.ratio(friction, case.coupling, hertz) >= 1.0:
-        sliding = force_text(type(hertz.load)(friction * hertz.load))
+        sliding = _force(case, friction * hertz.load)
         rule = f"is gross sliding: Q must be less than µP = {sliding}"
         hint = "lower tangential_load, or raise load or friction"
-        yield Problem(loading.kind, force_text(case.tangential_load), rule, hint)
+        yield Problem(loading.kind, _force(case, case.tangential_load), rule, hint)
     else:
         yield from _all_sticks(case, case.tangential_ratio)
 
@@ -251,8 +266,8 @@ def _contact_is_small(case: Draft) -> Iterator[Problem]:
         return
     load, approach = case.normal.given
     if load is not None:
-        given, most = force_text(load), type(load)(0.99 * case.hertz.load_at(largest))
-        greatest = force_text(most, 3)
+        given = _force(case, load)
+        greatest = _force(case, 0.99 * case.hertz.load_at(largest), 3)
     elif approach is not None:
         given = _length(approach, 6)
         greatest = _length(0.99 * approach * (largest / case.hertz_radius) ** 2)
@@ -276,7 +291,7 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
     least = case.hertz.spread_pressure(largest)
     if case.plastic_limit < least:
         rule = (
-            f"is too low to carry the load {force_text(case.hertz.load)} on any contact the run "
+            f"is too low to carry the load {_force(case, case.hertz.load)} on any contact the run "
             f"could reach: at most {_length(largest)} in radius ({GREATEST_CONTACT:g} of the "
             "sphere's, where half-space theory ends)"
         )

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
+from fretwear.mechanics.geometry import Geometry
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import Roughness
@@ -18,7 +22,7 @@ from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import AlongXY, Flag, Parameter, Part, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact
-from fretwear.units import LENGTH, format_quantity
+from fretwear.units import LENGTH, LINE_CONTACT, format_quantity
 
 MAX_CYCLES = 10**9
 
@@ -134,8 +138,7 @@ class Draft(Setup):
     def of(cls, assembled: Mapping[str, Any]) -> Self:
         """Return the case of members already read and checked; some may be missing.
 
-        The number of cycles follows from the blocks; snapshots and loads per length are adapted to
-        the other members.
+        The number of cycles follows from the blocks, and the snapshots from both.
         """
         case = object.__new__(cls)
         values = vars(case)
@@ -145,10 +148,6 @@ class Draft(Setup):
             values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
         if "cycles" in values:
             values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
-        if getattr(values.get("indenter"), "is_line", False):
-            values |= {
-                name: values[name].in_line() for name in ("normal", "loading") if name in values
-            }
         return case
 
     def __getattr__(self, name: str) -> Any:
@@ -165,15 +164,20 @@ class Draft(Setup):
         return self.of(vars(self) | parts)
 
     @property
-    def is_on_rings(self) -> bool:
-        """Whether to compute on rings: rotational symmetry, and no stroke that breaks it."""
-        return self.rough is None and self.indenter.is_axisymmetric and not self.loading.stroke
+    def geometry(self) -> type[Geometry]:
+        """The kind of cells: rings for rotational symmetry that neither waves nor strokes break."""
+        if self.frame is LINE_CONTACT:
+            return Strips
+        return Rings if self.indenter.is_axisymmetric and self._is_plain else Grid
 
     @property
     def is_graded(self) -> bool:
         """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
-        is_line = self.rough is None and self.indenter.is_line and not self.loading.stroke
-        return self.is_on_rings or is_line
+        return self._is_plain and self.geometry is not Grid
+
+    @property
+    def _is_plain(self) -> bool:
+        return self.rough is None and not self.loading.stroke
 
     @property
     def tangential_ratio(
@@ -185,7 +189,7 @@ class Draft(Setup):
     @property
     def tangential_load(
         self,
-    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N", in_line=True)]:
+    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
         """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
         return self.loading.amplitude(*self._unworn)
 
@@ -236,18 +240,10 @@ class Draft(Setup):
 
     @property
     def scar_half_width(self) -> float:
-        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume.
-
-        A segment of the half-width b and the depth b²/2R has the area 2b³/3R, a cap the volume
-        πb⁴/4R.
-        """
+        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
         path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
-        worn = (
-            self.combined_wear_coefficient * path * self.hertz.load * self.indenter.curvature_radius
-        )
-        if self.indenter.is_line:
-            return self.hertz_radius + math.cbrt(1.5 * worn)
-        return self.hertz_radius + math.sqrt(math.sqrt(4.0 / math.pi * worn))
+        volume = self.combined_wear_coefficient * path * self.hertz.load
+        return self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
 
     def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
         """Each block as a case (None if it is not valid), with the cycle at which it ends."""

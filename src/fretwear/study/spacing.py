@@ -17,14 +17,15 @@ from fretwear.theory import (
     LineContact,
     share_of_band,
 )
+from fretwear.units import LINE_CONTACT, POINT_CONTACT
 
 Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
-CELLS_PER_SLIDING_RADIUS = (8, 16)  # of a point and a line contact
-CELLS_PER_SLIDING_EDGE = 8  # of a rounded edge, up to so many on the radius:
-MOST_CELLS_PER_SLIDING_RADIUS = (16, 400)
+CELLS_PER_SLIDING_EDGE = 8
+# On the radius of a contact over a stroke, and the most for the sake of a rounded edge.
+CELLS_PER_SLIDING_RADIUS = {POINT_CONTACT: (8, 16), LINE_CONTACT: (16, 400)}
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
 
@@ -72,10 +73,10 @@ def usual_spacing(case: Draft) -> Spacing:
     (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
     area = sides * math.prod(case.indenter.half_widths(case.hertz))
-    if case.indenter.is_line:
+    if case.frame is LINE_CONTACT:
         dx = dy = min(most_x, max(dx, case.hertz_radius / MOST_STRIPS))
     # The second pass corrects what the first has widened along one axis only.
-    for _ in range(0 if case.indenter.is_line else 2):
+    for _ in case.frame.axes[1:] * 2:
         wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
         dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     if case.is_graded:
@@ -93,7 +94,7 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     Wave lengths count along their own direction, so dx and dy differ where the waves do.
     """
     zones = zones_of_tip(case)
-    radius, stick, is_line = case.hertz_radius, case.stick_radius, case.indenter.is_line
+    radius, stick = case.hertz_radius, case.stick_radius
     in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
     cells = CELLS_PER_CONTACT_RADIUS
     if in_a_ring:
@@ -111,14 +112,14 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     )
     if case.loading.stroke:
         edge = case.indenter.edge(case.hertz) / CELLS_PER_SLIDING_EDGE
-        least = radius / MOST_CELLS_PER_SLIDING_RADIUS[is_line]
-        contact = min(radius / CELLS_PER_SLIDING_RADIUS[is_line], max(edge, least))
+        usual, most = CELLS_PER_SLIDING_RADIUS[case.frame]
+        contact = min(radius / usual, max(edge, radius / most))
     # An elliptical contact is resolved alike along both of its axes.
     wide = (half / radius * contact for half in case.indenter.half_widths(case.hertz))
     fine = [[length / part.cells for length in part.finest] for part in case.surfaces.values()]
     dx, dy = (min(widths) for widths in zip(wide, *fine, strict=True))
     # A line contact has one row of cells.
-    coarse = dx, dx if is_line else dy
+    coarse = dx, dy if "y" in case.frame.axes else dx
     tips = ([wide / cells for wide in widths] for widths, cells in zones.values())
     dx, dy = (min(widths) for widths in zip(coarse, *tips, strict=True))
     return coarse, (dx, dy)
@@ -145,7 +146,7 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     tip = None if case.rough is None else case.rough.tip
     if tip is None:
         return {}
-    if case.indenter.is_line:
+    if case.frame is LINE_CONTACT:
         return {} if case.loading.stroke else _zones_of_ridge(case, tip)
     if _closing_pressure(case) <= case.hertz_pressure:
         return {}
@@ -243,7 +244,7 @@ def narrowest_cell(case: Draft) -> float:
 def narrowest_graded(case: Draft) -> float:
     """Return the width, m, of the narrowest strips or rings that the smooth contact would have."""
     radius, stick = case.hertz_radius, case.stick_radius
-    if case.indenter.is_line:
+    if case.frame is LINE_CONTACT:
         return NARROWEST_STRIP * radius
     return NARROWEST_RING * min(radius - stick, stick or radius)
 

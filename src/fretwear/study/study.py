@@ -266,7 +266,7 @@ def _checked(
     # Axes within a part that could not be read are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
-        if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
+        if axis.name == "indenter" and len({part.frame for part in axis.values}) > 1:
             rule = "has cylinders, whose results are per length, beside others"
             problems.add("vary.indenter", None, rule, "make two studies of it")
     title = sections.title or file.stem

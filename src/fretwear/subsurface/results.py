@@ -188,7 +188,7 @@ def stress(
         coordinates |= edges
     if distance is not None:
         variables |= _at_distance(history, distance, ds, constants)
-    force = LOOP[0].per_length if surface.reference is not None else LOOP[0]
+    force = LOOP[0].in_frame(case.frame)
     integral = surface.half_space.geometry.integral
     falling = np.array([integral(shear) for shear in history.tractions.shear])
     coordinates |= {
@@ -301,18 +301,17 @@ def _surface(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurf
         )
     fields = [np.asarray(snapshot[name].values, np.float64) for name in _FIELDS]
     even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
-    in_line = fields[0].ndim == 1
-    if in_line:
+    axes = case.frame.axes
+    if Y.name not in axes:
         fields, even[1] = [field[:, None] for field in fields], False
     if not fields[1].any():
         raise StressError("there is no shear traction in this snapshot, so no loop of stresses")
-    for axis in (0, 1)[: 1 if in_line else 2]:
+    for axis in range(len(axes)):
         if not even[axis] and all(np.array_equal(f, np.flip(f, axis)) for f in fields):
             fields = [np.split(field, 2, axis)[1] for field in fields]
             even[axis] = True
-    if in_line and not even[0]:
+    if Y.name not in axes and not even[0]:
         raise StressError("stresses of line contacts are known for even ones only")
-    axes = (X.name,) if in_line else (X.name, Y.name)
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
     least = setup.unworn_sliding.of_smooth(hertz)[0]
@@ -448,9 +447,8 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     tension = np.maximum(steady[0] + abs(alternating[:, 0]).max(axis=0), 0.0)
     surface = history.surface
     work = abs(surface.shear) * slip
-    in_line = surface.reference is not None
     # Of the rows on both sides of y = 0 the mean, which is either if the contact is even.
-    middle = 0 if surface.even[1] or in_line else work.shape[1] // 2
+    middle = 0 if surface.even[1] or surface.plane_strain else work.shape[1] // 2
     row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)
     both = np.concatenate([row[::-1], row]) if surface.even[0] else row
     result: Array = tension * both

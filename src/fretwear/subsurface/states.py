@@ -44,6 +44,11 @@ class LoadedSurface:
     #: The unworn contact and that under its reduced load, if these determine slip.
     unworn: tuple[HertzContact, HertzContact | None] | None = None
 
+    @property
+    def plane_strain(self) -> bool:
+        """Whether it is a line contact."""
+        return self.reference is not None
+
     @cached_property
     def half_space(self) -> HalfSpace:
         """The elastic bodies."""
@@ -56,8 +61,9 @@ class LoadedSurface:
     def positions(self, *, whole: bool) -> tuple[Array, Array]:
         """Centres of the cells of a layer along x and y, m, or of a section, where y is 0."""
         fields = self.pressure[None]
-        in_line = self.reference is not None
-        of_cells = Tractions(fields, fields, self.spacing, self.even, self.poisson_ratio, in_line)
+        of_cells = Tractions(
+            fields, fields, self.spacing, self.even, self.poisson_ratio, self.plane_strain
+        )
         return of_cells.x, of_cells.y if whole else np.zeros(1)
 
     def over_half_a_loop(self, count: int) -> Array:
@@ -127,7 +133,7 @@ class StressHistory:
             surface.spacing,
             surface.even,
             surface.poisson_ratio,
-            surface.reference is not None,
+            surface.plane_strain,
         )
 
     @property
@@ -187,7 +193,7 @@ class StressHistory:
             ratio = self.force_ratio[: len(alternating)]
             bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
             alternating[:, 0] += bulk
-            if self.surface.reference is not None:
+            if self.surface.plane_strain:
                 alternating[:, 1] += self.surface.poisson_ratio * bulk
         return steady, alternating
 

@@ -36,6 +36,13 @@ class LineContact(HertzContact):
 
         return self.with_load(most * math.exp(find_root(missing, _LIGHTEST, 0.0)))
 
+    def scar_half_width(self, volume: float, radius: float) -> float:
+        """Half-width, m, once a volume per length, m², has worn off a body of a radius, m.
+
+        A segment of half-width b and depth b²/2R has the area 2b³/3R.
+        """
+        return self.contact_radius + math.cbrt(1.5 * (volume * radius))
+
     @property
     def contact_radius(self) -> float:
         """Half-width of the contact a = (4 P R / π E*)^(1/2), m."""

@@ -115,6 +115,14 @@ class HertzContact:
         """Contact of the same bodies under another load (N)."""
         return replace(self, load=load)
 
+    def scar_half_width(self, volume: float, radius: float) -> float:
+        """Half-width, m, once a volume, m³, has worn off a body of a radius of curvature, m.
+
+        A cap of half-width b and depth b²/2R has the volume πb⁴/4R.
+        """
+        cap = 4.0 / math.pi * (volume * radius)
+        return self.contact_radius + math.sqrt(math.sqrt(cap))
+
     def with_approach(self, approach: float) -> Self:
         """Contact of the same bodies at an approach (m): P = (4/3) E* √R δ^1.5."""
         require_positive(approach=approach)
