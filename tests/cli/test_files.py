@@ -38,6 +38,35 @@ def copied(finished_desk, desk):
     return desk
 
 
+ADDED = """
+from markupsafe import Markup
+from fretwear.figures.style import JournalFigure
+from fretwear.figures.study import StudyFigure
+from fretwear.report import Section
+
+def figures(summary, cases):
+    yield StudyFigure("points", f"{summary.sizes['load']} loads.", "More", JournalFigure(1, 50.0))
+
+def sections(summary, cases):
+    yield Section("files", "Files", Markup(len(list(cases.glob("*.nc")))))
+"""
+
+
+def test_packages_add_figures_and_sections_by_entry_points(copied, monkeypatch):
+    folder = copied.folder / "more-1.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: more\nVersion: 1.0\n")
+    points = (f"[fretwear.{each}]\nmore = more_of_it:{each}\n" for each in ("figures", "sections"))
+    (folder / "entry_points.txt").write_text("".join(points))
+    (copied.folder / "more_of_it.py").write_text(ADDED)
+    monkeypatch.syspath_prepend(copied.folder)
+    for step in ("figures", "report"):
+        copied.call(step, "tiny.yaml")
+    page = (copied.folder / "results/tiny/report.html").read_text(encoding="utf-8")
+    assert "2 loads." in page
+    assert re.search(r'id="files".*?Files.*?2', page, re.DOTALL)
+
+
 def fill(disk, leaving):
     free = shutil.disk_usage(disk).free
     (disk / "filler").write_bytes(b"x" * (free - leaving))

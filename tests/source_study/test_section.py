@@ -140,6 +140,12 @@ def found(figures, number):
     return next(figure for name, figure in figures.items() if name.startswith(f"fig{number:02d}_"))
 
 
+def test_every_study_is_searched_for_the_cases_of_the_source_study():
+    for group, function in (("figures", source_figures), ("sections", source_sections)):
+        found = entry_points(group=f"fretwear.{group}", name="source_study")
+        assert {entry.load() for entry in found} == {function}
+
+
 def test_every_figure_of_the_source_study_is_there_under_its_number(figures, merged):
     numbers = [int(name[3:5]) for name in figures if name.startswith("fig")]
     assert tuple(numbers) == NUMBERS

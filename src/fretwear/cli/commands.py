@@ -7,7 +7,7 @@ import inspect
 import json
 import re
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import wraps
@@ -26,6 +26,7 @@ from fretwear.cli.common import (
     Status,
     StudyFile,
     Threads,
+    added,
     aligned,
     argument,
     case_ids,
@@ -353,15 +354,14 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
-    from fretwear.figures.study import write_study_figures
-    from fretwear.source_study.figures import source_figures
+    from fretwear.figures.study import StudyFigure, write_study_figures
 
     # Objects loaded by now stay; scanning them again and again would take a fifth of the time.
     gc.freeze()
     gc.set_threshold(100_000, 10, 10)
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
     with open_summary(merged) as summary, open_history(merged) as history:
-        extra = source_figures(summary, cases)
+        extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
@@ -373,12 +373,11 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
 
     from fretwear.data.files import open_summary
     from fretwear.data.safe import write_text
-    from fretwear.report import answer_text, answers, build_report
-    from fretwear.source_study.claims import source_sections
+    from fretwear.report import Section, answer_text, answers, build_report
     from fretwear.study.plan import Plan
 
     with open_summary(folder / "summary.nc") as summary:
-        sections = source_sections(summary, folder / "cases")
+        sections: Iterator[Section] = added("fretwear.sections", summary, folder / "cases")
         page = build_report(Plan(study), summary, folder, sections=sections)
         answer = answer_text(answers(summary))
     write_text(folder / "report.html", page)

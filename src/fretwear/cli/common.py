@@ -9,8 +9,9 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fretwear.study.study import Study
+
+Added = TypeVar("Added")
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
@@ -43,6 +46,12 @@ class CommandError(Exception):
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
         self.status = status
+
+
+def added(group: str, summary: xr.Dataset, cases: Path) -> Iterator[Added]:
+    """Yield what the entry points of a group add to a merged study with a folder of case files."""
+    for entry in entry_points(group=group):
+        yield from entry.load()(summary, cases)
 
 
 # Completions that the shell offers at the tab key besides commands, options and files.
