@@ -20,7 +20,14 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
-from fretwear.mechanics.wear_laws import Archard, EnergyWear, FallingCoefficient, PowerLaw
+from fretwear.mechanics.wear_laws import (
+    Archard,
+    EnergyWear,
+    FallingCoefficient,
+    Means,
+    PowerLaw,
+    RimAndCore,
+)
 from fretwear.running.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
@@ -363,6 +370,54 @@ def test_a_power_law_over_a_stroke_wears_by_its_factors():
         for law in (Archard((INDENTER, FLAT)), Archard((PowerLaw(INDENTER), PowerLaw(FLAT))))
     )
     assert np.array_equal(plain.worn, power.worn)
+
+
+def oxidised(core=(0.6e-14, 1.2e-14), width=0.5 * A, stroke=5e-6, **changes):
+    """A rim and a core, both bodies by ratios of their own."""
+    law = EnergyWear(RimAndCore((4e-14, 6e-14), core, width))
+    return sliding(stroke, wear_law=law, **changes)
+
+
+def test_a_rim_wears_faster_than_the_core_as_in_explicit_small_steps():
+    """Euler's method on contacts of given shapes; debris keeps the load on the rim: a W."""
+    problem, cycles, steps = oxidised(debris_fraction=0.9), 2000.0, 150
+    *_, last = slide(problem, (cycles,), 1e-3)
+    places, x, h = Rubbing(problem, last.geometry.shape), last.geometry.x, problem.spacing[0]
+    wear, start = np.zeros((2, x.size, 1)), last.pressures
+    for _ in range(steps):
+        start, means, _ = places.solve(0.1 * wear, np.zeros((2, 1, 1)), start)
+        inside = places.half_widths(start)[0] - 0.5 * A - x
+        core = np.clip(0.5 + inside / h, 0.0, 1.0)[:, None]
+        for body, fast, slow in ((0, 6e-14, 1.2e-14), (1, 4e-14, 0.6e-14)):
+            coefficient = 0.9 * (fast + (slow - fast) * core)
+            wear[body] += cycles / steps * 4.0 * 5e-6 * coefficient * means[body]
+    assert np.abs(last.worn - wear).sum() <= 0.005 * wear.sum()
+    assert last.wear_flat.max() > 1.5 * last.wear_flat[0, 0]
+    assert x[last.wear_flat.argmax()] == pytest.approx(inside[0] + x[0], abs=0.2 * A)
+
+
+def test_rim_and_core_end_in_the_constant_laws():
+    *_, same = slide(oxidised((4e-14, 6e-14)), (500.0,))
+    *_, plain = slide(sliding(5e-6, wear_law=EnergyWear((4e-14, 6e-14))), (500.0,))
+    assert np.array_equal(same.worn, plain.worn)
+    *_, all_rim = slide(oxidised(width=20 * A), (500.0,))
+    assert all_rim.worn.sum() == pytest.approx(plain.worn.sum(), rel=1e-3)
+    # A contact that hardly moves is all core but for half a cell at its edge.
+    *_, no_rim = slide(oxidised(width=1e-3 * A, stroke=1e-7), (500.0,))
+    *_, core = slide(sliding(1e-7, wear_law=EnergyWear((0.6e-14, 1.2e-14))), (500.0,))
+    assert no_rim.worn.sum() == pytest.approx(core.worn.sum(), rel=0.05)
+    law = RimAndCore(4e-14, 1e-14, A, width_exponent=-0.7, reference_frequency=1.0)
+    assert law.zones(Means(half_width_x=A), 5.0).width == pytest.approx(A * 5.0**-0.7)
+
+
+@pytest.mark.parametrize("ball", [False, True])
+def test_the_edge_of_a_contact_is_found_within_a_cell(ball):
+    problem = rubbing(0.3, cells=12) if ball else sliding()
+    *_, first = slide(problem, (1e-6,))
+    wide, high = Rubbing(problem, first.geometry.shape).half_widths(first.pressures)
+    radius = problem.hertz.contact_radius
+    assert wide == pytest.approx(radius, rel=0.05)
+    assert high == (pytest.approx(radius, rel=0.05) if ball else math.inf)
 
 
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():

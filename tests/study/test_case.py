@@ -21,6 +21,7 @@ from ..studies import WAVES, refusal, steel
 
 # Waves much longer than a slip annulus.
 LONG = {**WAVES, "slope_x": "0.3 deg", "slope_y": "0.1 deg"}
+RIM = {"rim": 4e-13, "core": 1e-13, "rim_width": 1e-4}
 FALLING = {"slow": 4e-13, "fast": 1e-13, "decay": 11e-6, "frequency": 10.0}
 # As a dataset has it: without the file itself.
 MEASURED = {"kind": "measured", "file": f"disc.x3p sha256:{64 * 'a'}", "body": "flat"}
@@ -155,6 +156,14 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         (
             {"wear_coefficient": [0, {"value": 0, "frequency_exponent": 1}]},
             ["wear_coefficient[1].value = 0: must be larger than 0"],
+        ),
+        (
+            {"wear_coefficient": None, "energy_wear_coefficient": RIM},
+            ["has a rim and a core, which only a contact with sliding_amplitude has"],
+        ),
+        (
+            {"wear_coefficient": None, "energy_wear_coefficient": {**RIM, "width_exponent": -1}},
+            ["energy_wear_coefficient", "needs reference_frequency for its width_exponent"],
         ),
         ({"wear_coefficient": 0}, ["wear_coefficient = 0: must be larger than 0"]),
         (

@@ -145,6 +145,20 @@ class Rubbing:
             self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
         self._inverses: dict[int, tuple[Places, Array]] = {}
 
+    def half_widths(self, pressures: Array) -> tuple[float, float]:
+        """Half-widths along x and y, m, mean over the positions; infinite along y in line contact.
+
+        The pressure of the outermost cell falls on to zero as it does from the cell before.
+        """
+        wide, high, size = 0.0, 0.0, self.x[1] - self.x[0]
+        for weight, pressure in zip(self.weights, pressures, strict=True):
+            along = _outermost(pressure[:, 0]) + _outermost(pressure[::-1, 0]) + 1 - self.x.size
+            wide += weight * size * along
+            if self.rows > 1:
+                middle = pressure[int(np.argmax(pressure[:, 0]))]
+                high += weight * 2.0 * (self.y[1] - self.y[0]) * (_outermost(middle) + 0.5)
+        return float(wide), float(high) if self.rows > 1 else inf
+
     def displacement(self, pressure: Array) -> Array:
         """Displacement of all cells, m, under a pressure, Pa."""
         field = pressure.reshape(-1, self.rows)
@@ -308,3 +322,10 @@ class Rubbing:
                 depth = np.maximum(sunk[full], 0.0)[sinking.row]
                 np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
         return pressures, now_closed, now_capped, flow
+
+
+def _outermost(pressure: Array) -> float:
+    """Position in cells, from the first one, at which the pressure of the last falls to zero."""
+    last = int(np.flatnonzero(pressure)[-1])
+    falls = float(pressure[last - 1] - pressure[last]) if last else 0.0
+    return last + (min(float(pressure[last]) / falls, 1.0) if falls > 0.0 else 1.0)

@@ -222,7 +222,8 @@ class Setup:
             self.loading.displacement(friction, self.coupling, hertz) - 0.8 * moved,
             0.2 * ratio**2 * moved,
         )
-        return Means(0.0, hertz.mean_pressure, slip)
+        wide, high = self.indenter.half_widths(hertz)
+        return Means(0.0, hertz.mean_pressure, slip, wide, inf if self.indenter.is_line else high)
 
     def under(self, means: Means) -> Self:
         """The setup with the constant wear coefficient that a contact of these means has."""

@@ -150,18 +150,25 @@ class _Slider(Integrator[StrokeState]):
             if rubbing is self.rubbing:
                 break
         cycle, step = (0.0, 0) if before is None else (before.cycle, before.step)
-        growth = self.opens * self.rates(cycle).sum() * hertz.peak_pressure
+        growth = self.opens * self.rates(cycle).max(axis=(1, 2)).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
         first = _FIRST_STEP * depth / growth if growth > 0 else inf
         state = self._state(cycle, step, contacts, worn, sunk + contacts.flow)
         self.state = replace(state, next_step=first)
 
     def rates(self, cycle: float, means: Means | None = None) -> Array:
-        """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1)."""
+        """Wear depth of both bodies per mean pressure and cycle, m/Pa.
+
+        The shape is (2, 1, 1), or that of the wear where the coefficient depends on the place.
+        """
         problem = self.problem.at(cycle)
         problem = problem.under(problem.unworn_means if means is None else means)
         shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
-        return np.asarray(4.0 * problem.loading.stroke * problem.combined_wear_coefficient * shares)
+        rates = np.asarray(
+            4.0 * problem.loading.stroke * problem.combined_wear_coefficient * shares
+        )
+        zones = problem.wear_law.zones
+        return rates if zones is None else rates * zones.factors(self.rubbing.geometry)
 
     def means(self, cycle: float, pressures: Array) -> Means:
         """Means of the contacts at all positions, which coefficients of wear may follow."""
@@ -171,7 +178,8 @@ class _Slider(Integrator[StrokeState]):
         area = 2.0 * rubbing.area * float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
         load, stroke = problem.hertz.load, problem.loading.stroke
         force = problem.friction_law.coefficient * load
-        return Means(4.0 * force * stroke / area, load / area, stroke)
+        wide, high = rubbing.half_widths(pressures)
+        return Means(4.0 * force * stroke / area, load / area, stroke, wide, high)
 
     def attempt(
         self, step: float, end: float, *, output_step: bool

@@ -10,6 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.materials import Friction
 from fretwear.mechanics.values import OfBodies
 from fretwear.parts import Mapped, Part, Quantity
@@ -24,11 +28,15 @@ class Means(NamedTuple):
     energy_density: float = 0.0  # dissipated energy per cycle and area of contact, J/m²
     pressure: float = 0.0  # load per area of contact, Pa
     slip: float = 0.0  # amplitude, m, weighted by pressure: E_d/4µP
+    half_width_x: float = 0.0  # of the contact, mean over the stroke, m
+    half_width_y: float = math.inf  # the same along y; infinite in line contact
 
     def ahead(self, before: Means, times: float) -> Means:
         """The means if the change since others continues, so many times as long."""
+        # An infinite half-width stays so.
         pairs = zip(self, before, strict=True)
-        return Means(*(max(now + times * (now - then), _LEAST_LEFT * now) for now, then in pairs))
+        changes = ((now, now - then if now < math.inf else 0.0) for now, then in pairs)
+        return Means(*(max(now + times * change, _LEAST_LEFT * now) for now, change in changes))
 
 
 class Coefficient(Part):
@@ -173,6 +181,95 @@ class FallingCoefficient(Coefficient):
         return (slow - fast) * fading + fast
 
 
+@dataclass(frozen=True)
+class RimAndCore(Coefficient):
+    """A coefficient of a rim along the edge of contact, which oxygen reaches, and one of the core.
+
+    The width of the rim is w (f/f_r)^q at the frequency f. The edge is that of a contact in the
+    middle of the stroke, for points of both bodies.
+    """
+
+    rim: Annotated[
+        float | OfBodies,
+        OfBodies.of(Quantity("Pa-1", "$α_r$", "wear per energy in the rim", "mm^3/J", above=0.0)),
+    ]
+    core: Annotated[
+        float | OfBodies,
+        OfBodies.of(Quantity("Pa-1", "$α_c$", "wear per energy in the core", "mm^3/J", above=0.0)),
+    ]
+    rim_width: Annotated[float, Quantity("m", "$w$", "width of the rim", "mm", above=0.0)]
+    width_exponent: Annotated[
+        float, Quantity("1", "$q$", "width exponent", like="-0.71", unsaid=0.0)
+    ] = 0.0
+    reference_frequency: Annotated[
+        float,
+        Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
+    ] = 0.0
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """Both coefficients must be of both bodies together, or of each, and both must wear."""
+        if self.width_exponent and not self.reference_frequency:
+            return "needs reference_frequency for its width_exponent", "such as 1 Hz"
+        if self.is_of_each != isinstance(self.core, OfBodies):
+            rule = "must have pairs [indenter, flat] for rim and core, or for neither"
+            return rule, "rim: [2e-4 mm^3/J, 2e-4 mm^3/J]"
+        if self.is_of_each and 0.0 in (*self.rim, *self.core):  # type: ignore[misc]
+            return "must be larger than 0 for each body", "rim: [2e-4 mm^3/J, 2e-4 mm^3/J]"
+        return None
+
+    @property
+    def needs_frequency(self) -> bool:  # type: ignore[override]
+        """Whether the width of the rim follows the frequency."""
+        return bool(self.width_exponent)
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether it has a value for each body."""
+        return isinstance(self.rim, OfBodies)
+
+    def __float__(self) -> float:
+        return float(self.rim)
+
+    def under(self, means: Means, frequency: float | None) -> float | OfBodies:  # noqa: ARG002
+        """α of the rim, 1/Pa; `zones` has the core."""
+        return self.rim
+
+    def zones(self, means: Means, frequency: float | None) -> Zones:
+        """Rim and core of a contact."""
+        width = self.rim_width
+        if self.width_exponent and frequency is not None:
+            width *= (frequency / self.reference_frequency) ** self.width_exponent
+        pairs = ((self.rim, self.core),)
+        if isinstance(self.rim, OfBodies) and isinstance(self.core, OfBodies):
+            pairs = zip(self.rim, self.core, strict=True)  # type: ignore[assignment]
+        core = tuple(float(core) / float(rim) for rim, core in pairs)
+        return Zones(core, width, (means.half_width_x, means.half_width_y))
+
+
+@dataclass(frozen=True)
+class Zones:
+    """A rim along the edge of a contact, and the core inside of it."""
+
+    core: tuple[float, ...]  # coefficient in the core over that in the rim, of indenter and flat
+    width: float  # of the rim, m
+    half_widths: tuple[float, float]  # of the contact along x and y, m
+
+    def factors(self, geometry: Geometry) -> Array:
+        """Coefficient on the cells over that in the rim, of flat and indenter: 1 or 2 fields.
+
+        The distance from the edge is measured towards the centre, exact for strips and circles. A
+        cell on the boundary has the mean of its parts.
+        """
+        x, y = geometry.x[:, None], geometry.y[None, :]
+        along, across = self.half_widths
+        out = np.maximum(np.hypot(x / along, y / across), 1e-12)
+        distance = np.hypot(x, y * bool(math.isfinite(across))) * (1.0 / out - 1.0)
+        inner = np.clip(0.5 + (distance - self.width) / geometry.widths, 0.0, 1.0)
+        core = np.array(self.core)[::-1, None, None]
+        return np.asarray(1.0 + (core - 1.0) * inner)
+
+
 class WearLaw(Part):
     """Worn depth in proportion to pressure and path of slip."""
 
@@ -181,6 +278,8 @@ class WearLaw(Part):
     follows_contact = False  # whether the coefficient changes as the bodies wear
     # Fractions of indenter and flat in the wear; None if they change, or only the sum is known.
     shares: tuple[float, float] | None = None
+    is_in_zones = False  # whether the coefficient depends on the place
+    zones: Zones | None = None  # where the coefficient depends on the place; set by `under`
 
     def coefficient(self, friction: Friction) -> float:
         """Worn depth of both bodies together per pressure and path of slip, 1/Pa."""
@@ -221,6 +320,11 @@ class _OfCoefficient(WearLaw):
         return any(part.needs_frequency for part in self._following)
 
     @property
+    def is_in_zones(self) -> bool:  # type: ignore[override]
+        """Whether the coefficient depends on the place."""
+        return isinstance(self._value, RimAndCore)
+
+    @property
     def follows_contact(self) -> bool:  # type: ignore[override]
         """Whether the coefficient changes as the bodies wear."""
         return any(part.follows_contact for part in self._following)
@@ -240,7 +344,10 @@ class _OfCoefficient(WearLaw):
 
         value, (name,) = self._value, self.parameters()
         one = OfBodies(map(constant, value)) if isinstance(value, OfBodies) else constant(value)
-        return self.unchecked(**{name: one})
+        law = self.unchecked(**{name: one})
+        if isinstance(value, RimAndCore):
+            vars(law)["zones"] = value.zones(means, frequency)
+        return law
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
@@ -290,12 +397,13 @@ class EnergyWear(_OfCoefficient):
                 "Pa-1", "$α$", "energy wear coefficient", "mm^3/J", like="5e-5 mm^3/J", above=0.0
             ),
             Mapped(PowerLaw),
-            together=(Mapped(FallingCoefficient),),
+            together=(Mapped(FallingCoefficient), Mapped(RimAndCore)),
         ),
         "Wear volume per dissipated energy α, of both bodies together or "
         "[indenter, flat]; or a power law as in wear_coefficient; or a mapping of slow, fast and "
         "decay where it falls with the mean density of friction power, at the frequency of the "
-        "case. Or give wear_coefficient.",
+        "case; or of rim, core and rim_width where oxygen reaches a rim along the edge of contact. "
+        "Or give wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -155,6 +155,14 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
         yield Problem(name, about.text(float(getattr(law, name))), rule, f"write {hint}")
 
 
+@_needing("wear_law loading")
+def _zones_slide(case: Draft) -> Iterator[Problem]:
+    if not case.loading.stroke and case.wear_law.is_in_zones:
+        rule = "has a rim and a core, which only a contact with sliding_amplitude has"
+        hint = "write sliding_amplitude: 25 um, or a coefficient without zones"
+        yield Problem(next(iter(case.wear_law.parameters())), None, rule, hint)
+
+
 @_needing("wear_law frequency")
 def _frequency_is_known(case: Draft) -> Iterator[Problem]:
     if case.wear_law.needs_frequency and case.frequency is None:
