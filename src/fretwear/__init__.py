@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.study import load_study
+    from fretwear.subsurface.fatigue import fatigue
     from fretwear.subsurface.results import stress
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "DoubtfulResultWarning",
     "WavyRoughness",
     "__version__",
+    "fatigue",
     "figures",
     "load_study",
     "open_case",
@@ -42,6 +44,7 @@ _HOMES = {
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
     "simulate": "fretwear.running.simulate",
+    "fatigue": "fretwear.subsurface.fatigue",
     "stress": "fretwear.subsurface.results",
 }
 

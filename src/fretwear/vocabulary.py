@@ -320,6 +320,26 @@ ruiz                | Pa2 m | | | Ruiz parameter | |
 )
 """Parameters for the initiation of cracks in a loop of stresses."""
 
+FATIGUE = _rows(
+    r"""
+largest_tension | Pa | | MPa | largest surface stress along x | free | at the edge of contact
+largest_smith_watson_topper | Pa | $P_\mathrm{max}$ | MPa | largest Smith–Watson–Topper parameter |
+    | on the plane y = 0, below the surface
+crack_x     | m | | µm | place of the largest parameter along x | free | where a crack is expected
+crack_depth | m | | µm | depth of the largest parameter | | below the surface of the snapshot
+crack_angle | degree | | | steepness of the worst plane | | angle between it and the surface
+life        | 1 | | | fatigue life at the stresses of the snapshot | log | to a crack, in cycles;
+    infinite where nothing is in tension
+largest_damage | 1 | $D$ | 1 | largest fatigue damage of what is left | | Miner's sum since
+    cycle 0 of points that keep their place in the material; 1 is a crack
+crack_cycle | 1 | | | cycle of the first crack | none | by Miner's sum, also of points that
+    wear has removed since; NaN if there is none
+fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or without wear;
+    1 wear wins: a crack would be there without it, or was worn away; 2 a crack wins
+"""
+)
+"""What stresses over the snapshots say of cracks, dimension ``cycle``."""
+
 HEADLINES = (
     "wear_volume",
     "maximum_wear_depth",

@@ -34,3 +34,21 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
 def test_wrong_input_is_told(desk, case_file, options, reason):
     assert reason in desk.call("stress", case_file, *options, status=2).stderr
     assert desk.files() == ["tiny.yaml"]
+
+
+def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
+    constants = ("--basquin", "1000 MPa, -0.1", "--manson-coffin", "0.5,-0.6")
+    options = ("--phases", 4, "--depth", "0.2 mm")
+    said = desk.call("fatigue", case_file, "-o", "fatigue.nc", *constants, *options).stdout
+    head, *rows, path = said.splitlines()
+    assert head.split()[0] == "cycle"
+    assert [row.split()[0] for row in rows] == ["0", "20", "200"]
+    assert all(row.endswith("no crack") for row in rows)
+    assert path == "fatigue.nc"
+    with xr.open_dataset("fatigue.nc") as stored:
+        assert stored.damage.dims == ("cycle", "x", "material_z")
+        assert stored.fatigue_strength == 1e9
+    reason = "must be ductility and exponent, such as '0.5, -0.6'"
+    assert reason in desk.call("fatigue", case_file, "--manson-coffin", 0.5, status=2).stderr
+    said = desk.call("export", "fatigue.nc", "--to", "csv").stdout.splitlines()
+    assert "fatigue-cycle-x-z.csv" in said

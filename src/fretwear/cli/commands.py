@@ -60,6 +60,8 @@ _DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
 _TO = "Format of the files."
 _EXPORTED = "File to write; several get names that begin like it."
 _EXPORTED_CYCLE = "A snapshot."
+_BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
+_MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
 _FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
 _FOLDER = typer.Argument(
@@ -430,10 +432,7 @@ def stress_below(
         from fretwear.subsurface import results
 
         try:
-            sensitivity, comma, strength = (fatemi_socie or "").partition(",")
-            if fatemi_socie is not None and not comma:
-                rule = "must be k and the yield strength, such as '1, 1000 MPa'"
-                raise CommandError(f"--fatemi-socie {fatemi_socie}: {rule}")
+            socie = _pair("--fatemi-socie", fatemi_socie, "k and the yield strength", "1, 1000 MPa")
             depths = [each for text in depth or () for each in text.split(",")]
             found = results.stress(
                 case,
@@ -441,8 +440,8 @@ def stress_below(
                 depths=depths or None,
                 whole=whole,
                 phases=phases,
-                bulk_stress=bulk_stress or "0 MPa",
-                fatemi_socie=(sensitivity, strength) if fatemi_socie else None,
+                bulk_stress=bulk_stress,
+                fatemi_socie=socie,
                 crossland=crossland,
                 dang_van=dang_van,
                 critical_distance=critical_distance,
@@ -454,6 +453,61 @@ def stress_below(
     for warning in found.attrs["warnings"].splitlines():
         typer.echo(f"fretwear: warning: {warning}", err=True)
     for line in aligned([*results.largest_values(found)], str.ljust):
+        say(line)
+    say(str(path))
+
+
+def _pair(name: str, text: str | None, what: str, example: str) -> tuple[str, str] | None:
+    """Two constants with a comma between them."""
+    first, comma, second = (text or "").partition(",")
+    if text is not None and not comma:
+        raise CommandError(f"{name} {text}: must be {what}, such as '{example}'")
+    return None if text is None else (first.strip(), second.strip())
+
+
+def fatigue_of(
+    file: CaseFile,
+    output: Annotated[
+        Path | None, option("-o/--output", "FATIGUE.nc", "File to write.", "OUT-fatigue.nc")
+    ] = None,
+    basquin: Annotated[str | None, option("--basquin", "STRENGTH,B", _BASQUIN)] = None,
+    manson_coffin: Annotated[str | None, option("--manson-coffin", "DUCTILITY,C", _MANSON)] = None,
+    depth: Annotated[
+        str | None, option("--depth", "DEPTH", "Largest depth.", "2 contact half-widths")
+    ] = None,
+    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
+    phases: Annotated[
+        int, typer.Option("--phases", metavar="NUMBER", help="Steps of the force over a cycle.")
+    ] = 32,
+) -> None:
+    """Tell where a crack is expected at each snapshot, and whether wear or the crack comes first.
+
+    Prints the largest Smith-Watson-Topper parameter with its place and plane and, with constants of
+    the material, lives and Miner's sum of points that wear brings to the surface and removes.
+    """
+    with opened(file) as (case, _):
+        path = check_output(output or file.with_name(f"{file.stem}-fatigue.nc"), ".nc")
+
+        from fretwear.subsurface import fatigue, results
+
+        elastic = _pair("--basquin", basquin, "the strength and the exponent", "1000 MPa, -0.1")
+        plastic = _pair("--manson-coffin", manson_coffin, "ductility and exponent", "0.5, -0.6")
+        try:
+            found = fatigue.fatigue(
+                case,
+                depth=depth,
+                basquin=elastic,
+                manson_coffin=plastic,
+                bulk_stress=bulk_stress,
+                phases=phases,
+                command="fretwear fatigue",
+            )
+        except results.StressError as error:
+            raise CommandError(f"{file}: {error}") from error
+        results.write_stresses(found, path)
+    for warning in found.attrs["warnings"].splitlines():
+        typer.echo(f"fretwear: warning: {warning}", err=True)
+    for line in aligned(fatigue.fatigue_table(found)):
         say(line)
     say(str(path))
 

@@ -41,7 +41,14 @@ from fretwear.study.spacing import (
 from fretwear.units import QuantityError
 
 # Parameters added later: with their defaults, cases keep their earlier ids.
-_UNSAID_AT_DEFAULT = ("counterface", "frequency", "debris_fraction", "blocks", "error_estimate")
+_UNSAID_AT_DEFAULT = (
+    "counterface",
+    "frequency",
+    "debris_fraction",
+    "bulk_stress",
+    "blocks",
+    "error_estimate",
+)
 
 _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."

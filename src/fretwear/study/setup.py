@@ -115,6 +115,12 @@ class Draft(Setup):
         Quantity("1", "$γ$", "debris fraction", like="0.85", at_least=0.0, at_most=1.0),
         "Part γ of what is worn that stays between the bodies and carries load.",
     ] = 0.0
+    bulk_stress: Annotated[
+        float,
+        Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", at_least=0.0),
+        "Amplitude of a stress along x in the flat, in phase with the tangential force; for "
+        "stresses below the surface and cracks, without effect on contact and wear.",
+    ] = 0.0
     blocks: Annotated[
         tuple[Block, ...],
         Blocks(

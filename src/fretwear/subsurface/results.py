@@ -72,7 +72,7 @@ def stress(
     depths: Iterable[float | str] | None = None,
     whole: bool = False,
     phases: int = 32,
-    bulk_stress: float | str = 0.0,
+    bulk_stress: float | str | None = None,
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
     dang_van: float | None = None,
@@ -101,9 +101,10 @@ def stress(
         parameters for cracks, instead of both on the plane y = 0.
     phases : int
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
-    bulk_stress : float or str
-        Amplitude of a stress along x in the flat, Pa, in phase with the tangential force. In a
-        line contact the strain along y stays zero, in others the stress.
+    bulk_stress : float or str, optional
+        Amplitude of a stress along x in the flat, Pa, in phase with the tangential force; by
+        default that of the case. In a line contact the strain along y stays zero, in others the
+        stress.
     fatemi_socie : (float, float or str), optional
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
     crossland, dang_van : float, optional
@@ -136,7 +137,9 @@ def stress(
     if phases != int(phases) or phases < 2 or phases % 2:
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
     constants = _constants(fatemi_socie, crossland, dang_van)
-    bulk = _read("bulk_stress", bulk_stress, "Pa")
+    bulk = case.bulk_stress
+    if bulk_stress is not None:
+        bulk = read_quantity("bulk_stress", bulk_stress, "Pa")
     distance = _critical_distance(critical_distance)
     if points is not None and (depths is not None or whole):
         raise StressError("give either points or depths")
@@ -231,7 +234,7 @@ def open_stresses(path: Path) -> xr.Dataset:
     if problem := damage(path, "file of stresses"):
         raise DataFileError(path, problem, remedy)
     ds = xr.open_dataset(path, engine="netcdf4", decode_timedelta=False)
-    if STRESSES[0].name not in ds:
+    if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
         ds.close()
         raise DataFileError(path, "it is not a file of stresses", remedy)
     return ds
@@ -483,27 +486,28 @@ def _constants(
     if fatemi_socie is not None:
         if isinstance(fatemi_socie, str) or np.size(np.asarray(fatemi_socie, object)) != 2:
             raise StressError("fatemi_socie: must be k and the yield strength, (1, '1000 MPa')")
-        sensitivity = _read("fatemi_socie", fatemi_socie[0], "1")
-        strength = _read("fatemi_socie", fatemi_socie[1], "Pa")
+        sensitivity = read_quantity("fatemi_socie", fatemi_socie[0], "1")
+        strength = read_quantity("fatemi_socie", fatemi_socie[1], "Pa")
         if sensitivity < 0.0 or strength <= 0.0:
             raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
         found["fatemi_socie"] = sensitivity, strength
     for name, weight in (("crossland", crossland), ("dang_van", dang_van)):
         if weight is not None:
-            found[name] = (_read(name, weight, "1"),)
+            found[name] = (read_quantity(name, weight, "1"),)
     return found
 
 
 def _critical_distance(given: float | str | None) -> float | None:
     if given is None:
         return None
-    distance = _read("critical_distance", given, "m")
+    distance = read_quantity("critical_distance", given, "m")
     if not distance > 0.0:
         raise StressError(f"critical_distance = {given}: must be larger than 0")
     return distance
 
 
-def _read(name: str, value: object, si_unit: str) -> float:
+def read_quantity(name: str, value: object, si_unit: str) -> float:
+    """A number, or text with a unit, in SI units; `StressError` if it is neither."""
     try:
         number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
     except QuantityError as error:
@@ -524,7 +528,7 @@ def _points(points: ArrayLike) -> Array:
 
 
 def _depths(depths: Iterable[float | str]) -> Array:
-    known = np.array([_read(f"depths[{n}]", each, "m") for n, each in enumerate(depths)])
+    known = np.array([read_quantity(f"depths[{n}]", each, "m") for n, each in enumerate(depths)])
     for number, depth in enumerate(known):
         if not depth > 0.0:
             raise StressError(

@@ -1,0 +1,236 @@
+"""Where and when a case is expected to crack, and whether wear comes first, as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fretwear.arrays import Array
+from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.subsurface.life import StrainLife, summed_damage
+from fretwear.subsurface.results import StressError, read_quantity, stress
+from fretwear.units import cycle_text, listed, number_text
+from fretwear.vocabulary import CRACKS, CYCLE, DEPTH, FATIGUE, X
+
+# First and last depth of stresses, in contact half-widths, and how many there are.
+_FIRST, _LAST, _COUNT = 0.05, 2.0, 20
+# Points of the material above the first depth, as parts of it.
+_ABOVE = np.array([0.125, 0.25, 0.5])
+_SWT = CRACKS[0]
+_MATERIAL = "material_z"
+OUTCOMES = ("no crack", "wear wins", "crack wins")
+"""Words for the values of ``fatigue_outcome``."""
+
+# Heads of the columns of a table, and the units of their values.
+_HEADS = (
+    ("tension (MPa)", 1e6),
+    ("SWT (MPa)", 1e6),
+    ("x (µm)", 1e-6),
+    ("depth (µm)", 1e-6),
+    ("plane (°)", 1.0),
+    ("life", 1.0),
+    ("damage", 1.0),
+    ("crack at", 1.0),
+    ("outcome", 1.0),
+)
+
+
+def fatigue(
+    ds: xr.Dataset,
+    cycles: Iterable[float] | None = None,
+    *,
+    depth: float | str | None = None,
+    basquin: tuple[float | str, float | str] | None = None,
+    manson_coffin: tuple[float | str, float | str] | None = None,
+    bulk_stress: float | str | None = None,
+    phases: int = 32,
+    command: str = "fretwear.fatigue",
+) -> xr.Dataset:
+    """Find where a case is expected to crack at its snapshots, and whether wear comes first.
+
+    The criterion is the parameter of Smith, Watson and Topper on the plane y = 0. With constants of
+    the material it gives lives, and Miner's sum over the snapshots the damage of points that keep
+    their place in the flat, which wear brings to the surface and removes. Between snapshots wear
+    and stresses change linearly; closer to the surface than 0.05 contact half-widths the damage is
+    that at this depth.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset of a case, of `fretwear.simulate` or `fretwear.open_case`.
+    cycles : iterable of float, optional
+        Snapshots, by default all.
+    depth : float or str, optional
+        Largest depth that is looked at, m; by default 2 contact half-widths.
+    basquin : (float or str, float), optional
+        Fatigue strength σ_f', Pa, and exponent b < 0 in σ_a = σ_f' (2N)^b.
+    manson_coffin : (float, float), optional
+        Fatigue ductility ε_f' and exponent c < 0 in ε_a,p = ε_f' (2N)^c; without it strains are
+        elastic.
+    bulk_stress : float or str, optional
+        As for `fretwear.stress`; by default that of the case.
+    phases : int
+        Equal steps of the tangential force over a loop.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``smith_watson_topper`` (cycle, x, z), Pa, at depths below the surface of each snapshot, and
+        over ``cycle`` ``largest_tension``, ``largest_smith_watson_topper`` with its place,
+        ``crack_x``, ``crack_depth``, and ``crack_angle`` of the plane. With constants also
+        ``damage`` (cycle, x, material_z) at depths below the unworn surface, NaN where it is worn
+        away, and ``life``, ``largest_damage``, ``crack_cycle`` and ``fatigue_outcome``.
+
+    Raises
+    ------
+    StressError
+        As `fretwear.stress`, or if constants are wrong.
+    """
+    life = _life(basquin, manson_coffin)
+    known = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
+    asked = known if cycles is None else np.unique(np.array([*cycles], float))
+    if lacking := sorted({*asked.tolist()} - {*known.tolist()}):
+        there = listed([cycle_text(each) for each in known])
+        raise StressError(f"cycle {cycle_text(lacking[0])} is not a snapshot; there are {there}")
+    if not asked.size:
+        raise StressError("the dataset has no snapshots")
+    half_width = float(ds["contact_half_width_x"].sel({CYCLE.name: asked[0]}))
+    first, last = _FIRST * half_width, _LAST * half_width
+    if depth is not None:
+        last = read_quantity("depth", depth, "m")
+        if not last > first:
+            raise StressError(f"depth = {depth}: must be more than {first * 1e6:.3g} µm")
+    depths = np.geomspace(first, last, _COUNT)
+    at_cycles = [
+        stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
+    ]
+    parameters = np.stack([each[_SWT.name].values[:, 0] for each in at_cycles])
+    normals = np.stack([each[f"{_SWT.name}_normal"].values[:, 0] for each in at_cycles])
+    places = [np.unravel_index(each.argmax(), each.shape) for each in parameters]
+    x = at_cycles[0][X.name].values
+    tensions = [float(each.get("edge_stress_xx", each["stress_xx"]).max()) for each in at_cycles]
+    steepness = [
+        np.degrees(np.arccos(min(1.0, abs(float(normal[*place, 2])))))
+        for normal, place in zip(normals, places, strict=True)
+    ]
+    largest = np.array([field[place] for field, place in zip(parameters, places, strict=True)])
+    values: dict[str, Any] = {
+        "largest_tension": tensions,
+        "largest_smith_watson_topper": largest,
+        "crack_x": [x[place[0]] for place in places],
+        "crack_depth": [depths[place[1]] for place in places],
+        "crack_angle": steepness,
+    }
+    fields: dict[str, Any] = {
+        _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
+    }
+    warnings = dict.fromkeys(
+        warning for each in at_cycles for warning in each.attrs["warnings"].splitlines()
+    )
+    coordinates: dict[str, Any] = {
+        CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
+        X.name: (X.name, x, X.attributes),
+        DEPTH.name: (DEPTH.name, depths, DEPTH.attributes),
+    }
+    if life is not None:
+        constants = {n: float(v) for n, v in vars(life).items()}
+        modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
+        worn, doubt = _worn_flat(ds, asked, x)
+        warnings |= dict.fromkeys(doubt)
+        points = np.concatenate([_ABOVE * depths[0], depths])
+        damage = summed_damage(asked, parameters, depths, worn, points, life, modulus)
+        values |= _outcomes(asked, damage, 1.0 / life.cycles(parameters[0], modulus))
+        values["life"] = life.cycles(largest, modulus)
+        left = np.where(damage.removed, np.nan, damage.sums)
+        words = {"long_name": "fatigue damage", "units": "1", "comment": "1 is a crack"}
+        fields["damage"] = (CYCLE.name, X.name, _MATERIAL), left, words
+        words = {"long_name": "depth below the unworn surface of the flat", "units": "m"}
+        coordinates[_MATERIAL] = _MATERIAL, points, words
+    else:
+        constants = {}
+    scalars = {
+        each.name: (CYCLE.name, np.asarray(values[each.name], float), each.attributes)
+        for each in FATIGUE
+        if each.name in values
+    }
+    return xr.Dataset(
+        {**scalars, **fields},
+        coordinates,
+        {
+            "title": f"Fatigue and wear of case {ds.attrs['case_id']}",
+            "Conventions": CONVENTIONS,
+            "source": source(),
+            "history": history_line(command),
+            "parameters": ds.attrs["parameters"],
+            "case_id": ds.attrs["case_id"],
+            "bulk_stress": at_cycles[0].attrs["bulk_stress"],
+            **constants,
+            "warnings": "\n".join(warnings),
+        },
+    )
+
+
+def fatigue_table(found: xr.Dataset) -> list[tuple[str, ...]]:
+    """Rows of text about the snapshots of `fatigue`, below a row of words."""
+    columns = [(CYCLE.name, *map(cycle_text, found[CYCLE.name].values))]
+    for about, (head, size) in zip(FATIGUE, _HEADS, strict=True):
+        if about.name in found:
+            values = found[about.name].values
+            texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]
+            if about.name == "fatigue_outcome":
+                texts = [OUTCOMES[int(each)] for each in values]
+            columns.append((head, *texts))
+    return [*zip(*columns, strict=True)]
+
+
+def _outcomes(cycles: Array, damage: Any, rate_without_wear: Array) -> dict[str, Array]:
+    """Largest damage, first crack and outcome at each snapshot."""
+    left = np.where(damage.removed, 0.0, damage.sums)
+    cracked = (left >= 1.0).any(axis=(1, 2))
+    without = rate_without_wear.max() * (cycles - cycles[0]) >= 1.0
+    was = (damage.sums >= 1.0).any(axis=(1, 2))
+    outcome = np.where(cracked, 2, np.where(without | was, 1, 0))
+    first = damage.first_crack.min()
+    return {
+        "largest_damage": left.max(axis=(1, 2)),
+        "crack_cycle": np.where(cycles >= first, first, np.nan),
+        "fatigue_outcome": outcome,
+    }
+
+
+def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str]]:
+    """What wear has taken off the flat along x at y = 0, m, shape (k, nx), and doubts about it."""
+    whole = ds.fretwear.full()
+    name = "wear_depth_flat" if "wear_depth_flat" in whole else "wear_depth"
+    rows = line_near_the_middle(whole[name]).sel({CYCLE.name: cycles})
+    worn = np.stack([np.interp(x, rows[X.name].values, row) for row in rows.values])
+    if name == "wear_depth_flat":
+        return worn, []
+    doubt = "wear is that of both bodies together: half of it is taken to be of the flat"
+    return 0.5 * worn, [doubt] if worn.any() else []
+
+
+def _life(
+    basquin: tuple[float | str, float | str] | None,
+    manson_coffin: tuple[float | str, float | str] | None,
+) -> StrainLife | None:
+    """The constants of lives, or None; `StressError` if they are wrong."""
+    pairs = {"basquin": (basquin, "Pa"), "manson_coffin": (manson_coffin, "1")}
+    read: list[float] = []
+    for name, (pair, unit) in pairs.items():
+        if pair is None:
+            continue
+        if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
+            example = "('1000 MPa', -0.1)" if name == "basquin" else "(0.5, -0.6)"
+            raise StressError(f"{name}: must be a constant and an exponent, {example}")
+        constant, exponent = read_quantity(name, pair[0], unit), read_quantity(name, pair[1], "1")
+        if not constant > 0.0 or not exponent < 0.0:
+            raise StressError(f"{name}: the constant must be positive, the exponent negative")
+        read += [constant, exponent]
+    if manson_coffin is not None and basquin is None:
+        raise StressError("manson_coffin: give basquin too, the elastic part of a life")
+    return StrainLife(*read) if read else None
