@@ -117,7 +117,7 @@ class Draft(Setup):
     ] = 0.0
     bulk_stress: Annotated[
         float,
-        Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", at_least=0.0),
+        Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", "80 MPa", at_least=0.0),
         "Amplitude of a stress along x in the flat, in phase with the tangential force; for "
         "stresses below the surface and cracks, without effect on contact and wear.",
     ] = 0.0
