@@ -2,6 +2,7 @@
 
 import html
 import re
+from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
