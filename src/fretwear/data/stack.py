@@ -38,11 +38,11 @@ MOST_POSITIONS = 4096
 """Largest number of shared positions on either side of the middle."""
 
 
-Window = tuple[float, float, bool]
+_Window = tuple[float, float, bool]
 """Spacing and extent of a case along one direction, m, and whether it has both sides."""
 
 
-def window(cells: NDArray[np.float64]) -> Window:
+def window(cells: NDArray[np.float64]) -> _Window:
     """Return the window of a case with these cells along x or y."""
     is_whole = bool(cells[0] < 0.0)
     inner, outer = float(cells[0]), float(cells[-1])
@@ -50,7 +50,7 @@ def window(cells: NDArray[np.float64]) -> Window:
     return spacing, outer + 0.5 * spacing, is_whole
 
 
-def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
+def common_positions(windows: Collection[_Window]) -> NDArray[np.float64]:
     """Return positions, m, common to all cases.
 
     They are the centres of cells of the finest spacing, up to the end of the largest window; if all

@@ -18,7 +18,7 @@ from fretwear.mechanics.team import kernels
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
-Value = TypeVar("Value")
+_Value = TypeVar("_Value")
 
 # Period of a random surface, in roll-off wavelengths.
 _PERIODS = 16
@@ -417,7 +417,7 @@ class SelfAffineRoughness(Roughness):
         return waves
 
 
-def _joined(name: str, join: Callable[[Value, Value], Value]) -> Value:
+def _joined(name: str, join: Callable[[_Value, _Value], _Value]) -> _Value:
     value = operator.attrgetter(name)
     return property(lambda both: join(value(both.first), value(both.second)))  # type: ignore[return-value]
 

@@ -223,7 +223,7 @@ class Setup:
             0.2 * ratio**2 * moved,
         )
         wide, high = self.indenter.half_widths(hertz)
-        return Means(0.0, hertz.mean_pressure, slip, wide, inf if self.indenter.is_line else high)
+        return Means(0.0, hertz.mean_pressure, slip, wide, high if "y" in self.frame.axes else inf)
 
     def under(self, means: Means) -> Self:
         """The setup with the constant wear coefficient that a contact of these means has."""
