@@ -124,12 +124,12 @@ class StudyCase:
         heights = self.roughness.mean_height(*self.places, self.sides)
         return heights / self.roughness.amplitude
 
-    def zones(self, cycle: int) -> Zones:
+    def zones(self, cycle: int) -> DiscAndRing:
         """The stick and slip zones at a snapshot."""
         state, half_cell = self.field("contact_state", cycle), 0.5 * max(self.sides)
         inside = [self.radius[state >= least] for least in (ContactState.STICK, ContactState.SLIP)]
         edges = [float(radii.max()) + half_cell if radii.size else 0.0 for radii in inside]
-        return Zones(self.radius, *edges)
+        return DiscAndRing(self.radius, *edges)
 
     def rings(self, field: Array, within: Mask) -> tuple[Array, Array, Array]:
         """Average a field over rings around the middle, which averages waves out.
@@ -156,7 +156,7 @@ Cases = Mapping[str, StudyCase]
 
 
 @dataclass(frozen=True)
-class Zones:
+class DiscAndRing:
     """The stick zone as a disc and the slip zone as the ring around it.
 
     On a smooth sphere this is exact. On a rough one the disc is the smallest around all cells that
