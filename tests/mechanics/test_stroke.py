@@ -28,7 +28,7 @@ from fretwear.mechanics.wear_laws import (
     PowerLaw,
     RimAndCore,
 )
-from fretwear.running.simulate import wear_problem
+from fretwear.running.simulate import steps, wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
 
@@ -418,6 +418,31 @@ def test_the_edge_of_a_contact_is_found_within_a_cell(ball):
     radius = problem.hertz.contact_radius
     assert wide == pytest.approx(radius, rel=0.05)
     assert high == (pytest.approx(radius, rel=0.05) if ball else math.inf)
+
+
+def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
+    """Block of Cruzado et al. (2010): in the end a segment of the circle, of the area K P L."""
+    given = {
+        "indenter": {"kind": "cylinder", "radius": "20 mm"},
+        "load": "10.8333 N/mm",
+        "youngs_modulus": "210 GPa",
+        "poisson_ratio": 0.3,
+        "friction": 0.65,
+        "wear_coefficient": [0, "2e-15 / Pa"],
+    }
+    case = Case(**given, sliding_distance="3600 m", output_cycles=[250])
+    assert case.cycles == 1000
+    strokes = Case(**given, sliding_amplitude="2 um", cycles=450_000_000)
+    states = {step.state.cycle: step.state for step in steps(case)}
+    *_, other = steps(strokes)
+    depth = states[1000].wear_flat[0, 0]
+    assert other.state.wear_flat[0, 0] == pytest.approx(depth, rel=2e-3)
+    # Finite elements: 43.707 µm after 3600 m.
+    assert depth == pytest.approx(43.707e-6, rel=0.01)
+    for cycle in (250, 1000):
+        area = states[cycle].geometry.integral(states[cycle].wear)
+        assert area == pytest.approx(2e-15 * 10833.3 * 3.6 * cycle, rel=0.003)
+    assert not states[1000].wear_indenter.any()
 
 
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():

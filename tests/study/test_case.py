@@ -159,7 +159,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ),
         (
             {"wear_coefficient": None, "energy_wear_coefficient": RIM},
-            ["has a rim and a core, which only a contact with sliding_amplitude has"],
+            ["has a rim and a core, which only a contact that slides as a whole has"],
         ),
         (
             {"wear_coefficient": None, "energy_wear_coefficient": {**RIM, "width_exponent": -1}},

@@ -163,6 +163,7 @@ def examples():
         {**yielding, "displacement_ratio": 0.5},
         punched,
         {**sliding, "wear_coefficient": worn_apart},
+        {**sliding, "sliding_amplitude": None, "sliding_distance": "3.6 m", "cycles": None},
     ]
     return [study_case(**each) for each in changes]
 

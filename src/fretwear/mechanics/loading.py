@@ -132,7 +132,12 @@ class Loading(Imposed):
     """
 
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
-    stroke: float = 0.0  # amplitude of sliding, m, if imposed
+    stroke: float = 0.0  # amplitude of sliding, m, if imposed: a quarter of the path of a cycle
+
+    @property
+    def travel(self) -> float:
+        """Amplitude, m, by which the bodies move over each other: the stroke, if they do."""
+        return self.stroke
 
     def load_ratio(self, friction: float, load: float) -> float:
         """X = Q/(µP) under a load P, N; 1 if the contact slides as a whole."""
@@ -220,8 +225,22 @@ class TangentialLoad(Loading):
         return self.tangential_load
 
 
+class GrossSliding(Loading):
+    """A contact that slides as a whole."""
+
+    is_force: ClassVar[bool] = False
+
+    def load_ratio(self, *_: float) -> float:
+        """X = 1: the contact slides as a whole."""
+        return 1.0
+
+    def plain(self, *_: object) -> Loading:
+        """The same."""
+        return self
+
+
 @dataclass(frozen=True)
-class SlidingAmplitude(Loading):
+class SlidingAmplitude(GrossSliding):
     """The stroke of a contact that slides as a whole, imposed at the interface."""
 
     sliding_amplitude: Annotated[
@@ -233,20 +252,37 @@ class SlidingAmplitude(Loading):
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
     letter: ClassVar[str] = "s"
 
-    is_force: ClassVar[bool] = False
-
     @property
     def stroke(self) -> float:  # type: ignore[override]
         """Amplitude of sliding, m."""
         return self.sliding_amplitude
 
-    def load_ratio(self, *_: float) -> float:
-        """X = 1: the contact slides as a whole."""
-        return 1.0
 
-    def plain(self, *_: object) -> Loading:
-        """The same."""
-        return self
+@dataclass(frozen=True)
+class SlidingDistance(GrossSliding):
+    """A path in one direction, as of a block on a ring: the contact stays where it is.
+
+    The cycles of such a run divide the path into equal parts.
+    """
+
+    sliding_distance: Annotated[
+        float,
+        Quantity("m", "$L$", "sliding distance", "m", like="3600 m", above=0.0),
+        "Path of a contact that slides as a whole and stays in one place of the bodies, as of a "
+        "block on a ring; cycles, by default 1000, are equal parts of it.",
+    ]
+    kind: Literal["sliding_distance"] = "sliding_distance"
+    travel: ClassVar[float] = 0.0
+    parts: int = 1  # cycles of the run
+
+    @property
+    def stroke(self) -> float:  # type: ignore[override]
+        """A quarter of the path of a cycle, m."""
+        return self.sliding_distance / (4.0 * self.parts)
+
+    def slug_in(self, frame: ContactFrame) -> str:  # noqa: ARG002 - in any
+        """``L3600m``."""
+        return f"L{self.sliding_distance:.4g}m"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -49,7 +49,7 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
 
     They follow from the trapezoidal rule over the stroke, doubled for a position and its image.
     """
-    amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
+    amplitude, half_width = problem.loading.travel, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
     if amplitude <= problem.small_stroke:
         return np.zeros(1), np.full(1, 0.5)

@@ -235,7 +235,7 @@ class RimAndCore(Coefficient):
         """α of the rim, 1/Pa; `zones` has the core."""
         return self.rim
 
-    def zones(self, means: Means, frequency: float | None) -> Zones:
+    def zones(self, means: Means, frequency: float | None) -> RimZones:
         """Rim and core of a contact."""
         width = self.rim_width
         if self.width_exponent and frequency is not None:
@@ -244,11 +244,11 @@ class RimAndCore(Coefficient):
         if isinstance(self.rim, OfBodies) and isinstance(self.core, OfBodies):
             pairs = zip(self.rim, self.core, strict=True)  # type: ignore[assignment]
         core = tuple(float(core) / float(rim) for rim, core in pairs)
-        return Zones(core, width, (means.half_width_x, means.half_width_y))
+        return RimZones(core, width, (means.half_width_x, means.half_width_y))
 
 
 @dataclass(frozen=True)
-class Zones:
+class RimZones:
     """A rim along the edge of a contact, and the core inside of it."""
 
     core: tuple[float, ...]  # coefficient in the core over that in the rim, of indenter and flat
@@ -279,7 +279,7 @@ class WearLaw(Part):
     # Fractions of indenter and flat in the wear; None if they change, or only the sum is known.
     shares: tuple[float, float] | None = None
     is_in_zones = False  # whether the coefficient depends on the place
-    zones: Zones | None = None  # where the coefficient depends on the place; set by `under`
+    zones: RimZones | None = None  # where the coefficient depends on the place; set by `under`
 
     def coefficient(self, friction: Friction) -> float:
         """Worn depth of both bodies together per pressure and path of slip, 1/Pa."""

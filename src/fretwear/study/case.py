@@ -29,6 +29,7 @@ from fretwear.study.parameters import (
     parameter_of,
     read_values,
     replaced_by,
+    with_parts_of_distance,
 )
 from fretwear.study.rules import findings
 from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
@@ -131,7 +132,7 @@ class Case(Draft):
     def __init__(self, **parameters: Any) -> None:
         problems = Problems()
         given = {name: value for name, value in parameters.items() if value is not None}
-        given = with_materials(given, problems)
+        given = with_parts_of_distance(with_materials(given, problems))
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)

@@ -12,7 +12,7 @@ from fretwear.parts import Either, Parameter, Part, Quantity, derived, required
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf
-from fretwear.study.setup import IN_BLOCKS, Draft, members
+from fretwear.study.setup import IN_BLOCKS, PARTS_OF_A_DISTANCE, Draft, members
 from fretwear.units import nearest
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
@@ -28,6 +28,10 @@ _OTHER_NAMES = {
     "normal_load": "write load",
 }
 """Words that tribologists may write instead of the name of a parameter, each with a remedy."""
+
+
+# A key with which another one has a default.
+_INSTEAD = {"cycles": "sliding_distance"}
 
 
 @dataclass(frozen=True)
@@ -194,6 +198,13 @@ def read_values(
     return values
 
 
+def with_parts_of_distance(given: Mapping[str, Any], varied: Iterable[str] = ()) -> dict[str, Any]:
+    """Keys of a case with the cycles into which a sliding distance is divided, unless given."""
+    names = {*given, *varied}
+    divided = "sliding_distance" in names and not names & {"cycles", "blocks"}
+    return {**given, "cycles": PARTS_OF_A_DISTANCE} if divided else dict(given)
+
+
 def by_member(values: Mapping[str, Any], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
     """Return values by name, grouped by the member of the case to which they belong.
 
@@ -277,7 +288,8 @@ def schema_required() -> list[dict[str, Any]]:
                     {"required": [section], "properties": {section: {"required": [key]}}}
                     for key in (*parameter_names(), *by_material)
                     for section in ("base", "vary")
-                    if key == name or (section == "vary" and key.startswith(f"{name}."))
+                    if key in (name, _INSTEAD.get(name))
+                    or (section == "vary" and key.startswith(f"{name}."))
                 ]
             }
             for name in (*names, *by_material)

@@ -118,7 +118,9 @@ def _alone(case: Case) -> Estimate:
         cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
     cells = cells_x * cells_y
     arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
-    places = 1.0 + max(4.0, 2.0 * stroke / case.hertz_radius)
+    places = 1.0
+    if case.loading.travel > case.small_stroke:
+        places += max(4.0, 2.0 * stroke / case.hertz_radius)
     if case.geometry is Rings:
         per_convolution, arrays = SECONDS_PER_SOLUTION, 0
     elif stroke and is_line:

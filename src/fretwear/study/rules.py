@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from fretwear.mechanics.loading import (
     Displacement,
     DisplacementRatio,
+    SlidingDistance,
     TangentialRatio,
 )
 from fretwear.mechanics.wear_laws import FallingCoefficient
@@ -143,7 +144,7 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """Over a stroke, the wear of each body moves with the body."""
     law = case.wear_law
-    if case.loading.stroke > case.small_stroke and not law.is_of_each:
+    if case.loading.travel > case.small_stroke and not law.is_of_each:
         (name, about), *_ = law.parameters().items()
         rule = "is for both bodies together, but over a stroke each wears in a different place"
         pair = "[value of the indenter, value of the flat]"
@@ -158,7 +159,7 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
 @_needing("wear_law loading")
 def _zones_slide(case: Draft) -> Iterator[Problem]:
     if not case.loading.stroke and case.wear_law.is_in_zones:
-        rule = "has a rim and a core, which only a contact with sliding_amplitude has"
+        rule = "has a rim and a core, which only a contact that slides as a whole has"
         hint = "write sliding_amplitude: 25 um, or a coefficient without zones"
         yield Problem(next(iter(case.wear_law.parameters())), None, rule, hint)
 
@@ -174,7 +175,7 @@ def _frequency_is_known(case: Draft) -> Iterator[Problem]:
 def _scar_is_small(case: Draft) -> Iterator[Problem]:
     if not case.loading.stroke or _loads_suit.find(case):
         return
-    kind, stroke = case.loading.kind, case.loading.stroke
+    kind, stroke = case.loading.kind, case.loading.travel
     most, radius = MOST_STROKE * case.hertz_radius, case.indenter.curvature_radius
     reach = case.scar_half_width + stroke
     if stroke > most:
@@ -187,7 +188,8 @@ def _scar_is_small(case: Draft) -> Iterator[Problem]:
             f"more than {GREATEST_CONTACT:g} of the radius {_length(radius, 6)}"
         )
         hint = "lower it, the cycles or the wear coefficients"
-        yield Problem(kind, _length(stroke, 6), rule, hint)
+        given = None if stroke == 0.0 else _length(stroke, 6)
+        yield Problem(kind, given, rule, hint)
 
 
 @_needing("indenter loading roughness counterface")
@@ -372,6 +374,9 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
         rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
         yield Problem("blocks", None, rule, "run them as two studies")
+    if any(isinstance(block.loading, SlidingDistance) for block in blocks if block is not None):
+        rule = "cannot be combined with sliding_distance, which is that of the run"
+        yield Problem("blocks", None, rule, "write sliding_amplitude")
     # Problems of the base are reported under its keys.
     of_base = [rule.find(case) for rule in _OF_BLOCKS] if blocks else []
     for number, block in enumerate(blocks, start=1):

@@ -12,7 +12,7 @@ from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.loading import Loading, Normal
+from fretwear.mechanics.loading import Loading, Normal, SlidingDistance
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.setup import Setup
@@ -28,6 +28,8 @@ MAX_CYCLES = 10**9
 
 _SNAPSHOTS = 8
 _USUAL_SLIP = Jaeger()
+PARTS_OF_A_DISTANCE = 1000
+"""Default number of cycles into which a sliding distance is divided."""
 IN_BLOCKS = {
     "normal": Inline(Normal),
     "loading": Inline(Loading),
@@ -152,6 +154,10 @@ class Draft(Setup):
         if blocks := case.blocks:
             values["cycles"] = sum(block.cycles for block in blocks)
             values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+        if "cycles" in values and isinstance(loading := values.get("loading"), SlidingDistance):
+            values["loading"] = loading.unchecked(
+                sliding_distance=loading.sliding_distance, parts=values["cycles"]
+            )
         if "cycles" in values:
             values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
         return case

@@ -206,7 +206,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
 def greatest_contact_radius(case: Draft) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
-        return case.scar_half_width + case.loading.stroke
+        return case.scar_half_width + case.loading.travel
     # Where a displacement is imposed the tangential load falls as the contact wears.
     ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
     limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]

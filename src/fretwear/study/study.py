@@ -29,6 +29,7 @@ from fretwear.study.parameters import (
     read_values,
     replaced_by,
     schema_required,
+    with_parts_of_distance,
 )
 from fretwear.study.points import MAX_POINTS, Axis, Combinations, Design, Sampled, read_axes
 from fretwear.study.problems import StudyError, few_of
@@ -356,6 +357,7 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
     """
     varied = [name for name in sections.vary if name in parameter_names()]
     base, parts = with_materials(sections.base, problems, "base.", varied), dict[str, list[str]]()
+    base = with_parts_of_distance(base, varied)
     for name in varied:
         whole, _, part_field = name.partition(".")
         if part_field and whole not in sections.vary:
