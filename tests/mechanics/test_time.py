@@ -113,6 +113,33 @@ def test_whatever_changes_over_the_cycles_is_followed(name):
     assert abs(constant.wear.sum() / wear.sum() - 1) > 0.03
 
 
+@dataclass(frozen=True)
+class Growing(WearLaw):
+    """A coefficient that grows with a power of the cycles, to 31 times its value at the start."""
+
+    start: Number
+    power: Number
+
+    def at(self, cycle):
+        return Archard(self.start * (1 + 30 * (cycle / CYCLES) ** self.power))
+
+    def coefficient(self, friction):  # noqa: ARG002
+        return self.start
+
+
+@pytest.mark.parametrize(("power", "rel", "most"), [(1, 1e-7, 1), (2, 0.01, 50)])
+def test_steps_are_exact_for_a_coefficient_that_changes_evenly_and_short_where_it_does_not(
+    power, rel, most
+):
+    """With hardly any wear, V = K/µ times the energy of a cycle; formulas are of second order."""
+    first, *states = evolve(fretting(8, wear_law=Growing(1e-9 * WEAR, power)), [CYCLES])
+    energy = fretting(8).dissipated_energy(first, first.geometry)
+    mean = 1e-9 * WEAR * (1 + 30 / (power + 1))
+    found = states[-1].geometry.integral(states[-1].wear)
+    assert found == near(mean / FRICTION * energy * CYCLES, rel=rel)
+    assert len(states) <= most
+
+
 def test_slip_in_closed_form_follows_a_load_that_rises():
     """Wear of a cell is K times the integral of 4 p s; with hardly any wear, p is Hertz's."""
     problem = fretting(16, loading=Rising(0.3, 0.9), slip_model=CattaneoMindlin())

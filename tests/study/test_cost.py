@@ -19,7 +19,7 @@ from fretwear.study.spacing import (
     yielding_ring_width,
     zones_of_tip,
 )
-from fretwear.theory import HertzContact, LimitingState, PartialSlip
+from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
 from ..studies import WAVES, steel
 
@@ -148,6 +148,11 @@ def test_a_tip_as_far_from_the_next_as_the_contact_is_wide_carries_the_whole_loa
     tip = HertzContact(radius, case.hertz.load, case.composite_modulus)
     width = zones_of_tip(case)["contact of a tip"][0]
     assert width == pytest.approx((2.0 * tip.contact_radius,) * 2)
+    line = steel(**WAVY_CYLINDER, roughness={"amplitude": 2e-5, "slope_x": slope, "slope_y": 0.0})
+    radius = 1.0 / (line.rough.tip.curvature_x + 1.0 / line.indenter.curvature_radius)
+    ridge = LineContact(radius, line.hertz.load, line.composite_modulus)
+    (width, _), _ = zones_of_tip(line)["contact of a tip"]
+    assert width == pytest.approx(2.0 * ridge.contact_radius)
 
 
 def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
