@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry import Workspace, strips
 from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.geometry.strips import Strips
@@ -399,6 +399,27 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
     curve = loop(Workspace(problem), state)
     assert np.trapezoid(curve.force, curve.displacement) == near(found.dissipated_energy, rel=1e-3)
     assert curve.displacement.max() == near(displacement, rel=1e-5)
+
+
+def test_strips_widen_with_a_contact_that_slides_as_a_whole(monkeypatch):
+    """Far fewer of them give the same scar as strips of the first width throughout."""
+    problem = driven(20.0, 3e-11)
+    cycles = 0.25 / (problem.wear_growth * LINE.peak_pressure)
+    *_, last = evolve(problem, [0.01 * cycles, cycles])
+    monkeypatch.setattr(strips, "_WIDEST_SLIDING", 0.0)
+    *_, fine = evolve(problem, [0.01 * cycles, cycles])
+    found, expected = measure(problem, last), measure(problem, fine)
+    assert found.contact_half_width_x > 3.0 * EDGE
+    assert last.pressure.size < 0.5 * fine.pressure.size
+    for name in ("contact_half_width_x", "peak_pressure", "approach", "dissipated_energy"):
+        assert getattr(found, name) == near(getattr(expected, name), rel=5e-4)
+    integral = last.geometry.integral
+    assert integral(last.wear) == near(fine.geometry.integral(fine.wear), rel=1e-4)
+    assert last.wear.max() == near(fine.wear.max(), rel=1e-4)
+    # An earlier state on the wide strips keeps its own and takes wide ones beyond.
+    wider = fine.geometry.first(problem).extended(last.geometry)
+    assert wider.edges[-1] == last.geometry.edges[-1]
+    assert wider.shape[0] < 0.6 * fine.geometry.shape[0]
 
 
 def test_wear_under_a_displacement_against_explicit_steps():

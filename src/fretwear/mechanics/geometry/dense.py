@@ -49,6 +49,8 @@ _ROOM, _GROWTH = 0.88, 1.12
 # A step seldom widens a contact by more, and extending the cells beforehand costs less than
 # repeating the step.
 WIDENED = 1.04
+# Cells are continued by others if these are so many times wider.
+_WIDER = 1.5
 # Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
 # Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
@@ -233,8 +235,15 @@ class DenseCells(Geometry):
 
     def extended(self, other: Geometry) -> Self:
         """These cells, extended to the size of others."""
-        outer = _edges(other)[-1]
-        return self if outer <= self.edges[-1] else self._out_to(outer)
+        *_, before, outer = _edges(other)
+        last, width = self.edges[-1], self.edges[-1] - self.edges[-2]
+        if outer <= last:
+            return self
+        if outer - before <= _WIDER * width:
+            return self._out_to(outer)
+        # The others are of a contact that has grown: far more of these would be needed.
+        added = (edge for edge in _edges(other) if edge > last + 0.5 * width)
+        return replace(self, edges=(*self.edges, *added))
 
     def _out_to(self, radius: float) -> Self:
         last, width = self.edges[-1], self.edges[-1] - self.edges[-2]

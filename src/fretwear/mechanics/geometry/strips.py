@@ -11,9 +11,10 @@ University Press, section 2.4.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from itertools import pairwise
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -22,9 +23,14 @@ from fretwear.mechanics.geometry import CellProblem
 from fretwear.mechanics.geometry.dense import DenseCells, Distance
 from fretwear.theory import LineContact, share_of_band
 
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import Stage
+
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
 # elastic pressure grows without bound, and the widest; and growth of the width with the distance.
 NARROWEST_STRIP, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
+# The widest in units of the present half-width of a contact that slides as a whole.
+_WIDEST_SLIDING = 0.006
 # Least number of strips across an unworn slip zone.
 _ACROSS_SLIP = 20.0
 # Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
@@ -96,6 +102,27 @@ class Strips(DenseCells):
         inner[0] = 0.0
         outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
         return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
+
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Strips:
+        """Strips that reach far enough, and wider ones where a contact slides as a whole.
+
+        It has no edge of stick, and its scar may become many times wider than the unworn contact.
+        """
+        reaching = super().ahead_of(problem, stage)
+        if problem.wavelengths is not None or stage.reduced.pressure.any():
+            return reaching
+        radius = self._radius(stage.wear + stage.pressure)
+        widest = _WIDEST_SLIDING * problem.coarseness * radius
+        outermost = reaching.edges[-1] - reaching.edges[-2]
+        return reaching if outermost > 0.5 * widest else reaching._merged(widest)
+
+    def _merged(self, widest: float) -> Strips:
+        """Every strip joined with the next, if both together are at most so wide, m."""
+        edges, kept = self.edges, [0.0]
+        for edge, following in pairwise((*edges[1:], math.inf)):
+            if following - kept[-1] > widest:
+                kept.append(edge)
+        return replace(self, edges=tuple(kept))
 
     def influence(self, modulus: float) -> Array:
         """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
