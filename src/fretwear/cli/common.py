@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -50,6 +49,8 @@ class CommandError(Exception):
 
 def added(group: str, summary: xr.Dataset, cases: Path) -> Iterator[Added]:
     """Yield what the entry points of a group add to a merged study with a folder of case files."""
+    from importlib.metadata import entry_points
+
     for entry in entry_points(group=group):
         yield from entry.load()(summary, cases)
 
