@@ -295,6 +295,23 @@ def test_a_forged_case_is_refused_by_a_sentence(case_file, tmp_path, what):
         assert words in said
 
 
+@pytest.mark.parametrize(("name", "value"), [("pressure", np.inf), ("shear_traction", 1e30)])
+def test_fields_that_no_contact_has_are_refused_where_they_are_used(
+    case_file, tmp_path, name, value
+):
+    def change(file):
+        file[name][-1, 1, 1] = value
+
+    path = forged(case_file, tmp_path, change)
+    assert call("show", path)[0] == 0
+    film, stresses = tmp_path / "a.gif", tmp_path / "s.nc"
+    for command in (("plot",), ("animate", "-o", film), ("stress", "-o", stresses)):
+        status, said = call(*command, path)
+        assert status == 2
+        assert f"{name} holds {value:g}, which no contact has" in said
+    assert not film.exists()
+
+
 @pytest.mark.parametrize("name", ["title", "case_id", "source", "warnings"])
 def test_what_a_file_says_sends_no_commands_to_the_terminal(case_file, tmp_path, name):
     path = forged(case_file, tmp_path, attribute(name, TEXT))

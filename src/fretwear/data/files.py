@@ -87,6 +87,7 @@ _MERGE_AGAIN = "Merge the study again"
 _MOST_EXPANSION = 100
 _ALWAYS_ALLOWED = 10_000_000
 _MOST_TEXT = 10_000_000
+_MOST_OF_A_FIELD = 1e20  # in Pa, m or 1
 # Attributes by which a library changes the stored numbers.
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
@@ -458,6 +459,16 @@ def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
             is_missing = math.isnan(value) and variable.dimensions
             if not is_missing and not parameter(name).allows(value):
                 yield f"{name} is {value:g}, which is out of its range"
+
+
+def check_fields(path: str | PathLike[str]) -> None:
+    """Read the fields of a case file; `DataFileError` if values are none that a contact has."""
+    with opened_case(path, by_us=False) as file:
+        for name in (field.name for field in FIELDS):
+            for snapshot in range(file.dimensions[CYCLE.name].size):
+                largest = float(np.abs(file[name][snapshot]).max())
+                if not largest < _MOST_OF_A_FIELD:
+                    raise unusable(Path(path), f"{name} holds {largest:g}, which no contact has")
 
 
 def finished_by(path: str | PathLike[str], case: Case) -> str | None:
