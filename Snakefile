@@ -15,13 +15,15 @@ from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
 from fretwear.figures.index import captions, figure_category, figure_labels
-from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs
 from fretwear.study.problems import StudyError
 from fretwear.version import __version__
 
 try:
+    # Fails if its kernels in C++ have not been compiled.
+    from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs
+
     JOBS = StudyJobs.of(config)
-except StudyError as error:
+except (ImportError, StudyError) as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)
 

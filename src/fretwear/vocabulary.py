@@ -168,8 +168,10 @@ def _rows(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
     return tuple(variables)
 
 
-X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE, CONVOLUTIONS = (
-    _rows("""
+(
+    X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, ARITHMETIC, STATUS, ERROR_ESTIMATE,
+    CONVOLUTIONS,
+) = _rows("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
 y     | m | $y$ | | position across the slip direction | Y | cell centres
 cycle | 1 | $N$ | | number of load cycles | |
@@ -178,11 +180,11 @@ step  | 1 | | | accepted step of the wear integration | int32 |
 point | 1 | | | point of the study | int32 |
 case_id        |   | | | id of the case and name of its file | |
 code_digest    |   | | | digest of the code and libraries that computed the case | |
+arithmetic     |   | | | processor, compiler and libraries that decide the last bits | |
 status         |   | | | what became of the point | int8 |
 error_estimate | 1 | | | estimated relative error of the step | |
 convolutions   | 1 | | | convolutions spent on the step | int32 |
-""")
-)
+""")  # fmt: skip
 
 
 _FIELDS = _rows(

@@ -318,15 +318,21 @@ def test_kernels_that_are_missing_or_of_other_sources_are_an_error(tmp_path):
     shutil.copytree(package, tmp_path / "fretwear", ignore=shutil.ignore_patterns("*.pyc"))
     library = tmp_path / "fretwear/mechanics" / Path(kernels.__file__).name
 
-    def told():
+    def told(*command):
         done = subprocess.run(
-            [sys.executable, "-c", "import fretwear.mechanics.team"],
-            cwd=tmp_path, env={}, capture_output=True, text=True,
-        )  # fmt: skip
-        return done.stderr.splitlines()[-1:]
+            [sys.executable, *command], cwd=tmp_path, env={}, capture_output=True, text=True
+        )
+        return done.stderr.splitlines()
 
-    assert told() == []
+    assert told("-c", "import fretwear.mechanics.team") == []
     (tmp_path / "fretwear/mechanics/more.h").write_text("\n")
-    assert "was compiled from other sources" in told()[0]
-    library.unlink()
-    assert "have not been compiled: install fretwear again" in told()[0]
+    plan = ("-m", "fretwear", "plan", "study.yaml")
+    stale, missing = told(*plan), (library.unlink(), told(*plan))[1]
+    for lines, words in (
+        (stale, "was compiled from other sources"),
+        (missing, "not been compiled"),
+    ):
+        assert len(lines) == 1
+        assert lines[0].startswith("fretwear: error: ")
+        assert words in lines[0]
+        assert "install fretwear again, or compile in a checkout" in lines[0]

@@ -157,15 +157,15 @@ def test_what_makes_results_doubtful_is_one_line_before_the_results(finished, tm
     doubtful = finished.derived(
         tmp_path, f"{{load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], {limits}}}"
     )
-    older = "1 of 1 cases were computed by other code: their code_digest is 0123"
-    doubtful.summary.attrs["warnings"] = older
+    older = "1 of 1 case was computed by another version of the code: their code_digest is 0123"
+    doubtful.summary["code_digest"][...] = "0123"
     page = Page(doubtful.report())
     assert doubtful.plan.doubts
     for doubt, cases in doubtful.plan.doubts.items():
         assert f" case{'s' * (len(cases) != 1)} the contact {doubt.what}" in page.text
         assert doubt.detail in page.text
     assert page.text.count("Doubtful:") == 1
-    assert page.text.count("computed by other code") == 2
+    assert page.text.count("computed by another version of the code") == 2
     assert older in page.text
 
 

@@ -1,9 +1,11 @@
 """A case from end to end: what the dataset says must agree with itself and with closed forms."""
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
 
@@ -471,6 +473,8 @@ def test_threads_that_the_environment_gives_to_blas_change_no_bit():
         "sliding_amplitude": "20 um",
         "wear_coefficient": ["1e-14 / Pa", "2e-14 / Pa"],
     }
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    given = {name: value for name, value in os.environ.items() if name not in names}
     code = f"""if True:
         import hashlib, warnings
         from tests.running.test_simulate import make, simulate
@@ -483,13 +487,42 @@ def test_threads_that_the_environment_gives_to_blas_change_no_bit():
     printed = [
         subprocess.run(
             [sys.executable, "-c", code],
-            env=os.environ | {"OMP_NUM_THREADS": count, "OPENBLAS_NUM_THREADS": count},
+            env=given | {name: count for name in names if count},
             cwd=Path(__file__).parents[2],
             capture_output=True,
             text=True,
             check=True,
         ).stdout.splitlines()
-        for count in ("1", "2")
+        for count in ("", "1", "2")
     ]
-    assert printed[0] == printed[1]
+    assert printed[0] == printed[1] == printed[2]
     assert len(printed[0]) == 2
+
+
+@pytest.mark.slow
+def test_each_file_tells_the_processor_and_libraries_that_decide_its_last_bits():
+    """Forced to older processors, the same case has other last bits, and another arithmetic."""
+    code = """if True:
+        import hashlib
+        from tests.running.test_simulate import make_case, simulate
+
+        found = simulate(make_case(error_estimate=False), quarter=True)
+        content = b"".join(each.values.tobytes() for each in found.values())
+        print(hashlib.sha256(content).hexdigest())
+        print(found.attrs["arithmetic"])
+    """
+    dispatched = " ".join(import_module("numpy._core._multiarray_umath").__cpu_dispatch__)
+    older = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": dispatched}
+    options = {"cwd": Path(__file__).parents[2], "stdout": subprocess.PIPE, "text": True}
+    started = [
+        subprocess.Popen([sys.executable, "-c", code], env=os.environ | forced, **options)
+        for forced in ({}, *({name: value} for name, value in older.items()))
+    ]
+    (_, usual), (_, blas), (_, numpy) = found = [
+        process.communicate()[0].splitlines() for process in started
+    ]
+    assert re.fullmatch(r"kernels [\w-]+ by (GCC|Clang) \d.*, NumPy \S+, openblas .*", usual)
+    assert "NumPy baseline" in numpy
+    assert "Nehalem" in blas or "openblas" not in blas
+    # Other bits are told: no two bits of one arithmetic.
+    assert len({told for _, told in found}) == len({tuple(each) for each in found})

@@ -22,6 +22,9 @@ _WORDS = {
     signal.SIGHUP: "because its terminal was closed",
 }
 
+KERNELS = "fretwear.mechanics.kernels"
+"""Name of the compiled module, without which nothing can be computed or planned."""
+
 # A terminal and a workflow may both ask a process to stop; only a later signal is a second request.
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
@@ -55,6 +58,10 @@ def main(*, watched: bool = True) -> None:
             app()
     except Stopped as stopped:
         _leave(stopped.exit_status, f"stopped: {stopped}")
+    except ImportError as error:
+        if error.name != KERNELS:
+            raise
+        _leave(1, f"error: {error}")
     except MemoryError:  # before a command could open its log
         _leave(1, "error: there is not enough memory to start")
 

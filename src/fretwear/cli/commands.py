@@ -339,8 +339,8 @@ def merge(
 
     summary = folder / "summary.nc"
     tally = merge_study(study, folder / "cases", summary, command=log.typed, keep_older=keep_older)
-    if tally.older:
-        log.note(tally.older)
+    for remark in tally.remarks.splitlines():
+        log.note(remark)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
     with open_summary(summary) as merged:
@@ -356,6 +356,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
+    from fretwear.data.merge import remarks_on_summary
     from fretwear.figures.study import StudyFigure, write_study_figures
 
     # Objects loaded by now stay; scanning them again and again would take a fifth of the time.
@@ -365,6 +366,8 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     with open_summary(merged) as summary, open_history(merged) as history:
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
+        for remark in remarks_on_summary(summary):
+            log.note(remark)
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 

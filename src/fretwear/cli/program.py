@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fretwear
-from fretwear.cli import Stopped, commands
+from fretwear.cli import KERNELS, Stopped, commands
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
 from fretwear.cli.common import CommandError, Status, say
 from fretwear.cli.show import compare, show
@@ -96,7 +96,8 @@ def _tell(error: BaseException, call: Call) -> int:
     """Report the error that ended a command; return its exit status."""
     if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
         return Status.WRONG_INPUT
-    if not isinstance(error, Exception | Stopped):
+    of_kernels = getattr(error, "name", "") == KERNELS
+    if not isinstance(error, Exception | Stopped) or of_kernels:
         raise error
     from fretwear.cli.progress import Log
 

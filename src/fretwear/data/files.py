@@ -35,6 +35,7 @@ from fretwear.data.safe import (
 )
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
+    ARITHMETIC,
     BODY_FIELDS,
     CASE_ID,
     CODE_DIGEST,
@@ -92,7 +93,7 @@ _MOST_OF_A_FIELD = 1e20  # in Pa, m or 1
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
 _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
-_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
+_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name, ARITHMETIC.name)
 
 
 def add_checksum(path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -42,6 +42,7 @@ from fretwear.data.stack import (
 )
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
+    ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
@@ -141,13 +142,40 @@ def _varied(study: Study, axis: Axis, parameter: xr.Variable | None) -> xr.Varia
     return xr.Variable((dim,), values, attributes)
 
 
+def remarks_on(digests: Iterable[str], arithmetics: Iterable[str]) -> list[str]:
+    """Return remarks on cases of other code than the present, and of different arithmetic.
+
+    `digests` and `arithmetics` are those of the cases that are done.
+    """
+    digests, kinds, remarks = list(digests), sorted(set(arithmetics)), []
+    if older := [digest or "missing" for digest in digests if digest != code_digest()]:
+        were = f"case{'s' * (len(digests) > 1)} {'was' if len(older) == 1 else 'were'}"
+        remarks.append(
+            f"{len(older)} of {len(digests)} {were} computed by another version of the code: "
+            f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
+        )
+    if len(kinds) > 1:
+        remarks.append(
+            "the cases were computed on different processors or by different compilers or "
+            f"libraries, and may differ in the last digits: {'; '.join(map(repr, kinds))}"
+        )
+    return remarks
+
+
+def remarks_on_summary(summary: xr.Dataset) -> list[str]:
+    """Return the remarks of a merged study, on the present code."""
+    done = summary[STATUS.name].values == PointStatus.DONE
+    kinds = str(summary.attrs.get(ARITHMETIC.name, "")).splitlines()
+    return remarks_on(summary[CODE_DIGEST.name].values[done].tolist(), kinds)
+
+
 class Tally(NamedTuple):
-    """Numbers of done, failed and invalid points of a study, and a remark on older ones."""
+    """Numbers of done, failed and invalid points of a study, and remarks on their code."""
 
     done: int
     failed: int
     invalid: int
-    older: str = ""
+    remarks: str = ""
 
 
 def merge_study(
@@ -215,6 +243,7 @@ def _read_cases(
     The number returned is the length of the longest history.
     """
     digests, sources = np.full(status.shape, "", dtype=object), set()
+    arithmetics = set[str]()
     snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
     expected = scalars_of(done[0][1].frame)
@@ -237,6 +266,7 @@ def _read_cases(
                 if digest != code_digest() and not keep_older:
                     raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
                 sources.add(file.getncattr("source"))
+                arithmetics.add(vars(file).get(ARITHMETIC.name, ""))
                 at, columns = np.searchsorted(stored, asked), np.searchsorted(cycles, asked)
                 for name in scalars.keys() & file.variables.keys():
                     if not scalars[name].allows(at_snapshots := file[name][:][at]):
@@ -258,12 +288,6 @@ def _read_cases(
         first, *others = errors
         raise DataFileError(first.path, first.problem, "\n".join(map(str, (first.remedy, *others))))
     of_cases = digests[status == PointStatus.DONE].tolist()
-    older = [digest or "missing" for digest in of_cases if digest != code_digest()]
-    were = f"case{'s' * (len(of_cases) > 1)} {'was' if len(older) == 1 else 'were'}"
-    words = (
-        f"{len(older)} of {len(of_cases)} {were} computed by another version of the code: "
-        f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
-    )
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), dtype=STATUS.dtype),
@@ -290,7 +314,8 @@ def _read_cases(
         {
             "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
             CODE_DIGEST.name: code_digest(),
-            "warnings": words if older else "",
+            ARITHMETIC.name: "\n".join(sorted(arithmetics)),
+            "warnings": "\n".join(remarks_on(of_cases, arithmetics)),
             "title": study.title,
             "Conventions": CONVENTIONS,
             "history": history_line(command),

@@ -333,6 +333,8 @@ PYBIND11_MODULE(kernels, module) {
     mallopt(M_TRIM_THRESHOLD, 1 << 28);
 #endif
     module.attr("source") = SOURCE_SHA256;
+    module.attr("compiler") = COMPILER;
+    module.attr("processor") = processor();
     py::class_<Threads>(module, "Threads")
         .def(py::init<int>(), py::arg("workers") = 1)
         .def_readonly("workers", &Threads::workers)

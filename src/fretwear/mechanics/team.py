@@ -7,8 +7,10 @@ kernels, which need no interpreter.
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
@@ -22,15 +24,46 @@ from fretwear.arrays import Array, Element
 Field = NDArray[np.generic]
 
 _COMPILE = "install fretwear again, or compile in a checkout: python setup.py build_ext --inplace"
+_KERNELS = "fretwear.mechanics.kernels"
 try:
-    kernels: Any = import_module("fretwear.mechanics.kernels")
+    kernels: Any = import_module(_KERNELS)
 except ImportError as error:
-    raise ImportError(f"the kernels in C++ have not been compiled: {_COMPILE}") from error
+    raise ImportError(
+        f"the kernels in C++ have not been compiled, or do not load ({error}): {_COMPILE}",
+        name=_KERNELS,
+    ) from error
 _folder = Path(__file__).parent
 _sources = sorted([*_folder.glob("*.cpp"), *_folder.glob("*.h")])
 _digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest()
 if _sources and kernels.source != _digest:
-    raise ImportError(f"{kernels.__file__} was compiled from other sources: {_COMPILE}")
+    raise ImportError(
+        f"{kernels.__file__} was compiled from other sources: {_COMPILE}", name=_KERNELS
+    )
+
+
+@cache
+def arithmetic() -> str:
+    """Return what decides the last bits of a result besides code and parameters.
+
+    Compiler of the kernels, levels of the processor for which they and NumPy run, BLAS with the
+    processor that it takes this one for, and the C library.
+    """
+    from threadpoolctl import threadpool_info
+
+    compiled = import_module("numpy._core._multiarray_umath")
+    levels = [name for name in compiled.__cpu_dispatch__ if compiled.__cpu_features__[name]]
+    loaded = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    loaded.sort(key=lambda library: "numpy" not in library["filepath"])  # SciPy's is often another
+    parts = [
+        f"kernels {kernels.processor} by {kernels.compiler}",
+        f"NumPy {'+'.join(levels) or 'baseline'}",
+    ]
+    for library in loaded[:1]:
+        words = (library["internal_api"], library["version"], library.get("architecture"))
+        parts.append(" ".join(str(word) for word in words if word))
+    parts.append(" ".join(platform.libc_ver()))
+    return ", ".join([*parts, *filter(None, [os.environ.get("GLIBC_TUNABLES")])])
+
 
 # Fields of so few cells are not worth sharing, as measured. Others are processed in a few equal
 # parts: between two parts a thread needs the interpreter, and may have to wait for it.

@@ -30,10 +30,21 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#if !defined(__clang__) && __GNUC__ >= 12 && defined(__x86_64__) && defined(__GLIBC__)
+// Sanitizers do not go with clones.
+#if !defined(__clang__) && __GNUC__ >= 12 && defined(__x86_64__) && defined(__GLIBC__) \
+    && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define VECTORIZED __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define CLONED 1
 #else
 #define VECTORIZED
+#define CLONED 0
+#endif
+#if defined(__clang__)
+#define COMPILER "Clang " __clang_version__
+#elif defined(__GNUC__)
+#define COMPILER "GCC " __VERSION__
+#else
+#define COMPILER "unknown compiler"
 #endif
 #define RESTRICT __restrict__
 #define INLINED __attribute__((always_inline))
@@ -41,6 +52,16 @@
 namespace py = pybind11;
 
 using Index = py::ssize_t;
+// The level of the processor for which the loops marked for vectors run.
+inline const char* processor() {
+#if CLONED
+    __builtin_cpu_init();
+    if (__builtin_cpu_supports("x86-64-v4")) return "x86-64-v4";
+    if (__builtin_cpu_supports("x86-64-v3")) return "x86-64-v3";
+#endif
+    return "baseline";
+}
+
 constexpr Index BLOCK = 1024;
 // Fields of so few cells are not shared; others are, in so many parts of whole blocks.
 constexpr Index UNSHARED = 1 << 17, PARTS = 16;

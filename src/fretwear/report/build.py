@@ -16,6 +16,7 @@ from ruamel.yaml import YAML
 
 import fretwear
 from fretwear.data.effects import results_table
+from fretwear.data.merge import remarks_on_summary
 from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
 from fretwear.report.answer import answers, regimes
 from fretwear.report.explorer import build_explorer, evenly
@@ -138,7 +139,7 @@ def _answer(plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]) -> 
     by_result, together = list(answers(summary)), regimes(summary)
     if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):
         together = f"There are no two cases that differ in one parameter alone. {together}".strip()
-    remarks: list[str] = summary.attrs.get("warnings", "").splitlines()
+    remarks = remarks_on_summary(summary)
     errors = [
         (error, name, result.id) for result in results for name, error in result.errors.items()
     ]

@@ -35,6 +35,7 @@ from fretwear.data.safe import (
 )
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.team import arithmetic
 from fretwear.running.resources import require_memory
 from fretwear.running.simulate import Observer, RunRecord, Step, run
 from fretwear.running.workflow import failures, forget, log_file, record
@@ -78,6 +79,12 @@ class Checkpoint:
         self._saved_steps = len(self.record.history)
         if self._saved_steps:
             tell(f"{path}: resuming after cycle {self._saved_cycle}")
+            if arithmetic() not in self.record.arithmetic:
+                before = "; then ".join(self.record.arithmetic)
+                tell(
+                    f"{path}: computed so far with {before}, and from here with {arithmetic()}: "
+                    "last digits may differ from those of a run on one of them; the file names all"
+                )
 
     def __enter__(self) -> Self:
         return self

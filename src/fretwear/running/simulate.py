@@ -31,7 +31,7 @@ from fretwear.mechanics.measures import (
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
-from fretwear.mechanics.team import Team
+from fretwear.mechanics.team import Team, arithmetic
 from fretwear.running.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
@@ -78,6 +78,9 @@ class RunRecord:
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
     # every scalar of `measure`.
     history: list[dict[str, float]] = field(default_factory=list)
+    # What has computed it, `fretwear.mechanics.team.arithmetic`; several if a run was resumed on
+    # another processor.
+    arithmetic: list[str] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
 
@@ -199,6 +202,8 @@ def run(
     checkpoints: a resumed run starts its twin anew.
     """
     record, before = record or RunRecord(), doubts(case)
+    if arithmetic() not in record.arithmetic:
+        record.arithmetic.append(arithmetic())
     for doubt in before:
         warn(str(doubt))
     problem = wear_problem(case, threads=threads)
@@ -259,6 +264,7 @@ def run(
         beyond_friction=max(map(share_beyond_friction, snapshots)),
         symmetry=symmetry,
         command=command,
+        arithmetic="; then ".join(record.arithmetic),
     )
     for doubt in dataset.attrs["warnings"].splitlines()[len(before) :]:
         warn(doubt)
