@@ -167,7 +167,15 @@ def called(variant, given, threads=ALONE):
 
 def test_every_kernel_is_compared():
     offered = {name for name in vars(kernels) if not name.startswith("_")}
-    others = {"source", "Threads", "product", "SingleWindow", "DoubleWindow"}
+    others = {
+        "source",
+        "compiler",
+        "processor",
+        "Threads",
+        "product",
+        "SingleWindow",
+        "DoubleWindow",
+    }
     assert offered - others == {variant.split()[0] for variant in CALLS} == set(IN_NUMPY)
 
 
@@ -239,7 +247,8 @@ WINDOW, SPECTRUM, FIELD = kernels.DoubleWindow(4, 6), np.ones((4, 4)), np.ones((
      (WINDOW.convolve, (ALONE, FIELD, [SPECTRUM[:3]], FIELD.copy()), "must be of"),
      (WINDOW.convolve, (ALONE, FIELD, [SPECTRUM] * 2, FIELD.copy()), "one spectrum or four"),
      (kernels.DoubleWindow(3, 4).convolve, (ALONE, FIELD, [SPECTRUM], FIELD), "even numbers"),
-     (kernels.DoubleWindow, (14, 4), "2, 3 and 5")],
+     (kernels.DoubleWindow, (14, 4), "2, 3 and 5"),
+     (kernels.DoubleWindow, (0, 0), "2, 3 and 5")],
 )  # fmt: skip
 def test_fields_that_do_not_fit_are_refused(call, given, sentence):
     with pytest.raises(ValueError, match=sentence):

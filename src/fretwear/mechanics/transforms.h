@@ -46,7 +46,7 @@ struct Plan {
     explicit Plan(Index count) : count(count) {
         Index left = count;
         for (const Index factor : {4, 2, 3, 5})
-            for (; left % factor == 0; left /= factor) {
+            for (; left > 0 && left % factor == 0; left /= factor) {
                 factors.push_back(factor);
                 for (Index p = 0; p < left / factor; p++)
                     for (Index k = 1; k < factor; k++) turns.push_back(turn(2.0 * p * k / left));
