@@ -339,6 +339,14 @@ def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
     assert last.reduced.stick.sum() < first.reduced.stick.sum()
 
 
+def test_cubics_take_no_pressure_beyond_its_limit_to_other_rings():
+    problem = fretting(limit=1.5, geometry=Rings)
+    *_, state = evolve(problem, [1000])
+    others = Rings.graded(Grading(0.4 * A, 1.1 * A, A, 2e-4 * A), state.geometry.edges[-1])
+    assert state.geometry.resized(state.pressure, others).max() > problem.plastic_limit
+    assert state.on(Workspace(problem), others).pressure.max() == problem.plastic_limit
+
+
 @pytest.mark.parametrize("share", [0.4, 0.5, 0.8])
 def test_a_punch_with_rounded_edges(share):
     """Half-widths of contact and stick, pressures and approach; and many cycles later."""
