@@ -339,9 +339,10 @@ def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
     assert last.reduced.stick.sum() < first.reduced.stick.sum()
 
 
-def test_cubics_take_no_pressure_beyond_its_limit_to_other_rings():
+def test_the_peak_of_rings_that_yield_is_the_limit_beyond_which_cubics_take_no_pressure():
     problem = fretting(limit=1.5, geometry=Rings)
     *_, state = evolve(problem, [1000])
+    assert measure(problem, state).peak_pressure == problem.plastic_limit
     others = Rings.graded(Grading(0.4 * A, 1.1 * A, A, 2e-4 * A), state.geometry.edges[-1])
     assert state.geometry.resized(state.pressure, others).max() > problem.plastic_limit
     assert state.on(Workspace(problem), others).pressure.max() == problem.plastic_limit
