@@ -14,13 +14,14 @@ from pathlib import Path
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate
 from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
-from fretwear.units import LINE_CONTACT, duration_text, number_text, size_text, span
+from fretwear.units import duration_text, number_text, size_text, span
 
 # Calibrated by `python -m benchmarks.cost`, which reports how well they hold.
 SECONDS_TO_START = 1.3
@@ -107,29 +108,29 @@ def estimate(case: Case) -> Estimate:
 
 def _alone(case: Case) -> Estimate:
     """The cost of a case without the coarser run."""
-    (dx, dy), is_line, stroke = case.grid_spacing, case.frame is LINE_CONTACT, case.loading.stroke
+    (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
     reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
     sides_x, sides_y = (2 - is_even for is_even in case.even)
     wide, high = case.indenter.half_widths(case.hertz)
     cells_x = sides_x * math.ceil(wide * reach / dx)
-    cells_y = 1 if is_line else sides_y * math.ceil(high * reach / dy)
+    cells_y = 1 if geometry is Strips else sides_y * math.ceil(high * reach / dy)
     steps, convolutions = _work(case, cells_x * cells_y)
-    if stroke and not is_line:
+    if stroke and geometry is Grid:
         cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
     cells = cells_x * cells_y
     arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
     places = 1.0
     if case.loading.travel > case.small_stroke:
         places += max(4.0, 2.0 * stroke / case.hertz_radius)
-    if case.geometry is Rings:
+    if geometry is Rings:
         per_convolution, arrays = SECONDS_PER_SOLUTION, 0
-    elif stroke and is_line:
+    elif stroke and geometry is Strips:
         per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
     elif stroke:
         closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
         per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
         arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
-    elif is_line:
+    elif geometry is Strips:
         # Rough contacts have matrices, for strips of equal width.
         squared = cells_x**2 if case.rough is not None else 0
         per_convolution = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
