@@ -87,7 +87,7 @@ class Parameter(ABC):
     def read(self, value: object, units_required: bool) -> object:
         """Return the value in SI units; raise `QuantityError` if it is invalid or out of range."""
 
-    def read_given(self, name: str, value: object, units_required: bool) -> Any:
+    def read_given(self, name: str, value: object, units_required: bool) -> object:
         """Return the value of a key, as `read` does; a key of a study file must have one."""
         if value is None and units_required:
             remedy = self.such_as(name)
@@ -354,7 +354,7 @@ class Several(Parameter):
     item: Parameter
     places: tuple[tuple[str, str], ...] = ()  # such as ("x", "along x")
     expected: str = "a list of values"
-    record: type[tuple[Any, ...]] = tuple  # the type of the list when read
+    record: type[tuple[object, ...]] = tuple  # the type of the list when read
 
     def takes(self, value: object) -> bool:
         return is_list(value)
@@ -390,7 +390,7 @@ class Several(Parameter):
 class Mapped(Parameter):
     """A mapping with the declared fields of a dataclass, such as a part without kinds."""
 
-    record: type[Any]
+    record: type[object]
 
     @property
     def fields(self) -> Mapping[str, Parameter]:
@@ -410,7 +410,7 @@ class Mapped(Parameter):
         fields = {name: about.schema() for name, about in self.fields.items()}
         return keys_schema(fields, [name for name in fields if name in required(self.record)])
 
-    def canonical(self, value: Any) -> object:
+    def canonical(self, value: object) -> object:
         values = ((name, about, vars(value)[name]) for name, about in self.fields.items())
         return {n: about.canonical(v) for n, about, v in values if v != about.unsaid}
 
@@ -462,7 +462,7 @@ class Either(Parameter):
     def called(self, words: str, symbol: str = "") -> Parameter:
         return dataclasses.replace(self, single=self.single.called(words, symbol))
 
-    def coordinates(self, name: str, value: Any) -> Coordinates:
+    def coordinates(self, name: str, value: object) -> Coordinates:
         """Yield the coordinates of a value; for None, every coordinate that a value may have."""
         if value is None:
             for form in self.forms:
@@ -474,13 +474,13 @@ class Either(Parameter):
             yield name, self.single, float(value)
         yield from form.coordinates(name, value)
 
-    def canonical(self, value: Any) -> object:
+    def canonical(self, value: object) -> object:
         return self._form_of(value).canonical(value)
 
     def word_for(self, value: object) -> str:
         return self.single.word_for(value)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         return self.single.text(value) if isinstance(value, float | str) else str(value)
 
 
@@ -509,7 +509,7 @@ class AlongXY(Either):
     places = ("x", "along x"), ("y", "along y")
     expected = "one value, or one along x and one along y"
 
-    def read(self, value: object, units_required: bool) -> tuple[Any, Any]:
+    def read(self, value: object, units_required: bool) -> tuple[object, object]:
         return pair(super().read(value, units_required))
 
 
@@ -577,7 +577,7 @@ def read_fields(
 
     `rule` is the message for unknown names.
     """
-    problems, values = Problems(), dict[str, Any]()
+    problems, values = Problems(), dict[str, object]()
     for name, form in fields.items():
         with problems.at(f".{name}", raw.get(name)):
             if name in raw:
@@ -600,7 +600,7 @@ class Part:
     # The name of the kind in a caption, where `kind` alone is unclear; empty: `kind`.
     caption: ClassVar[str] = ""
 
-    def __init_subclass__(cls, **options: Any) -> None:
+    def __init_subclass__(cls, **options: object) -> None:
         super().__init_subclass__(**options)
         Part.kinds.cache_clear()
 
@@ -616,7 +616,7 @@ class Part:
             raise QuantityError(*self.problem)
 
     @classmethod
-    def unchecked(cls, **values: Any) -> Self:
+    def unchecked(cls, **values: object) -> Self:
         """Make a part of values already read; a broken rule shows in `problem`."""
         part = object.__new__(cls)
         fields = dataclasses.fields(cls)  # type: ignore[arg-type]

@@ -199,7 +199,7 @@ _READABLE = {
 
 
 @cache
-def _registry() -> tuple[pint.UnitRegistry[Any], dict[Any, Dimension]]:
+def _registry() -> tuple[pint.UnitRegistry[Any], dict[object, Dimension]]:
     """Return pint's reader of units, and the kinds of quantity by dimensionality."""
     import pint  # takes a fifth of a second, which only unusual units are worth
 
@@ -254,7 +254,7 @@ def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str
     return f"did you mean {near!r}?" if near else ""
 
 
-def in_unit(value: Any, si_unit: str) -> Any:
+def in_unit(value: object, si_unit: str) -> Any:
     """Return an SI value; a float with its unit, which a quantity of two kinds is told by."""
     return Given(value, si_unit) if isinstance(value, float) else value
 
@@ -343,7 +343,7 @@ def is_readable(si_unit: str) -> bool:
     return si_unit in _READABLE
 
 
-def readable_unit(values: Any, si_unit: str) -> Unit:
+def readable_unit(values: object, si_unit: str) -> Unit:
     """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 
     NaN and infinite values do not count; without finite values the unit is the smallest.

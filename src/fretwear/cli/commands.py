@@ -118,7 +118,7 @@ def logged(command: Callable[..., None]) -> Any:
         context: typer.Context,
         quiet: Annotated[bool, _QUIET] = False,
         log_format: Annotated[Literal["auto", "lines", "json"], _LOG_FORMAT] = "auto",
-        **given: Any,
+        **given: object,
     ) -> None:
         from fretwear.cli.progress import Log
 

@@ -87,12 +87,12 @@ def assignments(incomplete: str) -> list[str]:
     return [f"{names[0]}=", f"{names[0]}={example}"]
 
 
-def argument(metavar: str, help_: str) -> Any:
+def argument(metavar: str, help_: str) -> object:
     """Return an argument that is an existing file."""
     return typer.Argument(metavar=metavar, help=help_, show_default=False)
 
 
-def option(names: str, metavar: str, help_: str, default: str = "", complete: Any = None) -> Any:
+def option(names: str, metavar: str, help_: str, default: str = "", complete: Any = None) -> object:
     """Return an option that takes a value; `default` describes the default."""
     shown: Any = {"metavar": metavar, "help": help_, "show_default": default or False}
     return typer.Option(*names.split("/"), **shown, autocompletion=complete)
@@ -133,7 +133,7 @@ def say(text: str) -> None:
         raise CommandError(reason, Status.FAILED) from error
 
 
-def finite(value: Any) -> Any:
+def finite(value: object) -> object:
     """Return a value for JSON, with null for numbers that are not finite."""
     return json.loads(json.dumps(value), parse_constant=lambda _: None)
 

@@ -83,7 +83,7 @@ class Log:
         self._command, self._started, self.typed = command, self._clock(), typed
         if self._is_json:
 
-            def warn(message: Any, category: Any, *where: Any, **_: Any) -> None:
+            def warn(message: object, category: Any, *where: object, **_: Any) -> None:
                 about = {"message": str(message), "category": category.__name__}
                 self._say("warning", **about, where=f"{where[0]}:{where[1]}")
 
@@ -218,7 +218,7 @@ class Log:
         with Live(shown, console=self._console, transient=True, redirect_stdout=False):
             yield show
 
-    def _say(self, event: str, text: str = "", /, **fields: Any) -> None:
+    def _say(self, event: str, text: str = "", /, **fields: object) -> None:
         """Write a message, as text for people or fields for programs, unless the log is quiet."""
         if self._is_quiet:
             return
@@ -227,7 +227,7 @@ class Log:
         elif text:
             self._print(text)
 
-    def _write(self, event: str, fields: Mapping[str, Any]) -> None:
+    def _write(self, event: str, fields: Mapping[str, object]) -> None:
         now = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         line = json.dumps(finite({"event": event, "time": now, **fields}), allow_nan=False)
         self._output.write(f"{line}\n")

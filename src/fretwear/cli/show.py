@@ -59,7 +59,7 @@ def show(
     from fretwear.data.files import open_summary
     from fretwear.data.safe import DataFileError
 
-    content: dict[str, Any] = {}
+    content: dict[str, object] = {}
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
             content = study_content(summary)

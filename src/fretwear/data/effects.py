@@ -69,7 +69,7 @@ def varied_names(summary: xr.Dataset) -> list[str]:
     return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
 
 
-def point_values(summary: xr.Dataset, name: str) -> NDArray[Any]:
+def point_values(summary: xr.Dataset, name: str) -> NDArray[np.generic]:
     """Return a variable of a merged study, one value per point."""
     shape, dims = summary.variables[STATUS.name].values.shape, point_dims(summary)
     # A coordinate lies along one of the dimensions only.

@@ -157,7 +157,7 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
     return [path]
 
 
-def _data_lines(columns: Iterable[NDArray[Any]]) -> list[str]:
+def _data_lines(columns: Iterable[NDArray[np.generic]]) -> list[str]:
     kept = (column.tolist() for column in columns)
     return [", ".join(f"{value:.9g}" for value in row) for row in zip(*kept, strict=True)]
 

@@ -162,7 +162,7 @@ def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
     group.setncatts(content.attrs)
     around = group.parent.dimensions if group.parent is not None else {}
     for name, values, dims, attributes in _stored(content):
-        options: dict[str, Any] = {}
+        options: dict[str, object] = {}
         if name in _STORED_SMALL:
             options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
             options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}
@@ -200,7 +200,7 @@ def check_attributes(owner: Any, given: Mapping[Any, Any]) -> None:
 
 def _stored(
     content: xr.Dataset | Labelled,
-) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...], dict[str, Any]]]:
+) -> Iterator[tuple[str, NDArray[np.generic], tuple[str, ...], dict[str, object]]]:
     """Yield name, values, dimensions and attributes of variables as they are stored.
 
     Text has a fixed length: strings of variable length crash the netCDF library when one of two

@@ -57,8 +57,8 @@ class Column(NamedTuple):
     """An array, the names of its dimensions, and its attributes."""
 
     dims: tuple[str, ...]
-    values: NDArray[Any]
-    attrs: Mapping[str, Any]
+    values: NDArray[np.generic]
+    attrs: Mapping[str, object]
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,7 @@ def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variabl
     in the study file; a parameter that a point lacks is NaN or empty text.
     """
     cases = {point.place: point.case for point in study.points() if point.case is not None}
-    attributes: dict[str, dict[str, Any]] = {}
+    attributes: dict[str, dict[str, object]] = {}
     given: dict[str, dict[tuple[int, ...], float | str]] = {}
     for place, case in cases.items():
         for name, (value, units, words) in case.scalar_coordinates().items():
@@ -114,7 +114,9 @@ def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variabl
     return coordinates, {name: column for name, column in parameters.items() if column.dims}
 
 
-def _laid(study: Study, given: Mapping[Any, float | str], about: Mapping[str, Any]) -> xr.Variable:
+def _laid(
+    study: Study, given: Mapping[Any, float | str], about: Mapping[str, object]
+) -> xr.Variable:
     """Arrange values like the points, NaN or empty text where one is missing."""
     is_text = any(isinstance(value, str) for value in given.values())
     values = np.full(study.shape, "" if is_text else math.nan, object)
@@ -274,7 +276,7 @@ def _read_cases(
                     values[name][position][columns] = at_snapshots
                 cells = file[X.name][:]
                 windows.add(window(cells))
-                row: tuple[Any, ...] = np.s_[:, :]
+                row: tuple[object, ...] = np.s_[:, :]
                 if Y.name in file.variables:
                     row = np.s_[:, :, int(np.abs(file[Y.name][:]).argmin())]
                 profiles = [file[field.name][row][at] for field in MERGED_PROFILES.values()]
@@ -340,7 +342,7 @@ def _write(
     sizes = dict(zip(points, variables[STATUS.name].values.shape, strict=True))
     sizes |= {axis: variables[axis].values.size for axis in (CYCLE.name, X.name)}
     beside = " ".join(sorted(str(n) for n, at in dataset.coords.items() if n not in at.dims))
-    large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, Any]]] = {}
+    large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, object]]] = {}
     for name, field in MERGED_PROFILES.items():
         outside = "zero outside the window of the case, where the surfaces do not touch"
         comments = (
@@ -382,7 +384,7 @@ def _write(
 
 def _rows(
     dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes]
-) -> Iterator[tuple[str, Any, NDArray[Any]]]:
+) -> Iterator[tuple[str, object, NDArray[np.generic]]]:
     """Yield every history and profile of every case: its name, its place, its values."""
     cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))
     spool.seek(0)

@@ -69,7 +69,7 @@ def common_positions(windows: Collection[_Window]) -> NDArray[np.float64]:
 
 def resampled(
     values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
-) -> NDArray[Any]:
+) -> NDArray[np.generic]:
     """Interpolate n values at cell centres to m other positions, both in m, along one axis.
 
     Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
@@ -183,17 +183,17 @@ class _StackedField:
 
     def __init__(
         self,
-        files: NDArray[Any],
+        files: NDArray[np.generic],
         field: Variable,
         axes: tuple[NDArray[np.float64], ...],
-        lock: AbstractContextManager[Any],
+        lock: AbstractContextManager[object],
     ) -> None:
         self.files, self.field, self.axes, self.lock = files, field, axes, lock
         self.shape = (*files.shape, *(axis.size for axis in axes))
         self.ndim = len(self.shape)
         self.dtype = np.dtype(field.dtype)
 
-    def __getitem__(self, key: tuple[int | slice, ...]) -> NDArray[Any]:
+    def __getitem__(self, key: tuple[int | slice, ...]) -> NDArray[np.generic]:
         """Read a part, given by a slice or an index along every dimension."""
         at, within = key[: self.files.ndim], key[self.files.ndim :]
         files = np.asarray(self.files[at], dtype=object)

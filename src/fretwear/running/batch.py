@@ -128,7 +128,7 @@ class Checkpoint:
         return f"{self.record.history[self._saved_steps - 1]['cycle']:.6g}"
 
 
-def identity_of(case: Case) -> dict[str, Any]:
+def identity_of(case: Case) -> dict[str, object]:
     """The identity of a run, which must equal the one in a checkpoint to resume from it."""
     return {
         "code": code_digest(),
@@ -137,14 +137,14 @@ def identity_of(case: Case) -> dict[str, Any]:
     }
 
 
-def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any]) -> None:
+def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, object]) -> None:
     """Write a run record; the file appears complete, or not at all with a `DataFileError`.
 
     An array that occurs several times is stored once.
     """
     arrays: list[NDArray[np.float64]] = []
 
-    def packed(value: Any) -> dict[str, Any]:
+    def packed(value: Any) -> dict[str, object]:
         if not isinstance(value, np.ndarray):
             return {field.name: getattr(value, field.name) for field in fields(value)}
         place = next((n for n, array in enumerate(arrays) if array is value), len(arrays))
@@ -161,7 +161,7 @@ def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any])
         add_checksum(temporary)
 
 
-def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
+def read_checkpoint(path: Path, identity: Mapping[str, object]) -> RunRecord | None:
     """Read a file written by `write_checkpoint`; None if there is none.
 
     `DataFileError` if it is damaged or belongs to another run.
@@ -237,11 +237,11 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
         if is_dataclass(concrete) and {field.name for field in fields(concrete)} == packed.keys():
             types = get_type_hints(concrete)
             values = {name: unpack(types[name], packed[name], arrays) for name in packed}
-            return cast("type[Any]", concrete)(**values)
+            return cast("type[object]", concrete)(**values)
     raise TypeError(f"{kind} has no fields {', '.join(packed)}")
 
 
-def _concrete(kind: Any) -> Iterator[Any]:
+def _concrete(kind: Any) -> Iterator[object]:
     """Yield a type or, if it is an abstract class, the classes that derive from it and are not."""
     if not isabstract(kind):
         yield kind

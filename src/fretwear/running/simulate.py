@@ -284,7 +284,7 @@ def steps(
         yield Step(state, measure(problem.of(state), state), case.cycles)
 
 
-def _states(case: Case, problem: WearProblem, start: Any = None) -> Iterator[Any]:
+def _states(case: Case, problem: WearProblem, start: object = None) -> Iterator[Any]:
     march: Any = slide if problem.loading.stroke else evolve
     return march(problem, [*map(float, case.output_cycles)], case.tolerance, start)  # type: ignore[no-any-return]
 
@@ -410,7 +410,9 @@ def wear_problem(
     )
 
 
-def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
+def _snapshot_fields(
+    workspace: Workspace, snapshots: Sequence[State]
+) -> dict[str, NDArray[np.generic]]:
     """The fields of a dataset over all snapshots on one plane, in the precision that is stored.
 
     Lists of many snapshots in double precision, then stacked, would take most of a run's memory.

@@ -54,7 +54,7 @@ _UNSAID_AT_DEFAULT = (
 _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
 )
-SNAPSHOTS_SCHEMA: dict[str, Any] = {
+SNAPSHOTS_SCHEMA: dict[str, object] = {
     "description": "Cycles at which the fields are kept, besides 0 and the last; auto: about eight "
     "powers of ten and three times these.",
     "default": "auto",
@@ -129,7 +129,7 @@ class Case(Draft):
 
     __signature__ = _KeysOfBase()
 
-    def __init__(self, **parameters: Any) -> None:
+    def __init__(self, **parameters: object) -> None:
         problems = Problems()
         given = {name: value for name, value in parameters.items() if value is not None}
         given = with_parts_of_distance(with_materials(given, problems))
@@ -166,9 +166,9 @@ class Case(Draft):
         )
         return html_table(self.case_id, rows)
 
-    def replace(self, **changes: Any) -> Case:
+    def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
-        kept: dict[str, Any] = {}
+        kept: dict[str, object] = {}
         for member, about in members().items():
             value = getattr(self, member)
             by_key = isinstance(about, PartOf) and about.are_keys(value)

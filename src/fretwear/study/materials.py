@@ -37,8 +37,8 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
 
 
 def with_materials(
-    given: Mapping[str, Any], problems: Problems, prefix: str = "", varied: Iterable[str] = ()
-) -> dict[str, Any]:
+    given: Mapping[str, object], problems: Problems, prefix: str = "", varied: Iterable[str] = ()
+) -> dict[str, object]:
     """Return keys of a case with the properties of `material` in its place, unless given.
 
     An unknown name is a problem.
@@ -59,7 +59,7 @@ def with_materials(
                 Problem(place, value, rule, remedy, valid_words=words, written=str(name))
             )
     each = {name: [row[name] for row in rows] for name in PROPERTIES}
-    found: dict[str, Any] = {n: v if len(v) == 2 else v[0] for n, v in each.items()}
+    found: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in each.items()}
     if all(row["hardness"] for row in rows):
         found["plastic_limit"] = min(
             (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])

@@ -83,7 +83,7 @@ class PartOf(Parameter):
                 return kind
         return None
 
-    def make(self, values: Mapping[str, Any], kinds: Iterable[type[Part]] = ()) -> Part | None:
+    def make(self, values: Mapping[str, object], kinds: Iterable[type[Part]] = ()) -> Part | None:
         """Make a part of the kind that has all of these keys; None if there is none."""
         kind = self.kind_of(values.keys(), kinds)
         return None if kind is None else kind.unchecked(**values)
@@ -199,7 +199,7 @@ class Inline(PartOf):
             leading |= {name: kind for name in keys[:1] if name not in leading}
         return leading
 
-    def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
+    def changed(self, part: Part, given: dict[str, object]) -> Part | None:
         """Return the part with other values of some fields, of another kind if these need it."""
         for kind in (type(part), *self.kinds.values()):
             common = kind.parameters().keys() & vars(part).keys()
@@ -208,7 +208,9 @@ class Inline(PartOf):
                 return changed
         return None
 
-    def completed(self, values: Mapping[str, Any], blocks: Sequence[Block]) -> Mapping[str, Any]:
+    def completed(
+        self, values: Mapping[str, object], blocks: Sequence[Block]
+    ) -> Mapping[str, object]:
         """Return values completed from the first block, if every block gives what they lack.
 
         Only required values are completed: a block without an optional one has its default.
@@ -246,7 +248,7 @@ class Block:
     """A number of cycles with other values of some parameters, in SI units."""
 
     cycles: int
-    values: tuple[tuple[str, Any], ...] = ()
+    values: tuple[tuple[str, object], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -138,18 +138,18 @@ def parameter(name: str) -> Parameter:
     return _tables()[1].get(coordinate(name), plain)
 
 
-def value_text(name: str, value: Any) -> str:
+def value_text(name: str, value: object) -> str:
     """Return the value in readable units: ``25 N``, ``smooth``, ``elastic``."""
     return parameter(name).text(value)
 
 
-def symbol_text(name: str, value: Any) -> str:
+def symbol_text(name: str, value: object) -> str:
     """Return symbol and value in mathtext, for labels inside figures: ``$P$ = 25 N``."""
     about = parameter(name)
     return about.word_for(value) or f"{about.symbol} = {about.text(value)}"
 
 
-def words_text(name: str, value: Any) -> str:
+def words_text(name: str, value: object) -> str:
     """Return words and value, for captions: ``normal load 25 N``, ``elastic``."""
     about = parameter(name)
     return about.word_for(value) or f"{about.words} {about.text(value)}"
@@ -169,7 +169,7 @@ def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
 
 
 def read_values(
-    raw: Mapping[str, Any],
+    raw: Mapping[str, object],
     prefix: str,
     problems: Problems,
     *,
@@ -180,7 +180,7 @@ def read_values(
 
     If some fields of a part are `varied`, only its other fields are read.
     """
-    values: dict[str, Any] = {}
+    values: dict[str, object] = {}
     parameters = {name: parameter_of(name) for name in base_names()}
     for name, fields in varied.items():
         parameters[name] = replace(cast("PartOf", parameters[name]), varied=tuple(fields))
@@ -198,14 +198,14 @@ def read_values(
     return values
 
 
-def with_parts_of_distance(given: Mapping[str, Any], varied: Iterable[str] = ()) -> dict[str, Any]:
+def with_parts_of_distance(given: Mapping[str, object], varied: Iterable[str] = ()) -> dict[str, object]:
     """Keys of a case with the cycles into which a sliding distance is divided, unless given."""
     names = {*given, *varied}
     divided = "sliding_distance" in names and not names & {"cycles", "blocks"}
     return {**given, "cycles": PARTS_OF_A_DISTANCE} if divided else dict(given)
 
 
-def by_member(values: Mapping[str, Any], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
+def by_member(values: Mapping[str, object], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
     """Return values by name, grouped by the member of the case to which they belong.
 
     A member that is incomplete without the blocks gets them too. Names ``given`` elsewhere count
@@ -220,7 +220,7 @@ def by_member(values: Mapping[str, Any], given: Iterable[str] = ()) -> dict[str,
     return grouped
 
 
-def make_member(member: str, values: Mapping[str, Any]) -> Any:
+def make_member(member: str, values: Mapping[str, Any]) -> object:
     """Make a member of a case from its values by name; `KeyError` if they are incomplete.
 
     Blocks among the values may complete them.
@@ -272,9 +272,9 @@ def missing_parameters(
                 yield Problem(name, None, "is missing", parameter_of(name).such_as(name))
 
 
-def schema_required() -> list[dict[str, Any]]:
+def schema_required() -> list[dict[str, object]]:
     """Return conditions of a JSON Schema for the keys required in `base` or `vary`."""
-    conditions: list[dict[str, Any]] = []
+    conditions: list[dict[str, object]] = []
     for problem in missing_parameters((), in_file=True):
         about = members()[member := member_of(problem.key)]
         names = [problem.key] if problem.key == member else [problem.key, member]

@@ -153,7 +153,7 @@ class Axis:
 
 
 def read_axes(
-    vary: Mapping[str, Any], design: Design | None, problems: Problems
+    vary: Mapping[str, object], design: Design | None, problems: Problems
 ) -> tuple[Axis, ...]:
     """Read the varied parameters; return the valid axes and collect the problems of the others.
 
@@ -213,7 +213,7 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
         raise QuantityError("must be a list of values", hint)
     if not raw:
         raise QuantityError("is an empty list", "list at least one value, or leave it out")
-    values: list[Any] = []
+    values: list[object] = []
     seen: dict[object, int] = {}
     problems = Problems()
     for position, item in enumerate(raw):
@@ -228,7 +228,7 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
     return Axis(name, tuple(values), tuple(raw))
 
 
-def _identity(value: Any) -> object:
+def _identity(value: object) -> object:
     """Return a key that equal values of an axis share, whatever their units."""
     if isinstance(value, float):
         return f"{value:.11e}"
@@ -237,7 +237,7 @@ def _identity(value: Any) -> object:
     return tuple(map(_identity, value)) if isinstance(value, tuple) else value
 
 
-def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Range:
+def _read_range(name: str, raw: Mapping[str, object], design: Design | None) -> Range:
     if not isinstance(design, Sampled | None):
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
         raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)

@@ -143,7 +143,7 @@ class Draft(Setup):
     output_cycles: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, assembled: Mapping[str, Any]) -> Self:
+    def of(cls, assembled: Mapping[str, object]) -> Self:
         """Return the case of members already read and checked; some may be missing.
 
         The number of cycles follows from the blocks, and the snapshots from both.
@@ -262,7 +262,7 @@ class Draft(Setup):
         end = 0
         for block in self.blocks or (Block(self.cycles),):
             end += block.cycles
-            changed: dict[str, Any] = {"blocks": ()}
+            changed: dict[str, object] = {"blocks": ()}
             for member, about in IN_BLOCKS.items():
                 keys = about.keys
                 if given := {name: value for name, value in block.values if name in keys}:

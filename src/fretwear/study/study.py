@@ -66,7 +66,7 @@ class Study:
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how the varied values are combined
     fixed: Mapping[str, Any]  # values of the other parameters, in SI units
-    content: Mapping[str, Any]  # plain content of the file, overrides included
+    content: Mapping[str, object]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
@@ -127,19 +127,19 @@ class Study:
         )
 
     @cached_property
-    def parts_by_member(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], Any]]]:
+    def parts_by_member(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], object]]]:
         """The axes that vary a member of a case, and its parts by the positions along these axes.
 
         It has the members with valid values. Points share parts: each combination of values makes
         a part once.
         """
-        parts_by_member: dict[str, tuple[list[int], dict[tuple[int, ...], Any]]] = {}
+        parts_by_member: dict[str, tuple[list[int], dict[tuple[int, ...], object]]] = {}
         positions = {axis.name: position for position, axis in enumerate(self.axes)}
         fixed, varied = by_member(self.fixed, positions), by_member(positions, self.fixed)
         for member in {**fixed, **varied}:
             given, names = fixed.get(member, {}), varied.get(member, {})
             base, axes = given.get(member), [*names.values()]
-            parts: dict[tuple[int, ...], Any] = {}
+            parts: dict[tuple[int, ...], object] = {}
             with suppress(KeyError):  # Values that the member needs too may be wrong.
                 for index in {tuple([index[i] for i in axes]) for index in self.indices}:
                     values = (self.axes[i].values[at] for i, at in zip(axes, index, strict=True))
@@ -180,7 +180,7 @@ class Point:
         return self.case.case_id if self.case is not None else ""
 
     @property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, object]:
         """Varied parameters by dotted name, in SI units."""
         return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
 
@@ -250,7 +250,7 @@ def select_case(
 
 def _checked(
     file: Path,
-    given: Mapping[str, Any],
+    given: Mapping[str, object],
     assignments: Sequence[str],
     problems: Sequence[Problem] = (),
     lines: Mapping[str, int] | None = None,
@@ -283,7 +283,7 @@ def _checked(
     return study
 
 
-def _located(value: Any, folder: Path) -> Any:
+def _located(value: object, folder: Path) -> Any:
     """Mark all text as relative to a folder, in case it names a file."""
     if isinstance(value, dict):
         return {key: _located(item, folder) for key, item in value.items()}
@@ -297,15 +297,15 @@ class _Sections:
     """The sections of a study file; invalid ones count as left out."""
 
     title: str = ""
-    base: Mapping[str, Any] = field(default_factory=dict)
-    vary: Mapping[str, Any] = field(default_factory=dict)
+    base: Mapping[str, object] = field(default_factory=dict)
+    vary: Mapping[str, object] = field(default_factory=dict)
     design: Design | None = Combinations()  # noqa: RUF009 - frozen; None where it could not be read
     invalid: str = "stop"
     batch: int | None = None
-    output: Mapping[str, Any] = field(default_factory=dict)
+    output: Mapping[str, object] = field(default_factory=dict)
 
 
-def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
+def _read_sections(raw: Mapping[str, object], problems: Problems) -> _Sections:
     """Read the sections, and add their problems."""
     sections: dict[str, Any] = {"design": None} if "design" in raw else {}
     for name, given in raw.items():
@@ -327,7 +327,7 @@ def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
     return _Sections(**sections)
 
 
-def _read_section(name: str, given: object) -> Any:
+def _read_section(name: str, given: object) -> object:
     if name in ("design", "invalid"):
         return (_DESIGN if name == "design" else _INVALID).read(given, True)
     if name == "title":
@@ -350,7 +350,9 @@ def _read_section(name: str, given: object) -> Any:
     return given
 
 
-def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
+def _read_base(
+    sections: _Sections, axes: tuple[Axis, ...], problems: Problems
+) -> dict[str, object]:
     """Read the fixed values; of a part with varied fields, read the other fields.
 
     The value that base may have for a varied parameter is not used.
@@ -467,7 +469,9 @@ def _in_order(
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
 
 
-def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
+def override(
+    raw: Mapping[str, object], assignments: Iterable[str]
+) -> tuple[dict[str, object], Problems]:
     """Return plain content changed by assignments ``name=value``, and problems of the assignments.
 
     The new value replaces the value in `base`, and the parameter is no longer varied. Setting one
@@ -493,7 +497,7 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     return changed, problems
 
 
-def assign(content: dict[str, Any], name: str, value: Any) -> None:
+def assign(content: dict[str, object], name: str, value: object) -> None:
     """Give a parameter one value in the plain content of a study file, as for `override`."""
     if name in ("title", "output.cycles"):
         section, _, key = name.partition(".")
@@ -518,11 +522,11 @@ def assign(content: dict[str, Any], name: str, value: Any) -> None:
             content.pop("design", None)
 
 
-def _mapping(given: object) -> Mapping[str, Any]:
+def _mapping(given: object) -> Mapping[str, object]:
     return given if isinstance(given, Mapping) else {}
 
 
-def study_schema() -> dict[str, Any]:
+def study_schema() -> dict[str, object]:
     """Return the JSON Schema (2020-12) of a study file, made from the declarations that read it.
 
     It covers names, kinds of values and their descriptions. Only `load_study` checks rules on
@@ -559,11 +563,11 @@ def study_schema() -> dict[str, Any]:
     }
 
 
-def _about(description: str, content: Mapping[str, Any]) -> dict[str, Any]:
+def _about(description: str, content: Mapping[str, object]) -> dict[str, object]:
     return {"description": description, **content}
 
 
-def _varied(name: str) -> dict[str, Any]:
+def _varied(name: str) -> dict[str, object]:
     value = parameter_of(name).described()
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
     if not parameter_of(name).may_be_drawn:

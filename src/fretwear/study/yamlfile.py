@@ -51,7 +51,7 @@ class Document:
         # Dict, list, str, int, float, bool or None.
         self.data: Any = None if node is None else self._value(node, "", 0)
 
-    def _value(self, node: Node, key: str, depth: int) -> Any:
+    def _value(self, node: Node, key: str, depth: int) -> object:
         # Aliases are followed, so that the count and the depth bound what they expand to.
         self._nodes += 1
         if self._nodes > MAX_NODES:
@@ -77,8 +77,8 @@ class Document:
         self._refuse(key, node, "cannot be read", "put it in quotes if it is meant as text")
         return node.value
 
-    def _mapping(self, node: MappingNode, key: str, depth: int) -> dict[str, Any]:
-        values: dict[str, Any] = {}
+    def _mapping(self, node: MappingNode, key: str, depth: int) -> dict[str, object]:
+        values: dict[str, object] = {}
         for name_node, value_node in node.value:
             if name_node.tag == "tag:yaml.org,2002:merge" or name_node.value == "<<":
                 self._refuse(key, name_node, "holds a merge, which studies do not know", "")
@@ -138,7 +138,7 @@ def read_document(file: Path) -> Document:
     raise StudyError(file, [problem])
 
 
-def parse_value(text: str) -> Any:
+def parse_value(text: str) -> object:
     """Read one YAML value as in a study file (``30 N``, ``none``, ``[0, 100]``)."""
     try:
         document = Document(text)
