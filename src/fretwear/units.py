@@ -18,10 +18,13 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache, lru_cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 if TYPE_CHECKING:
     import pint
+    from numpy.typing import ArrayLike
+
+_Value = TypeVar("_Value")
 
 _GRAVITY = 9.80665
 _DEGREE = "0.0174532925199432957692369076849"
@@ -254,7 +257,7 @@ def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str
     return f"did you mean {near!r}?" if near else ""
 
 
-def in_unit(value: object, si_unit: str) -> Any:
+def in_unit(value: _Value, si_unit: str) -> _Value | Given:
     """Return an SI value; a float with its unit, which a quantity of two kinds is told by."""
     return Given(value, si_unit) if isinstance(value, float) else value
 
@@ -343,7 +346,7 @@ def is_readable(si_unit: str) -> bool:
     return si_unit in _READABLE
 
 
-def readable_unit(values: object, si_unit: str) -> Unit:
+def readable_unit(values: ArrayLike, si_unit: str) -> Unit:
     """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 
     NaN and infinite values do not count; without finite values the unit is the smallest.

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fretwear.units import (
     LINE_CONTACT,
@@ -22,6 +22,9 @@ from fretwear.units import (
     ContactFrame,
     Unit,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 SYMMETRIES: dict[str, tuple[bool, bool]] = {
     "even_xy": (True, True),
@@ -94,10 +97,11 @@ class Variable:
             comment += "; infinite where the value grows without bound as cells get narrower"
         return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)
 
-    def allows(self, values: Any) -> bool:
+    def allows(self, values: ArrayLike) -> bool:
         """Whether values are finite, or NaN or infinite where that has a meaning."""
         import numpy as np  # `fretwear --help` does without it
 
+        values = np.asarray(values)
         sound = np.isfinite(values)
         if self.may_lack:
             sound |= np.isnan(values)

@@ -45,7 +45,9 @@ from fretwear.figures.study import StudyFigure
 from fretwear.report import Section
 
 def figures(summary, cases):
-    yield StudyFigure("points", f"{summary.sizes['load']} loads.", "More", JournalFigure(1, 50.0))
+    figure = JournalFigure(1, 50.0)
+    figure.subplots()
+    yield StudyFigure("points", f"{summary.sizes['load']} loads.", "More", figure)
 
 def sections(summary, cases):
     yield Section("files", "Files", Markup(len(list(cases.glob("*.nc")))))

@@ -95,12 +95,14 @@ _GITIGNORE = "/results/\n/.snakemake/\n*.checkpoint\n"
 
 
 LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
-_MESSAGES: Any = {"rich_help_panel": "Messages"}
-_QUIET = typer.Option("--quiet", "-q", help="Print errors only.", **_MESSAGES)
+_MESSAGES = "Messages"
+_QUIET = typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel=_MESSAGES)
 _FORMAT = (
     "auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, for programs."
 )
-_LOG_FORMAT = typer.Option("--log-format", help=_FORMAT, envvar=LOG_FORMAT_VARIABLE, **_MESSAGES)
+_LOG_FORMAT = typer.Option(
+    "--log-format", help=_FORMAT, envvar=LOG_FORMAT_VARIABLE, rich_help_panel=_MESSAGES
+)
 
 
 @dataclass
@@ -111,7 +113,7 @@ class Call:
     log: Log | None = None  # takes all messages once the command has begun
 
 
-def logged(command: Callable[..., None]) -> Any:
+def logged(command: Callable[..., None]) -> Callable[..., None]:
     """Turn a function that takes a log first into a command with options for the log."""
 
     def logging(
@@ -128,10 +130,13 @@ def logged(command: Callable[..., None]) -> Any:
         command(call.log, **given)
 
     first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
-    _, *others = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
+    _, *others = inspect.signature(
+        command, eval_str=True, locals={"Log": object}
+    ).parameters.values()
     wrapped: Any = wraps(command)(logging)
     wrapped.__signature__, wrapped.__annotations__ = inspect.Signature([first, *others, *last]), {}
-    return wrapped
+    result: Callable[..., None] = wrapped
+    return result
 
 
 def init(
@@ -313,8 +318,15 @@ def batch(
     from fretwear.running.batch import run_batch
     from fretwear.running.workflow import write_finished
 
-    how: Any = {"keep_older": keep_older, "threads": threads}
-    outcome = run_batch(study, folder, (first, last), log, lambda to: Log(stream=to), **how)
+    outcome = run_batch(
+        study,
+        folder,
+        (first, last),
+        log,
+        lambda to: Log(stream=to),
+        keep_older=keep_older,
+        threads=threads,
+    )
     count, present = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
@@ -92,10 +92,21 @@ def argument(metavar: str, help_: str) -> object:
     return typer.Argument(metavar=metavar, help=help_, show_default=False)
 
 
-def option(names: str, metavar: str, help_: str, default: str = "", complete: Any = None) -> object:
+def option(
+    names: str,
+    metavar: str,
+    help_: str,
+    default: str = "",
+    complete: Callable[..., list[str]] | None = None,
+) -> object:
     """Return an option that takes a value; `default` describes the default."""
-    shown: Any = {"metavar": metavar, "help": help_, "show_default": default or False}
-    return typer.Option(*names.split("/"), **shown, autocompletion=complete)
+    return typer.Option(
+        *names.split("/"),
+        metavar=metavar,
+        help=help_,
+        show_default=default or False,
+        autocompletion=complete,
+    )
 
 
 StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).")]

@@ -74,7 +74,7 @@ def swallowing_no_lack_of_memory() -> Iterator[None]:
     """Raise, at the end, a lack of memory that a library swallowed: its work is incomplete."""
     lost = []
 
-    def hear(unraisable: Any) -> None:
+    def hear(unraisable: sys.UnraisableHookArgs) -> None:
         if isinstance(unraisable.exc_value, MemoryError):
             lost.append(unraisable.exc_value)
         else:

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, TextIO, cast
 
 import typer
 
@@ -30,6 +30,8 @@ from fretwear.study.problems import printable
 from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from fretwear.running.simulate import Observer, Step
     from fretwear.study.case import Case
 
@@ -63,7 +65,7 @@ class Log:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._is_json, self._is_quiet, self._clock = log_format == "json", quiet, clock
-        self._output: Any = Unfailing(stream or sys.stderr)
+        self._output = Unfailing(stream or sys.stderr)
         # FORCE_COLOR may ask for colours in a log file, which is still not a terminal.
         redraws = os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
         may_have_bar = log_format == "auto" and not quiet and stream is None
@@ -71,21 +73,32 @@ class Log:
         self._batch: TimeLeft | None = None
         self._command, self._started, self.typed = "", 0.0, ""
         self._file: str | None = None
-        self._console: Any = None
+        self._console: Console | None = None
         if not self._is_json:
             from rich.console import Console
 
-            options: Any = {"file": self._output, "stderr": stream is None, "highlight": False}
-            self._console = Console(color_system=None if stream else "auto", **options)
+            self._console = Console(
+                color_system=None if stream else "auto",
+                file=cast("TextIO", self._output),
+                stderr=stream is None,
+                highlight=False,
+            )
 
     def begin(self, command: str, typed: str = "") -> None:
         """Report the start of a command; in JSON, warnings become events from here on."""
         self._command, self._started, self.typed = command, self._clock(), typed
         if self._is_json:
 
-            def warn(message: object, category: Any, *where: object, **_: Any) -> None:
+            def warn(
+                message: Warning | str,
+                category: type[Warning],
+                filename: str,
+                lineno: int,
+                *_: object,
+                **__: object,
+            ) -> None:
                 about = {"message": str(message), "category": category.__name__}
-                self._say("warning", **about, where=f"{where[0]}:{where[1]}")
+                self._say("warning", **about, where=f"{filename}:{lineno}")
 
             warnings.showwarning = warn
         self._say("start", command=command, version=fretwear.__version__)
@@ -132,7 +145,7 @@ class Log:
         """Report the case that runs in this context; the observer is called at every step."""
         timing = self._batch or _time_left({case.case_id: case}, self._clock)
         timing.begin(case.case_id, case.cycles)
-        which: Any = {"case_id": case.case_id}
+        which: dict[str, object] = {"case_id": case.case_id}
         which |= {"case_number": timing.number, "case_count": timing.count}
         name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
         begun = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
@@ -150,10 +163,13 @@ class Log:
             if step.state.cycle < step.last_cycle and now - reported < interval:
                 return
             reported = now
-            numbers: Any = {"cycle": step.state.cycle, "cycles": step.last_cycle}
-            numbers |= {name: getattr(step.state, name) for name in ("step", "error_estimate")}
-            numbers |= {name: getattr(step.measures, name) for name in _MEASURES}
-            left = {name: getattr(timing, name) for name in ("seconds_left", "batch_seconds_left")}
+            numbers = {"cycle": step.state.cycle, "cycles": step.last_cycle}
+            numbers |= {"step": step.state.step, "error_estimate": step.state.error_estimate}
+            numbers |= {name: vars(step.measures)[name] for name in _MEASURES}
+            left = {
+                "seconds_left": timing.seconds_left,
+                "batch_seconds_left": timing.batch_seconds_left,
+            }
             # A bar shows every step; lines would only repeat it.
             line = "" if show else step_text(step, timing.seconds_left)
             self._say("step", line, **which, **numbers, seconds=now, **left)
@@ -197,14 +213,16 @@ class Log:
 
         class Left(ProgressColumn):
             def render(self, task: Task) -> Text:
-                return Text(left_text(getattr(timing, task.fields["left"])), no_wrap=True)
+                is_batch = task.id != one
+                seconds = timing.batch_seconds_left if is_batch else timing.seconds_left
+                return Text(left_text(seconds), no_wrap=True)
 
         bar = BarColumn(None, table_column=Column(ratio=1))
         bars = Progress(TextColumn("{task.description}"), bar, Left(), expand=True)
-        one = bars.add_task("first loading", total=1.0, left="seconds_left")
+        one = bars.add_task("first loading", total=1.0)
         if timing.count > 1:
-            done: Any = {"completed": timing.number - 1, "total": timing.count}
-            bars.add_task(f"all {timing.count} cases", **done, left="batch_seconds_left")
+            done = timing.number - 1
+            bars.add_task(f"all {timing.count} cases", completed=done, total=timing.count)
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
         def show(step: Step) -> None:
@@ -238,6 +256,7 @@ class Log:
         from rich.text import Text
 
         message = Text.assemble((label, "bold red"), printable(text))
+        assert self._console is not None
         self._console.print(message, soft_wrap=True)
 
 

@@ -140,7 +140,7 @@ class Points:
     results: Mapping[str, Array]
     parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
     ids: tuple[str, ...]  # of the cases
-    drawn: Mapping[str, Mapping[str, Any]]  # the range from which a parameter was drawn
+    drawn: Mapping[str, Mapping[str, float | str]]  # the range from which a parameter was drawn
 
     @classmethod
     def of(cls, summary: xr.Dataset) -> Points:

@@ -157,12 +157,12 @@ def new_netcdf(path: Path, size: int) -> Iterator[netCDF4.Dataset]:
     add_checksum(path)
 
 
-def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
+def write_group(group: netCDF4.Dataset, content: xr.Dataset | Labelled) -> None:
     """Write variables and attributes into a group of an open file, as xarray reads them."""
     group.setncatts(content.attrs)
     around = group.parent.dimensions if group.parent is not None else {}
     for name, values, dims, attributes in _stored(content):
-        options: dict[str, object] = {}
+        options: dict[str, Any] = {}
         if name in _STORED_SMALL:
             options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
             options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}
@@ -174,7 +174,7 @@ def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
         target[...] = values
 
 
-def check_group(group: Any, content: xr.Dataset | Labelled) -> None:
+def check_group(group: netCDF4.Dataset, content: xr.Dataset | Labelled) -> None:
     """Raise a RuntimeError if a group reads back differently from the content written into it.
 
     When memory is short, the netCDF library may silently omit an attribute.
@@ -200,7 +200,7 @@ def check_attributes(owner: Any, given: Mapping[Any, Any]) -> None:
 
 def _stored(
     content: xr.Dataset | Labelled,
-) -> Iterator[tuple[str, NDArray[np.generic], tuple[str, ...], dict[str, object]]]:
+) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...], dict[str, object]]]:
     """Yield name, values, dimensions and attributes of variables as they are stored.
 
     Text has a fixed length: strings of variable length crash the netCDF library when one of two
@@ -399,7 +399,9 @@ def _summary_problems(file: netCDF4.Dataset, size: int) -> Iterator[str]:
     yield from _parameter_problems(file)
 
 
-def _size_problems(groups: Iterable[Any], size: int, *, words: bool = False) -> Iterator[str]:
+def _size_problems(
+    groups: Iterable[netCDF4.Dataset], size: int, *, words: bool = False
+) -> Iterator[str]:
     announced = 0
     for name, variable in ((n, v) for group in groups for n, v in group.variables.items()):
         if words and variable.dtype is str and not variable.dimensions:
@@ -427,7 +429,7 @@ def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]
                 yield f"its attribute {name} is not a JSON object"
 
 
-def _axis_problems(stored: Any, axis: Variable) -> Iterator[str]:
+def _axis_problems(stored: netCDF4.Variable[np.float64], axis: Variable) -> Iterator[str]:
     if stored.dimensions != (axis.name,) or stored.dtype.kind != "f" or not stored.size:
         yield f"{axis.name} is not an axis"
     values = stored[...]
@@ -438,12 +440,17 @@ def _axis_problems(stored: Any, axis: Variable) -> Iterator[str]:
 
 
 def _variable_problems(
-    group: Any, expected: Iterable[Variable], dims: tuple[str, ...], *, finite: bool = True
+    group: netCDF4.Dataset,
+    expected: Iterable[Variable],
+    dims: tuple[str, ...],
+    *,
+    finite: bool = True,
 ) -> Iterator[str]:
     for variable in expected:
         name, stored = variable.name, group.variables.get(variable.name)
         if stored is None or stored.dimensions != dims or stored.dtype.kind not in "if":
             yield f"it lacks {group.name}/{name}".replace("//", "")
+            continue
         unit = vars(stored).get("units", "")
         if unit != variable.si_unit:
             yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"

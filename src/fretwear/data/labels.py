@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,7 +67,7 @@ class Labelled:
 
     data_vars: Mapping[str, Column]
     coords: Mapping[str, Column]
-    attrs: Mapping[str, Any]
+    attrs: Mapping[str, str]
 
     @property
     def variables(self) -> Mapping[str, Column]:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, NamedTuple
 
 import netCDF4
 import numpy as np
@@ -115,7 +115,7 @@ def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variabl
 
 
 def _laid(
-    study: Study, given: Mapping[Any, float | str], about: Mapping[str, object]
+    study: Study, given: Mapping[tuple[int, ...], float | str], about: Mapping[str, object]
 ) -> xr.Variable:
     """Arrange values like the points, NaN or empty text where one is missing."""
     is_text = any(isinstance(value, str) for value in given.values())

@@ -182,7 +182,7 @@ class Unfailing:
         with suppress(OSError):
             self._stream.close()
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
 

@@ -221,5 +221,7 @@ class _StackedField:
                     snapshot = resampled(snapshot, centres, common[inside[axis]], axis=axis)
                 values[position][place] = self.field.outside
                 values[position][place][np.ix_(*inside)] = snapshot
-        single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in within]
+        single: list[int | slice] = [
+            0 if isinstance(part, Integral) else np.s_[:] for part in within
+        ]
         return np.asarray(values[(..., *single)])

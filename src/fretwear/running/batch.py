@@ -12,11 +12,21 @@ import shlex
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import fields, is_dataclass
 from inspect import isabstract
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    NamedTuple,
+    Protocol,
+    Self,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from numpy.typing import NDArray
@@ -329,6 +339,19 @@ def checkpoint_of(path: Path) -> Path:
     return path.with_suffix(".checkpoint")
 
 
+class BatchLog(Protocol):
+    """What a batch reports to, such as `fretwear.cli.progress.Log`."""
+
+    def note(self, message: str) -> None:
+        """Report something worth knowing."""
+
+    def batch(self, cases: Mapping[str, Case]) -> None:
+        """Count the cases that will run."""
+
+    def case(self, case: Case, file: Path) -> AbstractContextManager[Observer]:
+        """Report the case that runs in a context, and its steps by an observer."""
+
+
 class BatchOutcome(NamedTuple):
     """The outcome of a batch."""
 
@@ -341,8 +364,8 @@ def run_batch(
     study: Study,
     results: Path,
     points: tuple[int, int],
-    log: Any,
-    log_to: Callable[[Unfailing], Any],
+    log: BatchLog,
+    log_to: Callable[[Unfailing], BatchLog],
     *,
     keep_older: bool = False,
     threads: int = 1,

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +87,7 @@ class RunRecord:
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
         self.last = state = step.state
-        numbers = {name: getattr(state, name) for name in ("cycle", "error_estimate")}
+        numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
         self.history.append(numbers | vars(step.measures))
         if keep_fields:
@@ -266,11 +266,12 @@ def run(
         command=command,
         arithmetic="; then ".join(record.arithmetic),
     )
-    for doubt in dataset.attrs["warnings"].splitlines()[len(before) :]:
-        warn(doubt)
+    for text in dataset.attrs["warnings"].splitlines()[len(before) :]:
+        warn(text)
     history = labelled_history(steps_at, columns, of_steps, spent, case.frame)
     curves = {
-        n: np.array([getattr(curve, n) for curve in loops]) for n in ("force", "displacement")
+        "force": np.array([curve.force for curve in loops]),
+        "displacement": np.array([curve.displacement for curve in loops]),
     }
     return Result((dataset, history, labelled_loops(cycles, curves, case.frame)))
 
@@ -284,9 +285,12 @@ def steps(
         yield Step(state, measure(problem.of(state), state), case.cycles)
 
 
-def _states(case: Case, problem: WearProblem, start: object = None) -> Iterator[Any]:
-    march: Any = slide if problem.loading.stroke else evolve
-    return march(problem, [*map(float, case.output_cycles)], case.tolerance, start)  # type: ignore[no-any-return]
+def _states(case: Case, problem: WearProblem, start: State | None = None) -> Iterator[State]:
+    stops = [*map(float, case.output_cycles)]
+    if problem.loading.stroke:
+        assert start is None or isinstance(start, StrokeState)
+        return slide(problem, stops, case.tolerance, start)
+    return evolve(problem, stops, case.tolerance, start)
 
 
 def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:

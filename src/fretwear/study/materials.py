@@ -10,7 +10,6 @@ import csv
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
-from typing import Any
 
 from fretwear.parts import is_list
 from fretwear.problems import Problem, Problems

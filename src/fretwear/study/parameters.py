@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from fretwear.parts import Either, Parameter, Part, Quantity, derived, required
 from fretwear.problems import Problem, Problems
@@ -14,6 +14,8 @@ from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf
 from fretwear.study.setup import IN_BLOCKS, PARTS_OF_A_DISTANCE, Draft, members
 from fretwear.units import nearest
+
+_Value = TypeVar("_Value")
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
 _RA = (
@@ -198,20 +200,24 @@ def read_values(
     return values
 
 
-def with_parts_of_distance(given: Mapping[str, object], varied: Iterable[str] = ()) -> dict[str, object]:
+def with_parts_of_distance(
+    given: Mapping[str, object], varied: Iterable[str] = ()
+) -> dict[str, object]:
     """Keys of a case with the cycles into which a sliding distance is divided, unless given."""
     names = {*given, *varied}
     divided = "sliding_distance" in names and not names & {"cycles", "blocks"}
     return {**given, "cycles": PARTS_OF_A_DISTANCE} if divided else dict(given)
 
 
-def by_member(values: Mapping[str, object], given: Iterable[str] = ()) -> dict[str, dict[str, Any]]:
+def by_member(
+    values: Mapping[str, _Value], given: Iterable[str] = ()
+) -> dict[str, dict[str, _Value]]:
     """Return values by name, grouped by the member of the case to which they belong.
 
     A member that is incomplete without the blocks gets them too. Names ``given`` elsewhere count
     towards completeness.
     """
-    grouped: dict[str, dict[str, Any]] = {}
+    grouped: dict[str, dict[str, _Value]] = {}
     for name, value in values.items():
         grouped.setdefault(member_of(name), {})[name] = value
     for member, about in IN_BLOCKS.items() if "blocks" in values else ():
@@ -220,7 +226,7 @@ def by_member(values: Mapping[str, object], given: Iterable[str] = ()) -> dict[s
     return grouped
 
 
-def make_member(member: str, values: Mapping[str, Any]) -> object:
+def make_member(member: str, values: Mapping[str, object]) -> object:
     """Make a member of a case from its values by name; `KeyError` if they are incomplete.
 
     Blocks among the values may complete them.
@@ -228,10 +234,10 @@ def make_member(member: str, values: Mapping[str, Any]) -> object:
     if member in values:
         value = values[member]
         return None if isinstance(value, Part) and value.is_trivial else value
-    about, values = members()[member], dict(values)
-    blocks: Sequence[Block] = values.pop("blocks", ())
+    about, blocks = members()[member], cast("Sequence[Block]", values.get("blocks", ()))
+    values = {name: value for name, value in values.items() if name != "blocks"}
     if blocks:
-        values = dict(IN_BLOCKS[member].completed(values, blocks))
+        values = IN_BLOCKS[member].completed(values, blocks)
     if part := cast("PartOf", about).make(values):
         return part
     raise KeyError(member)

@@ -90,8 +90,8 @@ class Sampled(Design):
         with warnings.catch_warnings():
             # scipy warns of numbers of points other than powers of two, which users may choose.
             warnings.simplefilter("ignore", UserWarning)
-            # The class in scipy has the same name.
-            engine = getattr(qmc, type(self).__name__)(d=len(axes), seed=self.seed)
+            engines = {"latin_hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}
+            engine = engines[self.kind](d=len(axes), seed=self.seed)
             columns = engine.random(self.points).T.tolist()
         return [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
 
@@ -116,7 +116,7 @@ class Axis:
 
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
-    written: tuple[Any, ...]  # as in a study file
+    written: tuple[object, ...]  # as in a study file
     drawn_from: Range | None = None  # None if the values were listed
 
     @cached_property
@@ -147,8 +147,9 @@ class Axis:
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
             unit = parameter_of(self.name).suiting(self.drawn_from.low).si_unit
-            values = tuple(in_unit(self.drawn_from.at(part), unit) for part in fractions)
-            written = tuple(exact_text(value, BY_SI_UNIT[unit]) for value in values)
+            numbers = [self.drawn_from.at(fraction) for fraction in fractions]
+            values = tuple(in_unit(number, unit) for number in numbers)
+            written = tuple(exact_text(number, BY_SI_UNIT[unit]) for number in numbers)
         return replace(self, values=values, written=written)
 
 

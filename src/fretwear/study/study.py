@@ -394,7 +394,7 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
     blocks = {"cycles"} if "blocks" in study.parts_by_member else set()
-    trials: list[tuple[Rule, list[int], dict[Any, Problem | None]]] = []
+    trials: list[tuple[Rule, list[int], dict[tuple[int, ...], Problem | None]]] = []
     for rule in RULES:
         needed = {member_of(name) for name in rule.needs}
         if needed <= {*study.parts_by_member} | defaulted | blocks:
