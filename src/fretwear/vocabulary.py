@@ -328,12 +328,13 @@ ruiz                | Pa2 m | | | Ruiz parameter | |
 
 FATIGUE = _rows(
     r"""
-largest_tension | Pa | | MPa | largest surface stress along x | free | at the edge of contact
+largest_tension | Pa | | MPa | largest surface stress along x | none | at the edge of
+    contact on the plane y = 0; NaN where it is singular
 largest_smith_watson_topper | Pa | $P_\mathrm{max}$ | MPa | largest Smith–Watson–Topper parameter |
     | on the plane y = 0, below the surface
 crack_x     | m | | µm | place of the largest parameter along x | free | where a crack is expected
 crack_depth | m | | µm | depth of the largest parameter | | below the surface of the snapshot
-crack_angle | degree | | | steepness of the worst plane | | angle between it and the surface
+crack_angle | degree | | | angle of the worst plane | free | from +x downwards
 life        | 1 | | | fatigue life at the stresses of the snapshot | log | to a crack, in cycles;
     infinite where nothing is in tension
 largest_damage | 1 | $D$ | 1 | largest fatigue damage of what is left | | Miner's sum since
@@ -345,6 +346,9 @@ fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or 
 """
 )
 """What stresses over the snapshots say of cracks, dimension ``cycle``."""
+
+FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
+"""Words for the values of ``fatigue_outcome``."""
 
 HEADLINES = (
     "wear_volume",

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.subsurface.fatigue import OUTCOMES, fatigue_table
+from fretwear.subsurface.fatigue import fatigue_table
 from fretwear.subsurface.results import StressError
+from fretwear.vocabulary import FATIGUE_OUTCOMES
 
 from ..studies import steel
 
@@ -30,7 +31,7 @@ def gross():
 
 
 def outcome(found):
-    return OUTCOMES[int(found.fatigue_outcome[-1])]
+    return FATIGUE_OUTCOMES[int(found.fatigue_outcome[-1])]
 
 
 def test_partial_slip_cracks_at_the_new_edge_of_stick_and_gross_slip_wears_cracks_away(

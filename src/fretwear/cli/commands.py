@@ -8,7 +8,7 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -331,6 +331,14 @@ def batch(
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
         raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
+    if study.stress is not None:
+        from fretwear.subsurface.fatigue import stored_fatigue
+        from fretwear.subsurface.results import StressError
+
+        for case_id in outcome.case_ids:
+            case = folder / "cases" / f"{case_id}.nc"
+            with suppress(StressError):  # told when the study is merged
+                stored_fatigue(case, folder / "fatigue" / case.name, study.stress)
     if finished is not None:
         write_finished(finished, folder / "cases", outcome.case_ids)
     log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=present)
@@ -350,7 +358,19 @@ def merge(
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    tally = merge_study(study, folder / "cases", summary, command=log.typed, keep_older=keep_older)
+    besides = None
+    if study.stress is not None:
+        from fretwear.subsurface.fatigue import fatigue_of_study
+
+        besides = fatigue_of_study(folder / "fatigue", study.stress, log.note)
+    tally = merge_study(
+        study,
+        folder / "cases",
+        summary,
+        command=log.typed,
+        keep_older=keep_older,
+        besides=besides,
+    )
     for remark in tally.remarks.splitlines():
         log.note(remark)
     with atomic_path(folder / "points.csv") as temporary:

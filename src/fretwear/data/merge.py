@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -74,6 +74,9 @@ MERGED_PROFILES: dict[str, Variable] = {
     "contact_state_profile": _FIELDS["contact_state"],
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
+
+Besides = Callable[[Path, NDArray[np.float64]], Mapping[Variable, NDArray[np.float64]]]
+"""More results of a case file at some cycles, (cycle,), by their variable."""
 
 _Done = tuple[tuple[int, ...], "Case", Path]
 """The position of a point whose case file exists, its case and the file."""
@@ -187,6 +190,7 @@ def merge_study(
     *,
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
+    besides: Besides | None = None,
 ) -> Tally:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
@@ -198,6 +202,8 @@ def merge_study(
     the tangential force at every accepted step (…, step), NaN after the last; the attribute
     ``history`` holds the `command`. Memory grows by about 1 kB for each point; fields are read one
     case at a time.
+
+    `besides` gives more results over the cycles of the case in a file, from what else is known.
 
     Raises a `DataFileError`, and writes nothing, if no case is done, if the file cannot be written,
     or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
@@ -225,7 +231,9 @@ def merge_study(
         # the rest of the merge, so an unnamed file keeps the profiles on disk.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
-        dataset, steps = _read_cases(study, status, done, spool, command, keep_older=keep_older)
+        dataset, steps = _read_cases(
+            study, status, done, spool, command, keep_older=keep_older, besides=besides
+        )
         _write(temporary, dataset, done, spool, steps)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
@@ -239,6 +247,7 @@ def _read_cases(
     command: str,
     *,
     keep_older: bool,
+    besides: Besides | None,
 ) -> tuple[xr.Dataset, int]:
     """Read scalars into a dataset; copy histories and profiles, in the cells of a case, to a file.
 
@@ -274,6 +283,11 @@ def _read_cases(
                     if not scalars[name].allows(at_snapshots := file[name][:][at]):
                         raise unusable(path, f"{name} holds values that are not finite")
                     values[name][position][columns] = at_snapshots
+                more = {} if besides is None else besides(path, asked)
+                for scalar, at_snapshots in more.items():
+                    scalars[scalar.name] = scalar
+                    empty = np.full((*status.shape, cycles.size), math.nan)
+                    values.setdefault(scalar.name, empty)[position][columns] = at_snapshots
                 cells = file[X.name][:]
                 windows.add(window(cells))
                 row: tuple[object, ...] = np.s_[:, :]

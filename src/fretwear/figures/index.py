@@ -14,6 +14,7 @@ ANSWER_CATEGORY = "What each parameter does"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
+CRACK_CATEGORY = "Below the surface"
 
 PAGE_WIDTH = 190.0
 """Width in mm of a figure over two journal columns."""

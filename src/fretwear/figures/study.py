@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from fretwear.data.effects import GOOD, SEED, Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
+from fretwear.figures.cracks import crack_figures
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import (
     WAYS,
@@ -31,6 +32,7 @@ from fretwear.figures.effects import (
 from fretwear.figures.history import HISTORIES, CyclePlot, representative_cases, study_curves
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
+    CRACK_CATEGORY,
     HISTORY_CATEGORY,
     INDEX_NAME,
     MAP_CATEGORY,
@@ -88,6 +90,8 @@ def study_figures(
         plot = CyclePlot(summary, quantity, history)
         yield StudyFigure(name, plot.caption, HISTORY_CATEGORY, plot.draw())
     chosen = representative_cases(summary)
+    for name, caption, figure in crack_figures(summary, cases.parent / "fatigue", chosen.ids):
+        yield StudyFigure(name, caption, CRACK_CATEGORY, figure)
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
     where = f" ({chosen.common})" if chosen.common else ""
     with ExitStack() as stack:

@@ -35,6 +35,7 @@ from fretwear.study.points import MAX_POINTS, Axis, Combinations, Design, Sample
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.setup import IN_BLOCKS, members
+from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
@@ -68,6 +69,7 @@ class Study:
     fixed: Mapping[str, Any]  # values of the other parameters, in SI units
     content: Mapping[str, object]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
+    stress: StressOutput | None = None  # what is asked for of stresses; None: nothing
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
@@ -264,6 +266,13 @@ def _checked(
     asked = sections.output.get("cycles", "auto")
     with problems.at("output.cycles", asked):
         fixed["output_cycles"] = read_snapshots(asked, in_file=True)
+    stress = None
+    if "stress" in sections.output:
+        with problems.at("output.stress", sections.output["stress"]):
+            stress = StressOutput.read(sections.output["stress"])
+            if stress.cycles is not None:
+                kept = fixed.get("output_cycles") or ()
+                fixed["output_cycles"] = tuple(sorted({*kept, *stress.cycles}))
     # Axes within a part that could not be read are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
@@ -273,7 +282,7 @@ def _checked(
     title = sections.title or file.stem
     # If the design cannot be read, fixed values are still checked.
     study = Study(
-        file, title, axes, sections.design or Combinations(), fixed, content, sections.batch
+        file, title, axes, sections.design or Combinations(), fixed, content, sections.batch, stress
     )
     _try_rules(study, problems, skip=sections.invalid == "skip")
     if not (before or problems) and len(study.invalid) == study.size:
@@ -317,7 +326,7 @@ def _read_sections(raw: Mapping[str, object], problems: Problems) -> _Sections:
         elif name != "seeds":
             with problems.at(name, given):
                 sections[name] = _read_section(name, given)
-    problems.unknown("output", sections.get("output", {}), ("cycles",))
+    problems.unknown("output", sections.get("output", {}), ("cycles", "stress"))
     vary = sections.get("vary", {})
     if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
         rule = f"would vary the same as vary.{twice[0]}"
@@ -552,7 +561,9 @@ def study_schema() -> dict[str, object]:
             "default": "auto",
             "anyOf": [{"const": "auto"}, whole],
         },
-        "output": keys_schema({"cycles": SNAPSHOTS_SCHEMA}),
+        "output": keys_schema(
+            {"cycles": SNAPSHOTS_SCHEMA, "stress": StressOutput.section_schema()}
+        ),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -7,7 +7,8 @@ continued outwards; its root is integrated over cells that shrink towards the ed
 traction is a sum of such pressures: µ(p − p*) at +Q, and less by 2µ(p − p̂) on the way to −Q.
 
 Beyond the edge no traction acts, so σ_xx, σ_yy and σ_xy are the only stresses of the surface there.
-A pressure that ends otherwise, as that of a worn contact may, is shown as well as its cells do.
+A pressure that ends otherwise has no such value: where wear has taken all load from the slip zone,
+that of elastic bodies is singular at the edge of stick, and so are the stresses of the surface.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Mask
 from fretwear.subsurface.influence import of_rectangles, of_strips
 
 # Cells along x and y, on each side of the edge, that are divided.
@@ -30,6 +31,8 @@ _NOISE, _PARTIAL = 1e-3, 0.3
 # Cells whose squares are continued outwards, and corrections of means of the root to values.
 _CONTINUED, _CORRECTIONS = 5, 4
 _BISECTIONS = 50
+# Misfit, over the largest value, of squares to the parabola that continues them.
+_MISFIT = 0.1
 
 
 class Edge(NamedTuple):
@@ -49,7 +52,10 @@ def stresses_at_edge(
     *,
     plane_strain: bool,
 ) -> Edge | None:
-    """Stresses at the end of contact at x < 0; None if too few cells are loaded to find it.
+    """Stresses at the end of contact at x < 0.
+
+    None if too few cells are loaded to find it, or if the pressure does not end there like a root:
+    at the edge of stick that of worn elastic bodies is singular, and so are stresses.
 
     `pressure`, Pa, shape (nx, ny), and `shears`, shape (k, nx, ny), the first of them that at +Q,
     are on cells of both sides around the origin; in a line contact ny is 1.
@@ -71,9 +77,13 @@ def stresses_at_edge(
     at_plus = pressure - shears[0] / friction
     hats = pressure - (shears[0] - shears) / (2.0 * friction)
     fields = np.stack([pressure, at_plus, *hats[1:]])
-    squares = [_continued(field[box], noise) for field in fields]
+    squares = [_continued(field[box], noise)[0] for field in fields]
     across = np.ones((1, 1)) if plane_strain else _weights(np.zeros(1), near_y)
-    place = _root((squares[0] @ across.T)[:, 0], near_x)
+    on_plane = (squares[0] @ across.T)[:, 0]
+    is_root = _continued(pressure[box], noise)[1]
+    if not is_root[is_root.size // 2] or not on_plane[0] < 0.0 < on_plane.max():
+        return None
+    place = _root(on_plane, near_x)
     # Corners of the divisions, with the place of the edge in the middle of the smallest.
     edges_x = _graded(near_x, spacing[0], place, _SMALLEST[0])
     read_x = _weights(_readings(edges_x), near_x)
@@ -115,9 +125,12 @@ def _outermost(row: Array, noise: float) -> int | None:
     return int(places[0]) if places.size else None
 
 
-def _continued(field: Array, noise: float) -> Array:
-    """The square of a pressure on cells, continued beyond its edge at the low end of each row."""
-    square = field * field
+def _continued(field: Array, noise: float) -> tuple[Array, Mask]:
+    """The square of a pressure on cells, continued beyond its edge at the low end of each row.
+
+    And whether each row ends like a root.
+    """
+    square, is_root = field * field, np.zeros(field.shape[1], bool)
     cells = np.arange(1.0, _CONTINUED + 1)
     nodes, weights = np.polynomial.legendre.leggauss(4)
     # The parabola of least squares, at points of these cells and at those beyond.
@@ -132,13 +145,18 @@ def _continued(field: Array, noise: float) -> Array:
         means = field[behind, column]
         values = means * means
         for _ in range(_CORRECTIONS):
-            roots = np.sqrt(np.maximum(at_nodes @ values, 0.0)).reshape(_CONTINUED, -1)
+            roots = np.sqrt(np.maximum(at_nodes @ values, noise**2)).reshape(_CONTINUED, -1)
             values = values * (means / (roots @ weights * 0.5)) ** 2
-        square[behind, column] = np.vander(cells, 3) @ (fit @ values)
-        beyond = np.vander(np.arange(-outer, 1.0), 3) @ (fit @ values)
-        # Beyond the edge a parabola may turn upwards.
-        square[: outer + 1, column] = np.minimum.accumulate(beyond[::-1])[::-1]
-    return square
+        fitted = np.vander(cells, 3) @ (fit @ values)
+        if abs(fitted - values).max() < _MISFIT * values.max():
+            beyond = np.vander(np.arange(-outer, 1.0), 3) @ (fit @ values)
+            # Beyond the edge a parabola may turn upwards.
+            square[: outer + 1, column] = np.minimum.accumulate(beyond[::-1])[::-1]
+            square[behind, column], is_root[column] = fitted, True
+        else:
+            # Not the root of anything smooth: it ends between two cells.
+            square[:outer, column] = -square[outer, column]
+    return square, is_root
 
 
 def _root(values: Array, centres: Array) -> float:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,21 +13,38 @@ import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.files import open_case
 from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.data.merge import Besides
+from fretwear.data.safe import DataFileError
+from fretwear.study.stresses import StressOutput
 from fretwear.subsurface.life import StrainLife, summed_damage
-from fretwear.subsurface.results import StressError, read_quantity, stress
+from fretwear.subsurface.results import (
+    StressError,
+    open_stresses,
+    read_quantity,
+    stress,
+    write_stresses,
+)
 from fretwear.units import cycle_text, listed, number_text
-from fretwear.vocabulary import CRACKS, CYCLE, DEPTH, FATIGUE, X
+from fretwear.version import code_digest
+from fretwear.vocabulary import (
+    CRACKS,
+    CYCLE,
+    DEPTH,
+    EDGE_STRESSES,
+    FATIGUE,
+    FATIGUE_OUTCOMES,
+    Variable,
+    X,
+)
 
 # First and last depth of stresses, in contact half-widths, and how many there are.
 _FIRST, _LAST, _COUNT = 0.05, 2.0, 20
 # Points of the material above the first depth, as parts of it.
 _ABOVE = np.array([0.125, 0.25, 0.5])
-_SWT = CRACKS[0]
+_SWT, _TENSION = CRACKS[0], EDGE_STRESSES[0].name
 _MATERIAL = "material_z"
-OUTCOMES = ("no crack", "wear wins", "crack wins")
-"""Words for the values of ``fatigue_outcome``."""
-
 # Heads of the columns of a table, and the units of their values.
 _HEADS = (
     ("tension (MPa)", 1e6),
@@ -81,9 +101,10 @@ def fatigue(
     xarray.Dataset
         ``smith_watson_topper`` (cycle, x, z), Pa, at depths below the surface of each snapshot, and
         over ``cycle`` ``largest_tension``, ``largest_smith_watson_topper`` with its place,
-        ``crack_x``, ``crack_depth``, and ``crack_angle`` of the plane. With constants also
-        ``damage`` (cycle, x, material_z) at depths below the unworn surface, NaN where it is worn
-        away, and ``life``, ``largest_damage``, ``crack_cycle`` and ``fatigue_outcome``.
+        ``crack_x``, ``crack_depth``, and ``crack_angle``, degrees, of the plane from +x downwards.
+        With constants also ``damage`` (cycle, x, material_z) at depths below the unworn surface,
+        NaN where it is worn away, and ``life``, ``largest_damage``, ``crack_cycle`` and
+        ``fatigue_outcome``.
 
     Raises
     ------
@@ -112,18 +133,18 @@ def fatigue(
     normals = np.stack([each[f"{_SWT.name}_normal"].values[:, 0] for each in at_cycles])
     places = [np.unravel_index(each.argmax(), each.shape) for each in parameters]
     x = at_cycles[0][X.name].values
-    tensions = [float(each.get("edge_stress_xx", each["stress_xx"]).max()) for each in at_cycles]
-    steepness = [
-        np.degrees(np.arccos(min(1.0, abs(float(normal[*place, 2])))))
-        for normal, place in zip(normals, places, strict=True)
-    ]
+    # Where the surface is singular there is none.
+    tensions = [float(each[_TENSION].max()) if _TENSION in each else np.nan for each in at_cycles]
+    # From +x downwards: along the plane, across its normal.
+    planes = [normal[place] for normal, place in zip(normals, places, strict=True)]
+    angles = [np.degrees(np.arctan2(abs(n[0]), -n[2] if n[0] > 0.0 else n[2])) for n in planes]
     largest = np.array([field[place] for field, place in zip(parameters, places, strict=True)])
     values: dict[str, Any] = {
         "largest_tension": tensions,
         "largest_smith_watson_topper": largest,
         "crack_x": [x[place[0]] for place in places],
         "crack_depth": [depths[place[1]] for place in places],
-        "crack_angle": steepness,
+        "crack_angle": angles,
     }
     fields: dict[str, Any] = {
         _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
@@ -174,6 +195,49 @@ def fatigue(
     )
 
 
+def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
+    """The fatigue of a case file, from a file that has it, or computed and written there.
+
+    `StressError` if stresses of the case are not known, `DataFileError` if a file cannot be read or
+    written.
+    """
+    settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code_digest()], default=str)
+    with suppress(DataFileError), open_stresses(path) as stored:
+        if stored.attrs.get("asked") == settings:
+            return stored.load()
+    with open_case(case) as ds:
+        known = {*ds[CYCLE.name].values.tolist()}
+        cycles = None if asked.cycles is None else known & {0.0, *map(float, asked.cycles)}
+        constants: Any = asked.constants
+        found = fatigue(ds, cycles, depth=asked.depth, **constants, command="fretwear merge")
+    found.attrs["asked"] = settings
+    write_stresses(found, path)
+    return found
+
+
+def fatigue_of_study(folder: Path, asked: StressOutput, tell: Callable[[str], None]) -> Besides:
+    """The fatigue of the cases of a study, for `merge_study`; files of it go to a folder.
+
+    `tell` takes the reasons why some cases have none.
+    """
+
+    def of_case(case: Path, cycles: Array) -> Mapping[Variable, Array]:
+        try:
+            found = stored_fatigue(case, folder / case.name, asked)
+        except StressError as error:
+            tell(f"{case.stem} has no stresses: {error}")
+            return {}
+        values = {}
+        for about in FATIGUE:
+            if about.name in found:
+                values[about] = np.full(cycles.size, np.nan)
+                places = np.searchsorted(cycles, found[CYCLE.name].values)
+                values[about][places] = found[about.name].values
+        return values
+
+    return of_case
+
+
 def fatigue_table(found: xr.Dataset) -> list[tuple[str, ...]]:
     """Rows of text about the snapshots of `fatigue`, below a row of words."""
     columns = [(CYCLE.name, *map(cycle_text, found[CYCLE.name].values))]
@@ -182,7 +246,7 @@ def fatigue_table(found: xr.Dataset) -> list[tuple[str, ...]]:
             values = found[about.name].values
             texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]
             if about.name == "fatigue_outcome":
-                texts = [OUTCOMES[int(each)] for each in values]
+                texts = [FATIGUE_OUTCOMES[int(each)] for each in values]
             columns.append((head, *texts))
     return [*zip(*columns, strict=True)]
 

@@ -472,7 +472,7 @@ def _doubts(
     if worn and np.isinf(case.plastic_limit) and surface.unworn is None and shallow < 4 * cell:
         yield (
             "the pressure of worn elastic bodies is singular at the edge of stick: stresses "
-            "converge with the cell at a depth, not towards the surface"
+            "converge with the cell at a depth, and have no limit at the surface"
         )
 
 

@@ -1,0 +1,142 @@
+"""Cracks: the parameter through the thickness, results over the cycles, and who wins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+
+from fretwear.figures.axes import make_panels, parameter_label
+from fretwear.figures.history import CyclePlot
+from fretwear.figures.maps import add_scale
+from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
+from fretwear.study.parameters import parameter
+from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
+from fretwear.vocabulary import CRACKS, FATIGUE, FATIGUE_OUTCOMES, PointStatus
+
+_SHOWN = {each.name: each for each in FATIGUE}
+_HISTORIES = ("largest_smith_watson_topper", "largest_damage")
+_OUTCOME = "fatigue_outcome"
+_COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])
+
+
+@styled
+def crack_map(found: xr.Dataset, *, columns: Columns = 2) -> Figure:
+    """Draw the Smith–Watson–Topper parameter through the thickness, first and last snapshot.
+
+    `found` is the dataset of `fretwear.fatigue`. A cross marks the largest value, a line the plane
+    on which it acts.
+    """
+    swt = CRACKS[0]
+    snapshots = [found.isel(cycle=place) for place in sorted({0, found.sizes["cycle"] - 1})]
+    titles = [f"cycle {cycle_text(float(each['cycle']))}" for each in snapshots]
+    figure, panels = make_panels(columns, titles, len(titles), (20.0, 55.0))
+    largest = MEGAPASCAL.of(float(found[swt.name].max()))
+    x, z = (MICROMETRE.of(found[name].values) for name in ("x", "z"))
+    for axes, now in zip(panels, snapshots, strict=True):
+        image = axes.pcolormesh(
+            x,
+            z,
+            MEGAPASCAL.of(now[swt.name].values.T),
+            vmin=0.0,
+            vmax=largest,
+            cmap=depth_colormap(),
+            shading="gouraud",
+        )
+        place = [MICROMETRE.of(float(now[name])) for name in ("crack_x", "crack_depth")]
+        angle, length = np.radians(float(now["crack_angle"])), 0.15 * z[-1]
+        axes.plot(
+            [place[0], place[0] + length * np.cos(angle)],
+            [place[1], place[1] + length * np.sin(angle)],
+            color=CATEGORICAL[1],
+        )
+        axes.plot(*place, marker="+", color=CATEGORICAL[1], linestyle="none")
+        axes.set(xlabel="x (µm)", ylabel="depth (µm)", ylim=(z[-1], 0.0))
+    add_scale(figure, panels, image, f"{swt.label} (MPa)")
+    return figure
+
+
+@styled
+def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+    """Draw whether wear or a crack wins at the last cycle, over one or two varied parameters.
+
+    `summary` is a merged study with ``output: {stress: …}``. The two parameters with most values
+    are shown, others at their first value; text is the cycle of the first crack.
+    """
+    sizes = {str(name): size for name, size in summary["status"].sizes.items() if size > 1}
+    shown = sorted(sizes, key=lambda name: -sizes[name])[:2]
+    rest = {name: 0 for name in summary["status"].dims if name not in shown}
+    last = summary[["status", _OUTCOME, "crack_cycle"]].isel(rest).isel(cycle=-1)
+    last = last.transpose(*shown)
+    outcome = np.where(last["status"] == PointStatus.DONE, last[_OUTCOME], np.nan)
+    crack = last["crack_cycle"].values
+    while outcome.ndim < 2:
+        outcome, crack = outcome[:, None], crack[:, None]
+    figure, axes = one_panel(1, 66.0, ax)
+    scale = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
+    axes.imshow(outcome.T, cmap=ListedColormap(_COLORS), norm=scale, origin="lower", aspect="auto")
+    for axis, name in zip((axes.xaxis, axes.yaxis), [*shown, ""], strict=False):
+        if not name:
+            axis.set_ticks([])
+            continue
+        texts, label = [str(value) for value in summary[name].values], name
+        if summary[name].dtype.kind == "f":
+            largest = float(np.nanmax(np.abs(summary[name].values))) or 1.0
+            unit = parameter(name).suiting(largest).unit
+            texts = [f"{value:g}" for value in unit.of(summary[name].values)]
+            label = parameter_label(name, largest)
+        axis.set_ticks(range(len(texts)), texts)
+        axis.set_label_text(label[:1].upper() + label[1:])
+    for (row, column), first in np.ndenumerate(crack):
+        if np.isfinite(first) and outcome[row, column] == FATIGUE_OUTCOMES.index("crack wins"):
+            axes.text(
+                row,
+                column,
+                cycle_text(float(f"{first:.2g}")),
+                ha="center",
+                va="center",
+                fontsize="small",
+            )
+    handles = [
+        axes.scatter([], [], marker="s", color=color, label=word)
+        for color, word in zip(_COLORS, FATIGUE_OUTCOMES, strict=True)
+    ]
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def crack_figures(
+    summary: xr.Dataset, folder: Path, case_ids: dict[str, str]
+) -> Iterator[tuple[str, str, Figure]]:
+    """Yield name, caption and figure of all that a merged study says of cracks, if anything.
+
+    Maps are of the cases with these ids, by their titles, from files in a folder.
+    """
+    if not (_HISTORIES[0] in summary and summary[_HISTORIES[0]].notnull().any()):
+        return
+    for name in _HISTORIES:
+        if name in summary and bool((summary[name] > 0.0).any()):
+            plot = CyclePlot(summary, _SHOWN[name])
+            yield name, plot.caption, plot.draw()
+    varied = [size for size in summary["status"].sizes.values() if size > 1]
+    if _OUTCOME in summary and varied and "point" not in summary.dims:
+        caption = (
+            "Whether wear or a crack wins by the last cycle; numbers are the cycle of the first "
+            "crack."
+        )
+        yield "fatigue_map", caption, fatigue_map(summary)
+    for number, (title, case_id) in enumerate(case_ids.items(), start=1):
+        file = folder / f"{case_id}.nc"
+        if file.exists():
+            with xr.open_dataset(file) as found:
+                of_case = f", {title}" if title else ""
+                caption = (
+                    f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "
+                    "wear; the cross marks where a crack is expected, the line its plane."
+                )
+                yield f"crack_map_{number}", caption, crack_map(found)

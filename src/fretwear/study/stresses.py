@@ -1,0 +1,84 @@
+"""The section ``output.stress`` of a study: stresses and fatigue beside wear, for every case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from fretwear.parts import Part, Quantity, keys_schema, read_fields
+from fretwear.problems import Problems
+from fretwear.study.case import SNAPSHOTS_SCHEMA, read_snapshots
+from fretwear.units import QuantityError
+
+_EXAMPLE = "{depth: 0.5 mm, fatigue_strength: 1000 MPa, strength_exponent: -0.1}"
+_PAIRS = (
+    ("fatigue_strength", "strength_exponent"),
+    ("fatigue_ductility", "ductility_exponent"),
+)
+
+
+@dataclass(frozen=True)
+class StressOutput(Part):
+    """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
+
+    depth: Annotated[
+        float | None,
+        Quantity("m", "$z$", "largest depth", "mm", "0.5 mm", above=0.0),
+        "Depth down to which stresses are looked at; by default 2 contact half-widths.",
+    ] = None
+    fatigue_strength: Annotated[
+        float | None,
+        Quantity("Pa", "$σ_f'$", "fatigue strength", "MPa", "1000 MPa", above=0.0),
+        "σ_f' in σ_a = σ_f' (2N)^b; without it there are no lives.",
+    ] = None
+    strength_exponent: Annotated[
+        float | None,
+        Quantity("1", "$b$", "strength exponent", like="-0.1", below=0.0),
+        "b in σ_a = σ_f' (2N)^b.",
+    ] = None
+    fatigue_ductility: Annotated[
+        float | None,
+        Quantity("1", "$ε_f'$", "fatigue ductility", like="0.5", above=0.0),
+        "ε_f' in ε_a,p = ε_f' (2N)^c; without it strains are elastic.",
+    ] = None
+    ductility_exponent: Annotated[
+        float | None,
+        Quantity("1", "$c$", "ductility exponent", like="-0.6", below=0.0),
+        "c in ε_a,p = ε_f' (2N)^c.",
+    ] = None
+    cycles: tuple[int, ...] | None = None  #: the snapshots, which are kept; None: those of a case
+
+    @classmethod
+    def read(cls, given: object) -> StressOutput:
+        """Read the section of a study file; one `QuantityError` lists all problems."""
+        if not isinstance(given, Mapping):
+            raise QuantityError("must be a mapping", _EXAMPLE)
+        problems, read = Problems(), dict[str, Any]()
+        rest = {name: value for name, value in given.items() if name != "cycles"}
+        with problems.at("", given):
+            read = read_fields(rest, cls.parameters(), (), units_required=True)
+        if "cycles" in given:
+            with problems.at(".cycles", given["cycles"]):
+                read["cycles"] = read_snapshots(given["cycles"], in_file=True)
+        problems.raise_any()
+        for both in _PAIRS:
+            there, lacking = ([n for n in both if (n in read) == has] for has in (True, False))
+            if there and lacking:
+                raise QuantityError(f"has {there[0]} without {lacking[0]}", _EXAMPLE)
+        if "fatigue_ductility" in read and "fatigue_strength" not in read:
+            raise QuantityError("has fatigue_ductility without fatigue_strength", _EXAMPLE)
+        return cls.unchecked(**read)
+
+    @property
+    def constants(self) -> dict[str, tuple[float, float]]:
+        """The constants of lives, as `fretwear.fatigue` takes them."""
+        pairs = [(getattr(self, first), getattr(self, second)) for first, second in _PAIRS]
+        named = zip(("basquin", "manson_coffin"), pairs, strict=True)
+        return {name: pair for name, pair in named if pair[0] is not None}
+
+    @classmethod
+    def section_schema(cls) -> dict[str, Any]:
+        """The JSON Schema of the section."""
+        fields = {name: about.described() for name, about in cls.parameters().items()}
+        return keys_schema({"cycles": SNAPSHOTS_SCHEMA, **fields})

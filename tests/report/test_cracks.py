@@ -1,0 +1,110 @@
+"""Stresses that a study asks for: beside its cases, in the merged study, drawn and reported."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.data.files import open_summary, write_case
+from fretwear.data.merge import merge_study
+from fretwear.figures.cracks import crack_figures, fatigue_map
+from fretwear.report.cracks import expected_cracks
+from fretwear.report.results import point_results
+from fretwear.running.simulate import run
+from fretwear.study.plan import Plan
+from fretwear.study.study import load_study
+from fretwear.subsurface.fatigue import fatigue_of_study, stored_fatigue
+
+from ..studies import base, write_study
+
+STRESS = {
+    "depth": "0.3 mm",
+    "fatigue_strength": "1000 MPa",
+    "strength_exponent": -0.1,
+    "fatigue_ductility": 0.5,
+    "ductility_exponent": -0.6,
+}
+
+
+@pytest.fixture(scope="module")
+def cracked(tmp_path_factory):
+    """A study of two displacements, in partial and in gross slip, and the folder of its results."""
+    folder = tmp_path_factory.mktemp("cracked")
+    content = {
+        "title": "Cracks",
+        "base": base(cycles=20_000, cell="15 um", tangential_ratio=None, error_estimate=False),
+        "vary": {"displacement_amplitude": ["1 um", "3 um"]},
+        "output": {"cycles": [0, 2000], "stress": STRESS},
+    }
+    study = load_study(write_study(folder / "cracks.yaml", content))
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, folder / f"cases/{case_id}.nc", result.loops)
+    told = []
+    besides = fatigue_of_study(folder / "fatigue", study.stress, told.append)
+    merge_study(study, folder / "cases", folder / "summary.nc", besides=besides)
+    assert not told
+    return study, folder
+
+
+def test_a_merged_study_has_the_fatigue_of_its_cases(cracked):
+    study, folder = cracked
+    with open_summary(folder / "summary.nc") as merged:
+        swt = merged.largest_smith_watson_topper
+        assert swt.dims == ("displacement_amplitude", "cycle")
+        assert swt.notnull().all()
+        assert merged.fatigue_outcome.values[:, -1].tolist() == [2.0, 1.0]
+        for case_id, row in zip(study.cases(), swt.values, strict=True):
+            file = folder / f"fatigue/{case_id}.nc"
+            with xr.open_dataset(file) as stored:
+                np.testing.assert_array_equal(stored.largest_smith_watson_topper, row)
+                assert float(stored.z[-1]) == pytest.approx(0.3e-3)
+            before = file.stat().st_mtime_ns
+            stored_fatigue(folder / f"cases/{case_id}.nc", file, study.stress)
+            assert file.stat().st_mtime_ns == before
+
+
+def test_another_depth_is_computed_again(cracked, tmp_path):
+    study, folder = cracked
+    case = folder / f"cases/{next(iter(study.cases()))}.nc"
+    content = {**study.content, "output": {"stress": {"depth": "0.1 mm", "cycles": [2000]}}}
+    other = load_study(write_study(tmp_path / "other.yaml", content))
+    assert 2000 in next(iter(other.cases().values())).output_cycles
+    for asked, deepest in ((study.stress, 0.3e-3), (other.stress, 0.1e-3)):
+        found = stored_fatigue(case, tmp_path / "found.nc", asked)
+        assert float(found.z[-1]) == pytest.approx(deepest)
+    assert found.cycle.values.tolist() == [0.0, 2000.0]
+    assert "life" not in found
+
+
+def test_figures_show_who_wins_and_where(cracked):
+    study, folder = cracked
+    with open_summary(folder / "summary.nc") as merged:
+        titles = {"case": next(iter(study.cases()))}
+        figures = {
+            name: figure for name, _, figure in crack_figures(merged, folder / "fatigue", titles)
+        }
+        assert [*figures] == [
+            "largest_smith_watson_topper",
+            "largest_damage",
+            "fatigue_map",
+            "crack_map_1",
+        ]
+        (outcome,) = fatigue_map(merged).axes[0].get_images()
+        assert np.asarray(outcome.get_array()).ravel().tolist() == [2.0, 1.0]
+        before, after, *_ = figures["crack_map_1"].axes
+        for axes, cycle in ((before, 0), (after, -1)):
+            marks = [line for line in axes.get_lines() if line.get_marker() == "+"]
+            expected = merged.isel(displacement_amplitude=0, cycle=cycle)
+            place = np.ravel(marks[0].get_data())
+            np.testing.assert_allclose(place * 1e-6, [expected.crack_x, expected.crack_depth])
+
+
+def test_the_report_says_where_the_first_crack_is_expected(cracked):
+    study, folder = cracked
+    with open_summary(folder / "summary.nc") as merged:
+        partial, gross = expected_cracks(merged, point_results(Plan(study), merged, {}))
+        assert partial.outcome.startswith("crack wins, first at cycle ")
+        assert gross.outcome == "wear wins"
+        assert partial.x.count("→") == 1
+        plain = merged.drop_vars("largest_smith_watson_topper")
+        assert expected_cracks(plain, point_results(Plan(study), merged, {})) == []
