@@ -57,10 +57,10 @@ def test_partial_slip_cracks_at_the_new_edge_of_stick_and_gross_slip_wears_crack
 
 
 def test_values_are_those_of_the_stresses_of_each_snapshot(partial):
-    found = fretwear.fatigue(partial, [300], phases=8, bulk_stress="40 MPa", depth="0.2 mm")
+    found = fretwear.fatigue(partial, [0], phases=8, bulk_stress="40 MPa", depth="0.2 mm")
     assert found.sizes["cycle"] == 1
     assert float(found.z[-1]) == pytest.approx(0.2e-3)
-    alone = fretwear.stress(partial, 300, phases=8, bulk_stress=40e6, depths=found.z.values)
+    alone = fretwear.stress(partial, 0, phases=8, bulk_stress=40e6, depths=found.z.values)
     np.testing.assert_array_equal(found.smith_watson_topper[0], alone.smith_watson_topper.isel(y=0))
     assert float(found.largest_tension[0]) == float(alone.edge_stress_xx.max())
     assert "life" not in found
