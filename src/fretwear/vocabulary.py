@@ -152,7 +152,7 @@ _MARKS: dict[str, dict[str, Any]] = {
     "Y": {"cf_axis": "Y"},
     "int8": {"dtype": "int8"},
     "int32": {"dtype": "int32"},
-    "nan": {"outside": math.nan},
+    "nan": {"outside": math.nan, "may_lack": True},
     "flags": {"dtype": "int8", "flags": tuple(ContactState)},
 }
 
@@ -201,7 +201,8 @@ slip           | m  | $s$ |     | slip amplitude | |
 wear_depth     | m  | $w$ | µm  | | | of both bodies together since cycle 0
 wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that begins here
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
-gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P
+gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P; NaN
+                            beyond the end of a punch
 contact_state  |    |     |     | state of the contact | flags |
     of whole cells: sums over these differ from areas and mean pressures, whose edges lie within a
     cell, and differ more the fewer cells a zone is wide; contact_fraction and stick_fraction say

@@ -1,13 +1,14 @@
 """Line contacts that slide as a whole, over strokes long and short."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from fretwear import Case
+from fretwear import Case, simulate
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.integrator import evolve
@@ -515,3 +516,65 @@ def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edg
         **given, **both, displacement_amplitude="20 um", tangential_compliance="0.05 um/(N/mm)"
     )
     assert any("meets several points" in str(doubt) for doubt in doubts(slides))
+
+
+def ended(kind, **changes):
+    """A punch of half-width 2.1 mm whose flat ends at 2 mm."""
+    flat = "flat_radius" if kind == "round_punch" else "flat_half_width"
+    punch = {"kind": kind, flat: "2 mm", "edge_radius": "0.4 mm", "half_width": "2.1 mm"}
+    given = {
+        "indenter": punch, "load": "400 N/mm", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3,
+        "friction": 0.7, "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"], "cycles": 20000,
+        "error_estimate": False,
+    }  # fmt: skip
+    return Case(**{**given, **changes})
+
+
+@pytest.mark.parametrize("kind", ["flat_punch", "round_punch"])
+def test_no_contact_becomes_wider_than_a_punch_that_ends(kind):
+    """Worn all over, it carries the mean pressure of its whole face."""
+    loading = {"displacement_amplitude": "50 um", "tangential_compliance": "0.1 um/(N/mm)"}
+    end, face = 2.1e-3, 2 * 2.1e-3 / 400e3
+    if kind == "round_punch":
+        loading = {"displacement_amplitude": "50 um", "load": "1000 N", "cell": "30 um"}
+        face = math.pi * end**2 / 1000.0
+    case = ended(kind, **loading)
+    problem = wear_problem(case)
+    first, *_, last = evolve(problem, [20000.0])
+    assert measure(problem, first).contact_half_width_x < 2.02e-3
+    found = measure(problem, last)
+    assert found.contact_half_width_x == pytest.approx(end, rel=1e-3)
+    assert found.peak_pressure * face == pytest.approx(1.0, rel=0.03)
+    assert last.pressure.max() < 1.05 * found.central_pressure
+    assert last.geometry.edges[int(np.flatnonzero(last.pressure).max())] < end
+
+
+def test_beyond_its_end_a_punch_has_neither_gap_nor_slip_over_a_stroke():
+    case = ended("flat_punch", sliding_amplitude="0.4 mm", cell="100 um", cycles=12000)
+    assert case.grid_spacing[0] == 100e-6
+    dataset = simulate(case)
+    last = dataset.isel(cycle=-1)
+    beyond = abs(dataset.x) > 2.1e-3
+    assert np.isnan(last.gap[beyond]).all()
+    assert (last.slip[beyond] == 0.0).all()
+    assert np.isfinite(last.gap[~beyond]).all()
+    assert (last.pressure[beyond] == 0.0).all()
+    assert last.contact_half_width_x <= 2.1e-3 * (1.0 + 1e-9)
+    # The flat wears where the punch comes, up to half a stroke beyond its end.
+    # Its wear is interpolated between cells.
+    assert (last.wear_depth_indenter[abs(dataset.x) > 2.2e-3] == 0.0).all()
+    worn = dataset.x[last.wear_depth_flat > 0.0].max()
+    assert worn == pytest.approx(2.5e-3, abs=110e-6)
+    count = 2.1e-3 / ended("flat_punch", sliding_amplitude="0.4 mm").grid_spacing[0]
+    assert count == pytest.approx(round(count), rel=1e-12)
+
+
+def test_a_punch_must_hold_its_flat_and_its_unworn_contact():
+    message = r"ends at 1 mm, on its flat to 2 mm\n.*half_width: 2.4 mm"
+    short = {"kind": "flat_punch", "flat_half_width": "2 mm", "edge_radius": "0.4 mm"}
+    with pytest.raises(CaseError, match=message):
+        ended("flat_punch", sliding_amplitude="50 um", indenter={**short, "half_width": "1 mm"})
+    with pytest.raises(CaseError, match="where the punch ends") as caught:
+        ended("flat_punch", sliding_amplitude="50 um", load="80000 N/mm")
+    remedy = re.search(r"up to (.*) would do", str(caught.value)).group(1)
+    assert ended("flat_punch", sliding_amplitude="50 um", load=remedy).hertz_radius < 2.1e-3

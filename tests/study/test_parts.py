@@ -116,10 +116,15 @@ INDENTERS = (
     {"kind": "crossed_cylinders", "radii": ["10 mm", "8 mm"], "angle": "60 deg"},
     {"kind": "profile", "file": str(Path(__file__).with_name("tip.csv"))},
     {**MEASURED, "kind": "height_map", "file": f"tip.nc sha256:{64 * 'a'}"},
-    {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
+    {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm", "half_width": "1 mm"},
 )
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
-PUNCH = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "6 mm"}
+PUNCH = {
+    "kind": "flat_punch",
+    "flat_half_width": "100 um",
+    "edge_radius": "6 mm",
+    "half_width": "1 mm",
+}
 LINE = {
     "radius": None,
     "indenter": {"kind": "cylinder", "radius": "6 mm"},

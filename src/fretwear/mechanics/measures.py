@@ -13,7 +13,7 @@ at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import nan
+from math import isfinite, nan
 
 import numpy as np
 
@@ -210,20 +210,25 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     becomes singular after a finite number of cycles, if slip follows the shape: it rises with
     the inverse root of the distance, so that the largest mean over a cell grows without bound
     as cells get narrower, up to the plastic limit. The mean over the last of four equal cells
-    at such an edge is twice that over all of them. On a grid, whose cells at the edge are no
-    narrower than others, the peak counts as regular until wear has doubled the gap of the
-    reduced contact there.
+    at such an edge is twice that over all of them, and likewise at the end of a punch. On a grid,
+    whose cells at the edge are no narrower than others, the peak counts as regular until wear has
+    doubled the gap of the reduced contact there.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
     if problem.rough is None and geometry.refines_edges:
-        last = int(np.flatnonzero(stick).max(initial=-1))
-        inside = pressure[max(last - _ALONG + 1, 0) : last + 1, 0]
-        is_singular = inside.size > 0 and inside[-1] > _RESOLVED * inside.mean()
+        ends = isfinite(problem.indenter.end)
+        lasts = [np.flatnonzero(zone) for zone in (stick, pressure > 0.0)[: 1 + ends]]
+        insides = [
+            pressure[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1, 0]
+            for cells in lasts
+            if cells.size
+        ]
+        is_singular = any(bool(p[-1] > _RESOLVED * p.mean()) for p in insides)
     else:
         beside = geometry.zone(stick, geometry.extent[0]).outside
         opened, gap = (field.ravel()[beside] for field in (state.opening, reduced.gap))
-        is_singular = problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any()
+        is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
 
 

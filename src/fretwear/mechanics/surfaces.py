@@ -31,6 +31,9 @@ from fretwear.units import LINE_CONTACT, POINT_CONTACT, ContactFrame
 LEAST_AXIS_RATIO = 0.05
 """Least ratio of the half-axes of an ellipse that still counts as a point contact."""
 
+SIDE_SLOPE = 1e3
+"""Slope of the sides of a punch that ends: a scar is wider than the punch by its depth over it."""
+
 UNKNOWN_RADIUS = 1.0
 """Radius, m, that stands in for a shape whose file is missing."""
 
@@ -86,6 +89,11 @@ class Indenter(Part):
     def half_widths(self, contact: HertzContact) -> tuple[float, float]:
         """Half-widths along x and y, m, of the smooth contact."""
         return contact.contact_radius, contact.contact_radius
+
+    @property
+    def end(self) -> float:
+        """Distance from centre or axis, m, at which the body ends; inf if it goes on."""
+        return math.inf
 
     def edge(self, contact: HertzContact) -> float:  # noqa: ARG002 - as a rule
         """Width, m, of a zone at the edge of the smooth contact that peaks there; inf if none."""
@@ -169,6 +177,7 @@ class _Punch(Indenter):
     """A flat with a rounded edge: gap (r − b)²/2R at the distance r > b from centre or axis."""
 
     edge_radius: float
+    half_width: float
     is_hertzian: ClassVar[bool] = False
 
     @property
@@ -177,11 +186,29 @@ class _Punch(Indenter):
         raise NotImplementedError
 
     def gap(self, x: Array, y: Array) -> Array:
-        """(r − b)²/2R beyond the flat, m."""
+        """(r − b)²/2R beyond the flat, m; beyond the end of the punch its sides."""
         distance = np.hypot(x, y if "y" in self.frame.axes else 0.0)
         beyond = np.maximum(distance - self.flat, 0.0)
         result: Array = beyond**2 / (2.0 * self.edge_radius)
+        if math.isfinite(self.half_width):
+            result += SIDE_SLOPE * np.maximum(distance - self.half_width, 0.0)
         return result
+
+    @property
+    def end(self) -> float:
+        """h, m."""
+        return self.half_width
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The flat must not be wider than the punch."""
+        if self.half_width >= self.flat:
+            return None
+        text = self.parameters()["half_width"].text
+        return (
+            f"ends at {text(self.half_width)}, on its flat to {text(self.flat)}",
+            f"write half_width: {text(self.flat + self.edge_radius)}, where a round edge ends",
+        )
 
     @property
     def curvature_radius(self) -> float:
@@ -203,6 +230,20 @@ class FlatPunch(_Punch, _Straight):
     edge_radius: Annotated[
         float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
     ]
+    half_width: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$h$",
+            "half-width of the punch",
+            "mm",
+            like="2.4 mm",
+            above=0.0,
+            infinite="no end",
+            unsaid=math.inf,
+        ),
+        "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
+    ] = math.inf
     kind: Literal["flat_punch"] = "flat_punch"
 
     @property
@@ -375,6 +416,20 @@ class RoundPunch(_Punch, RoundIndenter):
     edge_radius: Annotated[
         float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
     ]
+    half_width: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$h$",
+            "half-width of the punch",
+            "mm",
+            like="2.4 mm",
+            above=0.0,
+            infinite="no end",
+            unsaid=math.inf,
+        ),
+        "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
+    ] = math.inf
     kind: Literal["round_punch"] = "round_punch"
 
     @property

@@ -460,6 +460,9 @@ def _snapshot_fields(
             if not problem.loading.stroke:
                 path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
+        beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
+        for name, value in (("gap", np.nan), ("slip", 0.0)):
+            written[name][beyond & (written["pressure"] == 0.0)] = value
         written["contact_fraction"], written["stick_fraction"] = fractions(state, plane)
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)

@@ -178,11 +178,12 @@ def _scar_is_small(case: Draft) -> Iterator[Problem]:
     kind, stroke = case.loading.kind, case.loading.travel
     most, radius = MOST_STROKE * case.hertz_radius, case.indenter.curvature_radius
     reach = case.scar_half_width + stroke
+    ends = math.isfinite(case.indenter.end)
     if stroke > most:
         what = case.frame.extent
         rule = f"is more than {MOST_STROKE:g} times the {what} of the contact"
         yield Problem(kind, _length(stroke, 6), rule, f"up to {_length(most)} would do")
-    elif reach > GREATEST_CONTACT * radius:
+    elif reach > GREATEST_CONTACT * radius and not ends:
         rule = (
             f"is larger than the half-space allows: with the scar it reaches to {_length(reach)}, "
             f"more than {GREATEST_CONTACT:g} of the radius {_length(radius, 6)}"
@@ -268,10 +269,18 @@ def _all_sticks(case: Draft, ratio: float) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, f"{rule}{LEAST_LOAD_RATIO:g}", hint)
 
 
+def _largest_contact(case: Draft) -> tuple[float, str]:
+    """Half-width, m, up to which a contact can be described, and the reason."""
+    radius, end = case.indenter.curvature_radius, case.indenter.end
+    if math.isfinite(end):
+        return end, f"{_length(end, 6)}, where the punch ends"
+    of_radius = f"{GREATEST_CONTACT:g} of the radius {_length(radius, 6)}"
+    return GREATEST_CONTACT * radius, f"{of_radius}, beyond half-space theory"
+
+
 @_needing(_CONTACT)
 def _contact_is_small(case: Draft) -> Iterator[Problem]:
-    radius = case.indenter.curvature_radius
-    largest = GREATEST_CONTACT * radius
+    largest, why = _largest_contact(case)
     if case.hertz_radius <= largest:
         return
     load, approach = case.normal.given
@@ -283,8 +292,7 @@ def _contact_is_small(case: Draft) -> Iterator[Problem]:
         greatest = _length(0.99 * approach * (largest / case.hertz_radius) ** 2)
     rule = (
         f"is too much for this {case.indenter.kind}: the contact radius "
-        f"{_length(case.hertz_radius)} is more than {GREATEST_CONTACT:g} of the radius "
-        f"{_length(radius, 6)}, beyond half-space theory"
+        f"{_length(case.hertz_radius)} is more than {why}"
     )
     yield Problem(case.normal.kind, given, rule, f"up to {greatest} would do")
 
@@ -297,13 +305,12 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
     √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R. Wear without plastic flow stays far
     below.
     """
-    largest = GREATEST_CONTACT * case.indenter.curvature_radius
+    largest, why = _largest_contact(case)
     least = case.hertz.spread_pressure(largest)
     if case.plastic_limit < least:
         rule = (
             f"is too low to carry the load {_force(case, case.hertz.load)} on any contact the run "
-            f"could reach: at most {_length(largest)} in radius ({GREATEST_CONTACT:g} of the "
-            "sphere's, where half-space theory ends)"
+            f"could reach: at most {_length(largest)} in {case.frame.extent} ({why})"
         )
         enough = format_quantity(1.005 * least, PRESSURE, 3)
         hint = f"it must be at least {enough}; a hardness is some thousand MPa"

@@ -255,7 +255,8 @@ class Draft(Setup):
         """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
         path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
         volume = self.combined_wear_coefficient * path * self.hertz.load
-        return self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
+        width = self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
+        return min(width, self.indenter.end)
 
     def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
         """Each block as a case (None if it is not valid), with the cycle at which it ends."""

@@ -58,10 +58,13 @@ def default_spacing(case: Draft) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It is `usual_spacing` rounded down to two digits, which makes it readable and the same on every
-    machine.
+    machine. A punch that ends has a whole number of cells.
     """
-    dx, dy = usual_spacing(case)
-    return rounded_down(dx), rounded_down(dy)
+    end = case.indenter.end
+    dx, dy = (rounded_down(width) for width in usual_spacing(case))
+    if math.isfinite(end):
+        dx, dy = (end / math.ceil(end / width) for width in (dx, dy))
+    return dx, dy
 
 
 def usual_spacing(case: Draft) -> Spacing:
@@ -218,7 +221,8 @@ def greatest_contact_radius(case: Draft) -> float:
     smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
     # Tips can touch as far out as the sphere has receded by the height of the waves.
     tips = 0.0 if case.rough is None else case.rough.tips
-    return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
+    reach = math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
+    return min(reach, case.indenter.end)
 
 
 def stick_shrinks(case: Draft) -> bool:
