@@ -263,16 +263,15 @@ def _checked(
     sections = _read_sections(_located(content, file.parent), problems)
     axes = read_axes(sections.vary, sections.design, problems)
     fixed = _read_base(sections, axes, problems)
-    asked = sections.output.get("cycles", "auto")
+    asked, snapshots = sections.output.get("cycles", "auto"), None
     with problems.at("output.cycles", asked):
-        fixed["output_cycles"] = read_snapshots(asked, in_file=True)
+        fixed["output_cycles"] = snapshots = read_snapshots(asked, in_file=True)
     stress = None
     if "stress" in sections.output:
         with problems.at("output.stress", sections.output["stress"]):
             stress = StressOutput.read(sections.output["stress"])
             if stress.cycles is not None:
-                kept = fixed.get("output_cycles") or ()
-                fixed["output_cycles"] = tuple(sorted({*kept, *stress.cycles}))
+                fixed["output_cycles"] = tuple(sorted({*(snapshots or ()), *stress.cycles}))
     # Axes within a part that could not be read are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
