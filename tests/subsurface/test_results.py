@@ -10,7 +10,12 @@ import xarray as xr
 import fretwear
 from fretwear.subsurface import results
 from fretwear.subsurface.cracks import PointLoops
-from fretwear.subsurface.results import StressError, largest_values, write_stresses
+from fretwear.subsurface.results import (
+    StressError,
+    largest_values,
+    open_stresses,
+    write_stresses,
+)
 
 from ..studies import SELF_AFFINE, STEEL, WAVES, steel
 
@@ -197,6 +202,27 @@ def test_a_file_of_stresses_reads_back(worn, tmp_path):
         assert stored.stress_xx.attrs["units"] == "Pa"
     words = dict(largest_values(found))
     assert "to the surface" in words["Smith–Watson–Topper parameter"]
+
+
+def test_layers_that_do_not_fit_in_memory_are_computed_when_they_are_written(
+    worn, tmp_path, monkeypatch
+):
+    options = {"depths": [20e-6, 40e-6, 80e-6], "phases": 4, "whole": True}
+    expected = fretwear.stress(worn, 1000, **options)
+    monkeypatch.setattr(results.psutil, "virtual_memory", lambda: Room(0.8 * expected.nbytes))
+    lazy = fretwear.stress(worn, 1000, **options)
+    assert lazy.stress_xx.chunks is not None
+    write_stresses(lazy, tmp_path / "lazy.nc")
+    with open_stresses(tmp_path / "lazy.nc") as stored:
+        xr.testing.assert_equal(stored.load(), expected)
+        assert stored.tresca.attrs == expected.tresca.attrs
+
+
+class Room:
+    """A memory that half of what is asked for would fill."""
+
+    def __init__(self, size):
+        self.available = size
 
 
 @pytest.mark.parametrize(

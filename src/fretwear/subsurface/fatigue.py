@@ -24,6 +24,7 @@ from fretwear.subsurface.results import (
     open_stresses,
     read_quantity,
     stress,
+    usual_depths,
     write_stresses,
 )
 from fretwear.units import cycle_text, listed, number_text
@@ -39,8 +40,8 @@ from fretwear.vocabulary import (
     X,
 )
 
-# First and last depth of stresses, in contact half-widths, and how many there are.
-_FIRST, _LAST, _COUNT = 0.05, 2.0, 20
+# Number of depths of stresses.
+_COUNT = 20
 # Points of the material above the first depth, as parts of it.
 _ABOVE = np.array([0.125, 0.25, 0.5])
 _SWT, _TENSION = CRACKS[0], EDGE_STRESSES[0].name
@@ -75,8 +76,8 @@ def fatigue(
     The criterion is the parameter of Smith, Watson and Topper on the plane y = 0. With constants of
     the material it gives lives, and Miner's sum over the snapshots the damage of points that keep
     their place in the flat, which wear brings to the surface and removes. Between snapshots wear
-    and stresses change linearly; closer to the surface than 0.05 contact half-widths the damage is
-    that at this depth.
+    and stresses change linearly; closer to the surface than the first depth, 0.05 contact
+    half-widths, or two cells under a punch, the damage is that at this depth.
 
     Parameters
     ----------
@@ -119,13 +120,8 @@ def fatigue(
         raise StressError(f"cycle {cycle_text(lacking[0])} is not a snapshot; there are {there}")
     if not asked.size:
         raise StressError("the dataset has no snapshots")
-    half_width = float(ds["contact_half_width_x"].sel({CYCLE.name: asked[0]}))
-    first, last = _FIRST * half_width, _LAST * half_width
-    if depth is not None:
-        last = read_quantity("depth", depth, "m")
-        if not last > first:
-            raise StressError(f"depth = {depth}: must be more than {first * 1e6:.3g} µm")
-    depths = np.geomspace(first, last, _COUNT)
+    last = None if depth is None else read_quantity("depth", depth, "m")
+    depths = usual_depths(ds.sel({CYCLE.name: asked[0]}), _COUNT, last)
     at_cycles = [
         stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
     ]
@@ -152,6 +148,12 @@ def fatigue(
     warnings = dict.fromkeys(
         warning for each in at_cycles for warning in each.attrs["warnings"].splitlines()
     )
+    if any(place[0] in (0, x.size - 1) for place in places):
+        doubt = (
+            "the largest parameter lies at the border of the window: it may be larger beyond; a "
+            "shallower depth, or points, tell where"
+        )
+        warnings[doubt] = None
     coordinates: dict[str, Any] = {
         CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
         X.name: (X.name, x, X.attributes),
@@ -160,8 +162,8 @@ def fatigue(
     if life is not None:
         constants = {n: float(v) for n, v in vars(life).items()}
         modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
-        worn, doubt = _worn_flat(ds, asked, x)
-        warnings |= dict.fromkeys(doubt)
+        worn, doubts = _worn_flat(ds, asked, x)
+        warnings |= dict.fromkeys(doubts)
         points = np.concatenate([_ABOVE * depths[0], depths])
         damage = summed_damage(asked, parameters, depths, worn, points, life, modulus)
         values |= _outcomes(asked, damage, 1.0 / life.cycles(parameters[0], modulus))

@@ -8,13 +8,16 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import dask
+import dask.array
 import netCDF4
 import numpy as np
+import psutil
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import check_group, damage, new_netcdf, write_group
+from fretwear.data.files import COMPRESSION, check_group, damage, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.mechanics.setup import block_at
@@ -50,8 +53,10 @@ from fretwear.vocabulary import (
     Y,
 )
 
-# Depths that are looked at unless others are asked for, in contact half-widths.
-_DEPTHS = np.geomspace(0.05, 2.0, 16)
+# First and last depth that are looked at unless others are asked for, in contact half-widths, and
+# how many there are. Edges of a punch are narrower than its contact: there the first is in cells.
+_FIRST, _LAST, _COUNT = 0.05, 2.0, 16
+_FIRST_CELLS = 2.0
 _PART_OF_MEMORY = 0.5
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _FIELDS = ("pressure", "shear_traction", "gap", "slip")
@@ -95,10 +100,11 @@ def stress(
         Points (x, y, z), m, shape (n, 3), z > 0 their depth. Of a line contact y means nothing.
     depths : iterable of float or str, optional
         Depths, m or text with a unit, if no points are given; by default 16 from 0.05 to 2 contact
-        half-widths.
+        half-widths, under a punch from two cells.
     whole : bool
         At these depths stresses on all cells, those with y > 0 if the contact is even, and no
-        parameters for cracks, instead of both on the plane y = 0.
+        parameters for cracks, instead of both on the plane y = 0. If they do not fit in memory,
+        they are dask arrays whose layers are computed when read.
     phases : int
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
     bulk_stress : float or str, optional
@@ -160,15 +166,20 @@ def stress(
         along = [dims] * 3
         parts = history.at(places.T)
     else:
-        half_width = float(snapshot["contact_half_width_x"])
-        z = _depths(_DEPTHS * half_width if depths is None else depths)
+        z = usual_depths(snapshot, _COUNT) if depths is None else _depths(depths)
         x, y = surface.positions(whole=whole)
         shape, dims = (x.size, y.size, z.size), (X.name, Y.name, DEPTH.name)
         along = [(name,) for name in dims]
-        _check_memory(8 * 4.0 * phases * math.prod(shape))
+        fits = _fits(len(STRESSES) * 4.0 * phases * math.prod(shape), 1 if not whole else z.size)
         parts = None if whole else _on_plane(history, z)
-    layers = (((n,), history.layer(depth)) for n, depth in enumerate(z))
-    fields = _filled(layers if parts is None else [((), parts)], (int(phases), *shape))
+    shape = (int(phases), *shape)
+    fields: Mapping[str, Any]
+    if parts is not None:
+        fields = _filled([((), parts)], shape)
+    elif fits:
+        fields = _filled((((n,), history.layer(depth)) for n, depth in enumerate(z)), shape)
+    else:
+        fields = _lazy(history, z, shape)
     variables: dict[str, Any] = {
         each.name: ((PHASE.name, *dims), fields[each.name], each.attributes) for each in STRESSES
     }
@@ -214,18 +225,47 @@ def stress(
     return xr.Dataset(variables, coordinates, attributes)
 
 
+def usual_depths(snapshot: xr.Dataset, count: int, last: float | None = None) -> Array:
+    """Depths in geometric progression, m, down to 2 contact half-widths or another depth."""
+    half_width = float(snapshot["contact_half_width_x"])
+    first = _FIRST * half_width
+    if "hertz_pressure" not in snapshot.coords:
+        cell = float(np.diff(snapshot[X.name].values).mean())
+        first = min(first, _FIRST_CELLS * cell)
+    if last is not None and not last > first:
+        raise StressError(f"depth = {last * 1e6:.3g} µm: must be more than {first * 1e6:.3g} µm")
+    return np.geomspace(first, _LAST * half_width if last is None else last, count)
+
+
 def write_stresses(stresses: xr.Dataset, path: Path) -> None:
     """Write the dataset of `stress` to a netCDF file, which appears when it is whole.
 
+    Stresses that are not computed yet are computed layer by layer.
+
     A `DataFileError` says that the disk is full or the folder cannot be written to.
     """
-    size = sum(np.asarray(each.values).nbytes for each in stresses.variables.values())
+    large = [str(name) for name, field in stresses.data_vars.items() if field.chunks]
+    small = stresses.drop_vars(large)
+    beside = " ".join(sorted(str(n) for n, at in stresses.coords.items() if n not in at.dims))
+    size = sum(each.nbytes for each in stresses.variables.values())
     with uninterrupted(), atomic_path(path) as temporary:
         with new_netcdf(temporary, size) as file:
-            write_group(file, stresses)
+            write_group(file, small)
+            for name in large:
+                field = stresses[name]
+                chunk = (1, *field.shape[1:-1], 1)
+                stored = file.createVariable(
+                    name, field.dtype, [*map(str, field.dims)], chunksizes=chunk, **COMPRESSION
+                )
+                stored.setncatts({**field.attrs, "coordinates": beside})
+            library: Any = dask
+            for place in range(stresses.sizes[DEPTH.name] if large else 0):
+                layer = library.compute({n: stresses[n][..., place].data for n in large})[0]
+                for name, values in layer.items():
+                    file[name][..., place] = values
         with netCDF4.Dataset(temporary) as file:
             file.set_auto_maskandscale(False)
-            check_group(file, stresses)
+            check_group(file, small)
 
 
 def open_stresses(path: Path) -> xr.Dataset:
@@ -356,15 +396,35 @@ def _filled(
     return fields
 
 
-def _check_memory(size: float) -> None:
-    """Refuse stresses of so many bytes if they do not fit."""
-    import psutil
+def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Every variable of `STRESSES` as a dask array, each layer computed when it is read."""
+    library: Any = dask
 
-    if size > _PART_OF_MEMORY * psutil.virtual_memory().available:
+    @library.delayed  # type: ignore[untyped-decorator]
+    def layer(depth: float) -> NDArray[Any]:
+        filled = _filled([((0,), history.layer(depth))], (*shape[:-1], 1))
+        return np.stack([filled[each.name][..., 0] for each in STRESSES])
+
+    of_layer = len(STRESSES), *shape[:-1]
+    layers = [library.array.from_delayed(layer(z), of_layer, np.float32) for z in depths.tolist()]
+    return {
+        each.name: library.array.stack([layer[number] for layer in layers], axis=-1)
+        for number, each in enumerate(STRESSES)
+    }
+
+
+def _fits(size: float, parts: int) -> bool:
+    """Whether stresses of so many bytes fit in memory; `StressError` if one of its parts does not.
+
+    A part is what is computed at a time.
+    """
+    room: float = _PART_OF_MEMORY * psutil.virtual_memory().available
+    if size / parts > room:
         raise StressError(
             f"{size_text(size)} of stresses are asked for, more than the memory has; take fewer "
             "depths or phases, the plane y = 0, or points"
         )
+    return size <= room
 
 
 def _cracks(
