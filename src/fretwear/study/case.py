@@ -68,12 +68,13 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
         return None
     if not is_list(value):
         raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
-    problems, cycles = Problems(), list[int]()
+    problems, cycles = Problems(), dict[int, None]()
     for position, cycle in enumerate(value):
         with problems.at(f"[{position}]", cycle):
-            cycles.append(_SNAPSHOT.read(cycle, True))
-            if in_file and cycles[-1] in cycles[:-1]:
+            snapshot = _SNAPSHOT.read(cycle, True)
+            if in_file and snapshot in cycles:
                 raise QuantityError("is given twice")
+            cycles[snapshot] = None
     problems.raise_any()
     return tuple(cycles)
 

@@ -60,6 +60,8 @@ WINDOW_MARGIN = 1.15
 MEMORY_TO_START = 110_000_000
 ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
+# Means of rings over cells, and writing them.
+SECONDS_PER_CELL_OF_SNAPSHOT = 4e-6
 # Contact and stick fractions, zero or one in most cells, compress to nearly nothing.
 BYTES_PER_FIELD_CELL = 7 * 4 + 2
 COMPRESSED_SHARE = 0.6
@@ -147,12 +149,13 @@ def _alone(case: Case) -> Estimate:
         arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
     )
     kept = cells * len(case.output_cycles)
+    written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if case.geometry is Rings else 0.0
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
         steps=steps,
         convolutions=convolutions,
-        seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions + written,
         memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
         file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
     )
@@ -172,6 +175,7 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
         times = worn * case.plastic_limit
     finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
+    elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
     if case.geometry is Rings:
         # The narrower the slip annulus, the more often flow and wear settle in turn.
         yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
