@@ -2,12 +2,14 @@
 
 import csv
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.problems import StudyError
+from fretwear.study.problems import StudyError, as_cell
 from fretwear.study.study import override, select_case
 
 from ..studies import SELF_AFFINE, WAVES
@@ -180,6 +182,26 @@ def table(study):
     write_points(study, file)
     with file.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
+
+
+def test_names_of_files_are_neither_options_in_ids_nor_formulas_in_tables(studies, content):
+    names = ["-o.csv", "=1+1.csv", "@sum(a).csv", "+1-cmd.csv", "--.csv"]
+    for number, name in enumerate(names):
+        rows = "".join(f"{r}, {(5 + number) * r**2}\n" for r in range(6))
+        Path(studies.folder, name).write_text(f"r (mm), z (um)\n{rows}")
+    content["base"] |= {"roughness": "none", "indenter": {"kind": "profile", "file": names[0]}}
+    del content["base"]["radius"]
+    content["vary"] = {"indenter.file": names}
+    study = studies.load(content)
+    assert all(re.match(r"[A-Za-z0-9]", name) for name in study.cases())
+    assert study.points()[-1].id.startswith("file-")
+    for row, name in zip(table(study), names, strict=True):
+        assert row["indenter_file"].startswith(f"'{name}")
+        assert not [cell for cell in row.values() if cell[:1] in {"=", "+", "-", "@"}]
+    assert [as_cell(text) for text in ("-5 um", "-1e-3", "+2 N/mm", "-inf", -5.0)] == [
+        "-5 um", "-1e-3", "+2 N/mm", "-inf", -5.0
+    ]  # fmt: skip
+    assert as_cell("-2+3+cmd|' /C calc'!A0") == "'-2+3+cmd|' /C calc'!A0"
 
 
 def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):

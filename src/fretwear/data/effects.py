@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
+from fretwear.study.problems import as_cell
 from fretwear.units import in_unit
 from fretwear.vocabulary import (
     CASE_ID,
@@ -119,7 +120,10 @@ def results_table(summary: xr.Dataset) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
     texts = (
-        [v if not isinstance(v, float) else "" if math.isnan(v) else f"{v:.9g}" for v in values]
+        [
+            as_cell(v) if not isinstance(v, float) else "" if math.isnan(v) else f"{v:.9g}"
+            for v in values
+        ]
         for values in columns.values()
     )
     writer.writerows(zip(*texts, strict=True))

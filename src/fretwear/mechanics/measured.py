@@ -473,9 +473,9 @@ class FromFile(Part):
 
     @property
     def slug(self) -> str:
-        """The name of the file and the beginning of its checksum."""
-        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.file.name.partition(".")[0])[:24]
-        return f"{stem}-{self.file.checksum[:6]}"
+        """The name of the file, from a letter or digit on, and the beginning of its checksum."""
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.file.name.partition(".")[0]).lstrip("._-")
+        return f"{stem[:24] or 'file'}-{self.file.checksum[:6]}"
 
 
 @dataclass(frozen=True)

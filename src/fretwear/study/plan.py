@@ -19,6 +19,7 @@ from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate
+from fretwear.study.problems import as_cell
 from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
@@ -277,7 +278,8 @@ def write_points(study: Study, path: str | Path) -> None:
             cost = estimates[point.id]
             costs = (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes)
             row |= zip(last[:-1], costs, strict=True)
-        rows.append({**row, "problem": point.problem})
+        row["problem"] = point.problem
+        rows.append({name: as_cell(value) for name, value in row.items()})
     names = dict.fromkeys(name for row in rows for name in row if name not in last)
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, [*names, *last], restval="")

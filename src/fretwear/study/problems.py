@@ -15,6 +15,9 @@ _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 
+_FORMULA = {"=", "+", "-", "@", "\t", "\r"}
+_QUANTITY = re.compile(r"[-+](\d+\.?\d*|\.\d+|inf)(e[-+]?\d+)?( ?[^\W\d][\w^/ ·]*)?", re.IGNORECASE)
+
 
 def printable(text: str) -> str:
     """Return a text with terminal control characters shown as escapes.
@@ -23,6 +26,16 @@ def printable(text: str) -> str:
     names that are not text, are shown as escapes too.
     """
     return _UNPRINTABLE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
+def as_cell(value: object) -> object:
+    """Return a value for a table of text; text that a spreadsheet would compute gets an apostrophe.
+
+    Quantities, such as ``-5 um``, are no formulas.
+    """
+    if isinstance(value, str) and value[:1] in _FORMULA and not _QUANTITY.fullmatch(value):
+        return f"'{value}"
+    return value
 
 
 class StudyError(ValueError):
