@@ -378,8 +378,13 @@ def merge(
     with open_summary(summary) as merged:
         write_text(folder / "results.csv", results_table(merged))
     message = f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid"
-    counts = {f"points_{name}": getattr(tally, name) for name in ("done", "failed", "invalid")}
-    log.result(summary, message, **counts)
+    log.result(
+        summary,
+        message,
+        points_done=tally.done,
+        points_failed=tally.failed,
+        points_invalid=tally.invalid,
+    )
 
 
 @logged

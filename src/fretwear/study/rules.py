@@ -150,10 +150,10 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
         pair = "[value of the indenter, value of the flat]"
         hint = (
             f"slow: {pair}, fast: {pair}"
-            if isinstance(getattr(law, name), FallingCoefficient)
+            if isinstance(vars(law)[name], FallingCoefficient)
             else f"{name}: {pair}"
         )
-        yield Problem(name, about.text(float(getattr(law, name))), rule, f"write {hint}")
+        yield Problem(name, about.text(float(vars(law)[name])), rule, f"write {hint}")
 
 
 @_needing("wear_law loading")
