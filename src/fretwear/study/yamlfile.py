@@ -42,7 +42,7 @@ class Document:
             rule = f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended "
             raise QuantityError(f"{rule}lines in YAML 1.1 and no longer does: remove it")
         yaml = YAML(typ="safe", pure=True)
-        self._constructor: Any = yaml.constructor
+        self._constructor = yaml.constructor
         try:
             node = yaml.compose(text)
         except RecursionError as error:
