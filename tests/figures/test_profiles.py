@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from PIL import Image, ImageSequence
 from scipy import ndimage
 
@@ -13,9 +14,10 @@ from fretwear import figures
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
 from fretwear.figures.cases import FfmpegMissingError, durations, well_spaced_cycles
-from fretwear.figures.datasets import half_profiles, peak_envelope, representative_cycles, wave_mean
+from fretwear.figures.datasets import profiles_of, representative_cycles
 from fretwear.figures.maps import take_wear_map
 from fretwear.figures.profiles import compare_bearing_areas
+from fretwear.units import number_text
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)", 1e6),
@@ -57,7 +59,7 @@ def test_every_text_stands_free_and_every_cycle_is_named(
     case = request.getfixturevalue(surface)
     words = check_texts(getattr(figures, name)(case, columns=columns))
     named = {part for text in words for part in text.replace("cycle ", "").split(", ")}
-    assert {"0", "1", "10", "100", "1000"} <= named
+    assert {"0", "1", "10", "100", "1000"} <= named or surface == "rough"
 
 
 def test_a_figure_is_as_wide_as_journal_columns_and_wear_is_drawn_downwards(smooth):
@@ -69,26 +71,58 @@ def test_a_figure_is_as_wide_as_journal_columns_and_wear_is_drawn_downwards(smoo
     assert low > high == 0.0
 
 
-def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough):
-    axes = figures.pressure_profiles(rough).axes[0]
-    raw = [line.get_ydata() for line in axes.get_lines() if line.get_label() == "_raw"]
-    thick = [y for _, y in _curves(axes)]
-    assert len(raw) == len(thick) == rough.sizes["cycle"]
-    for line, envelope, measured in zip(
-        raw, thick, rough["pressure"].isel(y=0).values, strict=True
+@pytest.mark.parametrize("name", KINDS)
+def test_no_drawn_line_leaves_its_data(name, smooth, rough):
+    variable, _, _ = KINDS[name]
+
+    def shapes(rows):
+        return [row / np.abs(row).max() for row in rows if row.any()]
+
+    data = [case[variable].isel(y=0).values.astype(float) for case in (smooth, rough)]
+    stored = [shape for rows in data for shape in shapes(rows)]
+    for figure in (
+        *(getattr(figures, name)(case) for case in (smooth, rough)),
+        figures.compare_profiles({"smooth": smooth, "again": smooth}, variable),
+        figures.compare_profiles({"smooth": smooth, "rough": rough}, variable),
     ):
-        np.testing.assert_allclose(line, measured / 1e6, rtol=1e-6)
-        assert np.nanmax(envelope) == pytest.approx(line.max(), rel=1e-6)
-        assert (line > 0.0).sum() < (envelope > 0.0).sum()
-    wavelength = half_profiles(rough, "pressure").wavelength
-    assert wavelength == pytest.approx(4.0 * 0.3e-6 / np.tan(np.deg2rad(1.8)))
-    coarse = rough.isel(x=slice(None, None, 4))
-    assert not half_profiles(coarse, "pressure").is_wavy, "the cells do not resolve the waves"
+        lines = [n for a in figure.axes for n in a.get_lines() if n.get_label()[0] != "_"]
+        assert lines
+        for drawn in shapes([line.get_ydata() for line in lines]):
+            # The gap extends beyond the cells stored.
+            parts = [(drawn[: shape.size], shape) for shape in stored if shape.size <= drawn.size]
+            assert any(np.allclose(p / np.abs(p).max(), s, 0, 1e-5) for p, s in parts if p.any())
+
+
+def test_rough_profiles_are_filled_first_beside_last_over_a_strip_of_their_zones(
+    rough, check_texts
+):
+    figure = figures.pressure_profiles(rough)
+    first, last = figure.axes
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["cycle 0", "cycle 1000"]
+    for axes, place in ((first, 0), (last, -1)):
+        line = next(n for n in axes.get_lines() if n.get_label() == "Pressure")
+        expected = rough["pressure"].isel(y=0, cycle=place).values / 1e6
+        np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-6)
+        (fill,) = axes.collections
+        assert fill.get_paths()[0].vertices[:, 1].max() == pytest.approx(expected.max(), rel=1e-6)
+        (strip,) = axes.get_images()
+        zones = rough["contact_state"].isel(y=0, cycle=place).values
+        np.testing.assert_array_equal(strip.get_array()[0], zones)
+    assert {"stick", "slip", "open"} <= set(check_texts(figure))
+    # No wear can be seen after ten cycles beside that after a thousand.
+    assert [a.get_title(loc="left") for a in figures.wear_profiles(rough).axes] == [
+        "cycle 100",
+        "cycle 1000",
+    ]
+    # In the axes of another figure, the last stands before the line of the first.
+    (axes,) = Figure().subplots(1, 1, squeeze=False)[0]
+    figures.pressure_profiles(rough, ax=axes)
+    assert [line.get_label() for line in axes.get_lines()] == ["_first", "Pressure"]
 
 
 def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
     cut, known, end = rough.isel(x=slice(0, -4)), rough["gap"].isel(y=0), float(rough["x"][-1])
-    found = half_profiles(cut, "gap", rough["cycle"].values.tolist(), end).values
+    found = profiles_of(cut, "gap", rough["cycle"].values.tolist(), end).values
     # Cells far away act like forces at their centres.
     tolerance = 1e-4 * float(known.max())
     assert found[:, : known.sizes["x"]] == pytest.approx(known.values, abs=tolerance)
@@ -96,12 +130,12 @@ def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
     for at, cycle in ((0, 0), (-1, 1000)):
         loaded = np.flatnonzero(rough["pressure"].isel(y=0, cycle=at) > 0.0)
         narrow = rough.isel(x=slice(0, int(loaded[-1]) + 1))
-        found = half_profiles(narrow, "gap", cycle, end).values[0]
+        found = profiles_of(narrow, "gap", cycle, end).values[0]
         tolerance = 0.02 * float(known.max())
         assert found[: known.sizes["x"]] == pytest.approx(known.values[at], abs=tolerance)
     # A contact that is not even has two sides.
     uneven = mirrored(cut).assign(gap=lambda case: case["gap"] + 1e-8 * (case["x"] > 0.0))
-    both = half_profiles(uneven, "gap", 100, end)
+    both = profiles_of(uneven, "gap", 100, end)
     assert both.x == pytest.approx(-both.x[::-1])
     outside = both.x > cut["x"].values[-1]
     assert outside.any()
@@ -121,26 +155,38 @@ def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):
 
 
 def test_panels_have_one_case_each_and_one_key_to_the_cycles(smooth, rough, check_texts):
-    cases = {"smooth": smooth, "rough": rough, "again": smooth}
-    figure = figures.compare_profiles(cases, "wear_depth")
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["smooth", "rough", "again"]
+    figure = figures.compare_profiles(
+        dict.fromkeys(["one", "other", "again"], smooth), "wear_depth"
+    )
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["one", "other", "again"]
     words = check_texts(figure)
     assert words.count("cycle") == 1
     assert words.count("x (µm)") == 2
+    # Beside a rough case, a smooth one is drawn as it is.
+    figure = figures.compare_profiles({"smooth": smooth, "rough": rough}, "pressure")
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        f"{title}, cycle {cycle}" for title in ("smooth", "rough") for cycle in (0, 1000)
+    ]
+    check_texts(figure)
 
 
-def test_the_endless_peak_of_elastic_bodies_is_cut_and_marked(smooth):
+def test_a_peak_is_cut_only_at_a_singular_edge_and_its_value_is_written(smooth, check_texts):
     steep = smooth.copy(deep=True)
     steep["pressure"][-1, 20] = 30.0 * float(smooth["pressure"][0].max())
-    for case, cycles, is_marked in (
-        (steep, None, True),
-        (steep.assign_coords(plastic_limit=1e12), None, False),
-        (steep, [1000], False),
+    highest = float(steep["pressure"].max()) / 1e6
+    singular = steep.assign(peak_pressure_error=("cycle", [0.0, 0.0, 0.0, 0.0, np.inf]))
+    for case, cycles, is_cut in (
+        (singular, None, True),
+        (singular, [1000], False),
+        (steep, None, False),
+        (steep.assign(peak_pressure_error=("cycle", np.ones(5))), None, False),
     ):
-        axes = figures.pressure_profiles(case, cycles).axes[0]
-        highest = float(case["pressure"].isel(y=0).max()) / 1e6
-        assert ("_above" in [line.get_label() for line in axes.get_lines()]) is is_marked
-        assert bool(axes.get_ylim()[1] < highest) is is_marked
+        figure = figures.pressure_profiles(case, cycles)
+        axes = figure.axes[0]
+        assert ("_above" in [line.get_label() for line in axes.get_lines()]) is is_cut
+        assert bool(axes.get_ylim()[1] < highest) is is_cut
+        assert ("singular" in figure.caption) is is_cut
+        assert any(number_text(highest, 3) in text for text in check_texts(figure)) is is_cut
 
 
 def test_the_map_is_the_last_scar_mirrored_with_circles_for_edges(smooth):
@@ -373,37 +419,6 @@ def test_cases_to_compare_have_titles(compare, smooth):
         compare({"a": "a.nc", "b": "b.nc"})
     with pytest.raises(ValueError, match="'pressure', 'shear_traction'"):
         figures.compare_profiles({"a": smooth}, "pressure_profiles")
-
-
-WAVELENGTH = 8.37
-X = (np.arange(400) + 0.5) * 0.25
-SLOW = np.sqrt(np.maximum(0.0, 1.0 - (X / 80.0) ** 2))
-
-
-@pytest.mark.parametrize("phase", [0.0, np.pi])
-def test_the_envelope_goes_through_the_peaks_whatever_their_phase_and_needs_none(phase):
-    values = SLOW * (1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH + phase))
-    inside = (X > WAVELENGTH) & (X < 70.0)
-    envelope = peak_envelope(X, values, WAVELENGTH)
-    # Between crests the cubics leave the slow factor by about its curvature over a wave.
-    np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
-    values = np.where(X > 50.0, values, 0.0)
-    envelope = peak_envelope(X, values, WAVELENGTH)
-    assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
-    # At most the slope of the profile times a wavelength lies between two of its knots.
-    envelope = peak_envelope(X, SLOW, WAVELENGTH)
-    np.testing.assert_allclose(envelope[X < 60.0], SLOW[X < 60.0], atol=0.02)
-
-
-def test_the_mean_over_a_wave_leaves_none_of_it():
-    mean = wave_mean(X, 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), WAVELENGTH)
-    # A window of whole cells misses the wavelength by up to half a cell in 33: twice averaged,
-    # less than 0.1 % of the wave is left.
-    known = np.isfinite(mean)
-    assert known[: -round(1.1 * WAVELENGTH / 0.25)].all()
-    np.testing.assert_allclose(mean[known], 3.0, atol=1e-3)
-    narrow = np.array([1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(wave_mean(X[:3], narrow, WAVELENGTH), narrow)
 
 
 def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_fourth_root():

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import asdict
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ from fretwear.figures.effects import (
 from fretwear.figures.history import CyclePlot
 from fretwear.figures.index import (
     INDEX_NAME,
+    NARROW,
     FigureEntry,
     captions,
     figure_category,
@@ -35,6 +35,7 @@ from fretwear.figures.index import (
 )
 from fretwear.figures.study import study_figures, write_study_figures
 from fretwear.running.workflow import CAPTION
+from fretwear.study.parameters import parameter, symbol_text
 
 from ..studies import sampled
 
@@ -50,23 +51,46 @@ NAMES = [
 ]
 
 
-def test_a_limit_that_is_none_stands_apart_and_no_line_rises_to_it(small_study):
+def test_each_result_is_drawn_over_the_two_parameters_that_change_it_most(small_study, check_texts):
     points = Points.of(small_study.summary)
-    assert points.levels["plastic_limit"][-1] == np.inf
-    drawn = effects(points, ["wear_volume"])
-    (axes,) = (each for each in drawn.axes if each.get_xlabel() == "plastic limit")
-    count = len(points.levels["plastic_limit"])
-    places = [*range(count - 1), count - 0.5]
-    assert axes.get_xticks().tolist() == places
-    paths = [line.get_xdata() for line in axes.lines if line.get_label() == "_lines"]
-    ends = [pair for x in paths for pair in pairwise(x)]
-    assert axes.get_xlim()[1] > places[-1]
-    marked = [line.get_xdata() for line in axes.lines if line.get_label() == "_points"]
-    assert places[-1] in np.concatenate(marked)
-    entry = next(study_figures(small_study.summary, small_study.cases))
-    assert entry.name == "effects"
-    assert "none stands apart" in entry.caption
-    assert not any(places[-1] in pair and np.isfinite(pair).all() for pair in ends)
+    narrow, wide = (effects(points, columns=columns) for columns in (1, 2))
+    for figure in (narrow, wide):
+        check_texts(figure)
+    final = small_study.summary["wear_volume"].isel(cycle=-1)
+    axes, along = wide.axes[0], points.leading("wear_volume")[:2]
+    assert axes.get_xlabel() in {parameter(name).words for name in along}
+    assert {text.get_text() for text in axes.get_legend().get_texts()} <= {
+        symbol_text(name, level) for name in along for level in points.levels[name]
+    }
+    rest = [name for name in final.dims if name not in along]
+    drawn = [line.get_ydata() for line in axes.lines if line.get_label() == "_median"]
+    shown = np.sort(np.concatenate(drawn))
+    expected = np.sort(final.median(rest).values, axis=None)
+    np.testing.assert_allclose(shown / shown[-1], expected / expected[-1])
+    bands = [b.get_paths() for b in axes.collections if b.get_label() == "_band"]
+    highest = max(path.vertices[:, 1].max() for paths in bands for path in paths)
+    assert highest / shown[-1] == pytest.approx(float(final.max() / expected[-1]), rel=1e-9)
+
+
+def test_a_limit_that_is_none_stands_apart_and_no_line_rises_to_it(small_study):
+    limits = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0).copy(deep=True)
+    limits["wear_volume"][0] *= 2.0
+    (axes, *_) = effects(Points.of(limits), ["wear_volume"]).axes
+    assert axes.get_xticks().tolist() == [0.0, 1.5]
+    assert [line.get_xdata().tolist() for line in axes.lines] == [[0.0], [1.5]]
+    assert (
+        "none stands apart" in next(study_figures(small_study.summary, small_study.cases)).caption
+    )
+
+
+def test_figures_that_would_show_nothing_are_a_sentence(small_study):
+    same = small_study.summary.copy(deep=True)
+    same["dissipated_energy"][:] = 1e-6
+    found = {each.name: each for each in study_figures(same, small_study.cases)}
+    assert found["dissipated_energy"].figure is None
+    assert "same over all cycles in every case" in found["dissipated_energy"].caption
+    assert "equal in all cases: dissipated energy per cycle" in found["effects"].caption
+    assert found["wear_volume"].figure is not None
 
 
 def test_a_study_has_named_and_explained_figures_that_can_be_read(small_study, check_texts):
@@ -84,8 +108,10 @@ def test_files_and_index_agree_and_captions_count_what_is_done(small_study, tmp_
     one = small_study.summary.isel(friction=1, roughness_amplitude=0, plastic_limit=0)
     entries = write_study_figures(one, small_study.cases, tmp_path)
     assert read_figure_index(tmp_path) == entries
-    files = {f"{entry.name}.{ending}" for entry in entries for ending in ("svg", "png")}
-    assert {file.name for file in tmp_path.iterdir()} == files | {INDEX_NAME}
+    drawn = [entry.name for entry in entries if entry.is_drawn]
+    files = {f"{name}.{ending}" for name in drawn for ending in ("svg", "png")}
+    files |= {INDEX_NAME, f"effects{NARROW}.png"}
+    assert {file.name for file in tmp_path.iterdir()} == files
     assert not list(study_figures(small_study.summary.where(False), small_study.cases))
 
 
@@ -261,20 +287,6 @@ def drawn(count):
     """Return a sampled study whose wear volume is a power law."""
     unit = qmc.Sobol(2, seed=1).random(count)
     return sampled(unit, 1e-16 * (10.0 + 40.0 * unit[:, 0]) ** 2 * (0.2 + 0.6 * unit[:, 1]))
-
-
-def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(small_study, check_texts):
-    figure = effects(Points.of(small_study.summary), ["wear_volume"])
-    check_texts(figure)
-    final = small_study.summary["wear_volume"].isel(cycle=-1)
-    for axes, dim in zip(figure.axes, final.dims, strict=True):
-        found = [each.get_ydata() for each in axes.get_lines() if each.get_label() == "_lines"]
-        values = np.concatenate(found)
-        # A limit that is none is a part of its own.
-        parts = 2 if dim == "plastic_limit" else 1
-        assert np.isnan(values).sum() == parts * final.size // final.sizes[dim]
-        paths, expected = np.sort(values[np.isfinite(values)]), np.sort(final.values, axis=None)
-        np.testing.assert_allclose(paths / paths.max(), expected / expected.max())
 
 
 def test_a_heat_map_has_the_final_values_over_both_parameters(small_study):

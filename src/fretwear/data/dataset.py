@@ -73,7 +73,7 @@ def gap_beyond(dataset: xr.Dataset, x: Array, gaps: Array, reach: float) -> tupl
     are returned as given if the dataset lacks the shape of the case or its pressure.
     """
     step = float(x[1] - x[0])
-    more = np.arange(x[-1] + step, reach, step)
+    more = np.arange(x[-1] + step, reach + step, step)
     if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
         return x, gaps
     case = case_of(dataset)

@@ -226,6 +226,32 @@ class Points:
         appearing = (len(positive) - len(sizes)) / len(lines)
         return appearing, math.fsum(sizes) / len(sizes) if sizes else 0.0
 
+    def leading(self, result: str) -> list[str]:
+        """Return the parameters by their influence on a result, the strongest first.
+
+        In a sample they are ranked by Sobol indices or, without them, by rank correlation. Seeds,
+        which have no order, are left out.
+        """
+        names = [name for name in self.levels if name != SEED]
+        if any(self.lines[name] for name in names):
+            paired = [name for name in names if self.lines[name]]
+            return sorted(paired, key=lambda name: self.importance(name, result), reverse=True)
+        values, columns = self.results[result], [self.levels_of(name) for name in names]
+        defined = np.isfinite(values)
+        if result in self.indices and len(names) == len(self.levels):
+            influence = self.indices[result].total
+        elif columns and defined.sum() > 2 and np.ptp(values[defined]) > 0.0:
+            places = np.column_stack(columns)[defined]
+            influence = np.abs(rank_correlations(places, values[defined, None])[:, 0])
+        else:
+            influence = np.zeros(len(names))
+        return [names[place] for place in np.argsort(-np.nan_to_num(influence), kind="stable")]
+
+    def levels_of(self, name: str) -> Array:
+        """Return the value of a parameter at each point, the place of its level if it is text."""
+        values = self.parameters.get(name)
+        return self.place(name).astype(np.float64) if values is None else values
+
     @property
     def sizes(self) -> list[int]:
         """Number of listed values from which each parameter was drawn, 0 for a range."""
@@ -247,12 +273,14 @@ class Points:
 
     @cached_property
     def indices(self) -> Mapping[str, Indices]:
-        """The Sobol indices of every scalar of a sample.
+        """The Sobol indices of every scalar of a sample, none of other studies.
 
         They refer to the logarithm of the scalar if an emulator of the logarithm predicts better,
         since results scale with powers of the parameters. Constant results, and results undefined
         at some point, are left out.
         """
+        if not self.drawn:
+            return {}
         columns = {
             (name, False): values
             for name, values in self.results.items()

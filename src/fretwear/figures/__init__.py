@@ -18,10 +18,15 @@ snapshots raises a ``ValueError``.
 
 # ruff: noqa: F403
 
+from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fretwear.figures.index import HISTORIES, PROFILES
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from fretwear.figures.cases import *
     from fretwear.figures.effects import *
     from fretwear.figures.history import *
@@ -32,19 +37,35 @@ if TYPE_CHECKING:
 _HOMES = {
     "cases": "CaseAnimation animation compare_cases overview",
     "effects": "fretting_map",
-    "history": "contact_half_width dissipated_energy scalar_history stick_half_width wear_volume",
+    "history": "scalar_history",
     "maps": "compare_wear_maps wear_map",
-    "profiles": "bearing_area compare_profiles field_profiles fretting_loops gap_profiles "
-    "pressure_profiles scars shear_profiles wear_profiles wear_rate_profiles",
+    "profiles": "bearing_area compare_profiles field_profiles fretting_loops scars",
     "style": "STYLE_SHEET save_as save_figure style_context",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
+# Every field and every scalar result has a figure under its own name.
+_DRAWN = {
+    **dict.fromkeys(PROFILES, "field_profiles"),
+    **dict.fromkeys(HISTORIES, "scalar_history"),
+}
 
-__all__ = list(_HOME)
+__all__ = [*_HOME, *_DRAWN]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Callable[..., Figure]":
     # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
-        return getattr(import_module(f"fretwear.figures.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")
+        found = getattr(import_module(f"fretwear.figures.{_HOME[name]}"), name)
+    elif name in _DRAWN:
+        from fretwear.figures.style import of_quantity
+
+        draw = __getattr__(_DRAWN[name])
+        found = of_quantity(draw, name, {**PROFILES, **HISTORIES}[name])
+    else:
+        raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")
+    globals()[name] = found
+    return found  # type: ignore[no-any-return]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

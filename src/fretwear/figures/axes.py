@@ -110,8 +110,9 @@ class ValueAxis:
         if self.is_logarithmic and self.unit.is_power and not variable.unit:
             # A logarithmic axis needs no power of ten in its unit.
             self.unit = readable_unit((), variable.si_unit)
-        self.label = f"{variable.label} ({self.unit.name})"
-        self.wrapped_label = "\n".join([*wrap(variable.label, 18), f"({self.unit.name})"])
+        unit = f"({self.unit.name})" if self.unit.name else ""
+        self.label = f"{variable.label} {unit}".rstrip()
+        self.wrapped_label = "\n".join(filter(None, [*wrap(variable.label, 18), unit]))
 
     def colours(self, values: Array) -> Normalize:
         """Return a scale of colours for values in the unit of the axis."""
@@ -167,13 +168,13 @@ def make_panels(
     titles: Sequence[str],
     across: int,
     heights: tuple[float, float],
-    share_y: Literal["row", "all"] = "all",
-    share_x: Literal["row", "all"] = "all",
-) -> tuple[Figure, list[Axes]]:
+    share_y: Literal["all", "row", "none"] = "all",
+    share_x: Literal["all", "row", "none"] = "all",
+) -> tuple[JournalFigure, list[Axes]]:
     """Return a figure with a panel for each title, in rows of `across` panels.
 
     `heights`, mm, are the height around the rows and the height of a row. Only the outer axes have
-    labels and numbers.
+    labels and numbers, and any that share none.
     """
     down = -(-len(titles) // across)
     figure = JournalFigure(columns, heights[0] + heights[1] * down)
@@ -184,10 +185,10 @@ def make_panels(
             continue
         lowest, leftmost = index + across >= len(titles), index % across == 0
         axes.set_title(titles[index])
-        axes.tick_params(axis="x", which="both", labelbottom=lowest or share_x == "row")
-        axes.tick_params(axis="y", which="both", labelleft=leftmost)
-        axes.xaxis.label.set_visible(lowest)
-        axes.yaxis.label.set_visible(leftmost)
+        axes.tick_params(axis="x", which="both", labelbottom=lowest or share_x != "all")
+        axes.tick_params(axis="y", which="both", labelleft=leftmost or share_y == "none")
+        axes.xaxis.label.set_visible(lowest or share_x == "none")
+        axes.yaxis.label.set_visible(leftmost or share_y == "none")
     return figure, list(grid[: len(titles)])
 
 

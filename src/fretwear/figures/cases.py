@@ -11,16 +11,14 @@ from functools import partial
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
 
@@ -29,26 +27,29 @@ from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
     different_parameters,
-    line_near_the_middle,
     mirrored,
 )
 from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
+    Profiles,
     check_cases,
-    half_profiles,
+    profiles_of,
     snapshots,
     variable_of,
 )
 from fretwear.figures.maps import add_scale, depth_scale, draw_map, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
+    ZONE_COLORS,
+    ZONES,
     cycle_colors,
     cycle_key,
-    draw_curves,
+    draw_filled,
     draw_profiles,
     frame_of,
-    is_traction,
+    mark_peak,
+    zone_key,
 )
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -64,12 +65,6 @@ from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readabl
 from fretwear.vocabulary import RESULTS, ContactState
 
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
-ZONE_COLORS = {
-    ContactState.OPEN: "#f4f4f4",
-    ContactState.SLIP: "#8cc5e3",
-    ContactState.STICK: "#084a8c",
-}
-"""From light to dark, so that zones can be distinguished in grey too."""
 FEW_SNAPSHOTS = 12
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
@@ -82,17 +77,10 @@ _DERIVED |= {"roughness_slope_x", "roughness_slope_y"}
 _MOST_TOLD = 4
 _LEAST_SPREAD = 1.25
 _MARGIN = 1.25
-_ROOM_ABOVE = 1.05
+_THIN = 0.7
 
-_ZONES: dict[str, Any] = {
-    "cmap": ListedColormap([ZONE_COLORS[zone] for zone in ContactState]),
-    "vmin": min(ContactState),
-    "vmax": max(ContactState),
-}
 _MOVING = ("pressure", "wear_depth", "contact_state")
 _BEYOND_CONTACT = 1.1
-_STRIP = 0.04
-_FIRST_WIDTH = 0.7
 _MARK = 4.5
 _SECONDS_PER_DECADE = 1.2
 _SHORTEST, _LONGEST, _LAST = 0.25, 1.2, 2.5
@@ -110,12 +98,19 @@ def overview(
     The map shows the last snapshot of the case; a line contact has the slip along x in its place.
     The zones come from the dense `history` of the case or, without it, from the snapshots.
     """
-    panels = [half_profiles(dataset, name, cycles) for name in _PANELS]
-    colors = cycle_colors(panels[0].cycles)
+    panels = [profiles_of(dataset, name, cycles) for name in _PANELS]
+    colors, is_filled = cycle_colors(panels[0].cycles), panels[0].is_rough
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
+
+    def draw(axes: Axes, profiles: Profiles) -> None:
+        if is_filled:
+            draw_filled(axes, profiles)
+        else:
+            draw_profiles(axes, profiles, colors)
+
     for axes, profiles in zip(grid[:, :2].flat, panels, strict=True):
-        draw_profiles(axes, profiles, colors)
+        draw(axes, profiles)
     place, zones = grid[:, 2]
     if "y" in dataset.dims:
         scar = take_wear_map(dataset, None)
@@ -125,11 +120,14 @@ def overview(
         place.set_title(f"{label}, cycle {cycle_text(scar.cycle)}")
         add_scale(figure, [place], image, "", aspect=24)
     else:
-        draw_profiles(place, half_profiles(dataset, "slip", cycles), colors)
+        draw(place, profiles_of(dataset, "slip", cycles))
     curves = draw_zone_widths(zones, dataset if history is None else history)
     zones.set_title("Contact and stick zone")
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
-    cycle_key(figure, colors, "outside lower left")
+    if is_filled:
+        zone_key(figure, panels[:1], "outside lower left")
+    else:
+        cycle_key(figure, colors, "outside lower left")
     label_curves(zones, curves, [str(curve.get_label()) for curve in curves])
     return figure
 
@@ -179,25 +177,21 @@ def compare_cases(
         )
     first, second = cases.values()
     cycles = compared_cycles(first, second)
-    styles = [
-        {"color": color, "linestyle": style}
-        for color, style in zip(CATEGORICAL[:2], LINE_STYLES, strict=False)
-    ]
+    styles = [{"color": CATEGORICAL[n], "linestyle": LINE_STYLES[n]} for n in range(2)]
     figure = JournalFigure(2, 118.0)
     (*profiles,), (widths, volumes, ratios) = figure.subplots(2, 3)
     for axes, name in zip(profiles, _COMPARED, strict=True):
         # The first peak limits how much of a later, singular one is shown.
-        both = [
-            half_profiles(case, name, sorted({int(case["cycle"][0]), cycle}))
+        shown = [
+            profiles_of(case, name, sorted({int(case["cycle"][0]), cycle})).at(-1)
             for case, cycle in zip(cases.values(), cycles, strict=True)
         ]
-        shown = [replace(half, cycles=half.cycles[-1:], values=half.values[-1:]) for half in both]
-        frame = frame_of(both if is_traction(both[0].field) else shown)
-        highest = max(float(np.nanmax(half.values)) for half in shown)
-        frame = replace(frame, top=min(frame.top, _ROOM_ABOVE * highest) or frame.top)
+        frame = frame_of(shown)
         for title, style, profile in zip(cases, styles, shown, strict=True):
-            draw_curves(axes, profile, frame.unit, [{**style, "label": title}])
-        frame.apply(axes, both[0].field)
+            x, values = MICROMETRE.of(profile.x), frame.unit.of(profile.values[0])
+            axes.plot(x, values, lw=_THIN if profile.is_rough else None, label=title, **style)
+            mark_peak(axes, profile, frame)
+        frame.apply(axes, shown[0].field)
     dense = [(histories or {}).get(title, case) for title, case in cases.items()]
     steps, worn = (
         [history[name].values.astype(np.float64) for history in dense]
@@ -244,8 +238,8 @@ def _draw_ratios(axes: Axes, first: xr.Dataset, second: xr.Dataset) -> None:
     axes.set(xlim=(low / _MARGIN, high * _MARGIN), ylim=(-0.6, len(shown) - 0.4))
     axes.set_yticks(rows, list(shown))
     for row, ratio in zip(rows, ratios, strict=True):
-        beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "va": "center"}
-        axes.text(1.03, row, f"×{number_text(ratio, 3)}", fontsize=6.5, **beside)
+        text = axes.text(1.03, row, f"×{number_text(ratio, 3)}", fontsize=6.5, va="center")
+        text.set_transform(axes.get_yaxis_transform())
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -279,7 +273,7 @@ class CaseAnimation:
         self.cycles = tuple(int(cycle) for cycle in shown["cycle"].values)
         self.seconds = durations(self.cycles)
         self._updates: list[Callable[[int], None]] = []
-        whole = mirrored(shown[list(_MOVING)])
+        whole = mirrored(shown)
         reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
         self.figure: Figure = JournalFigure(2, 104.0)
         (pressure, zones), (wear, widths) = self.figure.subplots(
@@ -289,13 +283,17 @@ class CaseAnimation:
         words = [f"Cycle {cycle_text(n)}    {headline(shown)}" for n in self.cycles]
         self._updates.append(lambda index: title.set_text(words[index]))
         for axes, name in ((pressure, "pressure"), (wear, "wear_depth")):
-            self._add_profile(axes, shown, whole, name, reach)
+            profiles = profiles_of(whole, name, self.cycles, both_sides=True)
+            frame = replace(frame_of([profiles]), left=-reach, right=reach)
+            self._updates.append(draw_filled(axes, profiles, frame))
+            axes.set_xlabel("x (µm), direction of slip")
         pressure.tick_params(labelbottom=False)
         pressure.set_xlabel("")
         if "y" in whole.dims:
             states = whole["contact_state"].transpose("cycle", "x", "y").values
             x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
-            image = draw_map(zones, x, y, states[0], reach, **_ZONES)
+            scale = Normalize(min(ContactState), max(ContactState))
+            image = draw_map(zones, x, y, states[0], reach, scale, ZONES)
             zones.set_facecolor(ZONE_COLORS[ContactState.OPEN])
             self._updates.append(lambda index: image.set_data(states[index].T))
         else:
@@ -305,11 +303,7 @@ class CaseAnimation:
             values = MICROMETRE.of(shown[f"{curve.get_label()}_half_width_x"].values)
             (mark,) = widths.plot([], [], "o", ms=_MARK, c=curve.get_color())
             self._updates.append(partial(self._mark, mark, values))
-        handles = [Patch(color=color) for color in reversed(ZONE_COLORS.values())]
-        labels = [state.name.lower() for state in reversed(ZONE_COLORS)]
-        first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
-        labels.append(f"pressure at cycle {cycle_text(self.cycles[0])}")
-        outside_key(self.figure, [*handles, first], labels, "outside lower left", handlelength=1.2)
+        zone_key(self.figure, [profiles], "outside lower left")
         self.show(self.cycles[-1])
         # Marks everywhere on the curves while labels are placed keep later marks off the labels.
         for curve in curves:
@@ -320,36 +314,6 @@ class CaseAnimation:
 
     def _mark(self, mark: Line2D, values: Array, index: int) -> None:
         mark.set_data([self.cycles[index]], [values[index]])
-
-    def _add_profile(
-        self, axes: Axes, shown: xr.Dataset, whole: xr.Dataset, name: str, reach: float
-    ) -> None:
-        """Draw a profile along the whole x axis over a strip that shows its zones."""
-        half = half_profiles(shown, name, self.cycles)
-        frame = replace(frame_of([half]), left=-reach, right=reach)
-        x = MICROMETRE.of(whole["x"].values)
-        curves, zones = (
-            line_near_the_middle(whole[field]).transpose("cycle", "x").values
-            for field in (name, "contact_state")
-        )
-        values = frame.unit.of(curves.astype(np.float64))
-        if name == "pressure":
-            axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
-        fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
-        (line,) = axes.plot(x, values[0], color=INK, label=half.field.label)
-        edge, below = x[-1] + 0.5 * (x[1] - x[0]), -_STRIP * float(frame.unit.of(frame.top))
-        extent = (-edge, edge, below, 0.0)
-        strip = axes.imshow(zones[:1], extent=extent, aspect="auto", **_ZONES)
-        frame.apply(axes, half.field)
-        axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
-        axes.set_xlabel("x (µm), direction of slip")
-
-        def update(index: int) -> None:
-            line.set_ydata(values[index])
-            fill.set_data(x, 0.0, values[index])
-            strip.set_data(zones[index : index + 1])
-
-        self._updates.append(update)
 
     def show(self, cycle: int) -> Figure:
         """Show the snapshot at a cycle, and return the figure; a ValueError if there is none."""

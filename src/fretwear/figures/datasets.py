@@ -1,4 +1,4 @@
-"""Data that figures take from datasets: snapshots, fields along x, envelopes of rough profiles."""
+"""Data that figures take from datasets: snapshots, and fields along x."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import gap_beyond, line_near_the_middle
@@ -19,30 +19,29 @@ from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
 """The snapshots that a figure shows; None: a few representative ones."""
-Envelope = Callable[[Array, Array, float], Array]
-"""Turns x, values and a wavelength into the values of a curve that can be read."""
 
 BEYOND_CONTACT = 1.12
 """Distance to which profiles are shown, in half-widths of the contact."""
 
-_CELLS_PER_WAVE = 4.0
 _ALIKE = 1e-3
-_PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
+_VISIBLE = 0.05
+_OVER_FIRST = 3.0
 
 
 @dataclass(frozen=True)
-class HalfProfiles:
-    """One field at several cycles along x > 0, or along all of x if it is not even; SI units."""
+class Profiles:
+    """One field at k cycles along x > 0, or along all of x if it is not even; SI units."""
 
     field: Variable
     x: Array  # n cell centres
     cycles: Array
-    values: Array  # shape (k, n), at the k cycles
-    contact_half_width: Array
+    values: Array  # shape (k, n)
+    zones: NDArray[np.int8]  # `ContactState` of the cells, shape (k, n), open beyond those stored
+    contact_half_width: Array  # shape (k,)
     stick_half_width: Array
-    wavelength: float  # of the roughness along x, 0 if the surface is smooth along x
-    is_capped: bool = False  # whether the pressure has a plastic limit
-    stick: Array | None = None  # centres that stick at the last cycle, if fields are not even
+    is_rough: bool
+    # Value above which a traction is cut, because it has a singular edge; infinite without one.
+    ceiling: float = math.inf
 
     @property
     def is_even(self) -> bool:
@@ -50,60 +49,86 @@ class HalfProfiles:
         return bool(self.x[0] > 0.0)
 
     @property
-    def is_wavy(self) -> bool:
-        """Whether waves crowd the profile, so that an envelope helps to read it."""
-        resolved = self.wavelength >= _CELLS_PER_WAVE * float(self.x[1] - self.x[0])
-        return resolved and self.wavelength < 0.5 * float(np.nanmax(self.contact_half_width))
+    def first(self) -> int:
+        """The place of the first profile that can be seen beside the last one."""
+        highest = np.nanmax(np.abs(self.values), axis=1)
+        return int(np.argmax(highest[:-1] >= _VISIBLE * highest[-1])) if highest.size > 1 else 0
 
-    def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
-        """Return the profiles or, if waves crowd them, an envelope that suits the field."""
-        if not self.is_wavy:
-            return self
-        smooth = envelope or envelope_of(self.field)
-        curves = [smooth(self.x, values, self.wavelength) for values in self.values]
-        return replace(self, values=np.array(curves))
+    def at(self, *places: int) -> Profiles:
+        """Return the profiles at some of the cycles, given by their places."""
+        chosen = list(places)
+        return replace(
+            self,
+            cycles=self.cycles[chosen],
+            values=self.values[chosen],
+            zones=self.zones[chosen],
+            contact_half_width=self.contact_half_width[chosen],
+            stick_half_width=self.stick_half_width[chosen],
+        )
 
 
-def half_profiles(
-    dataset: xr.Dataset, field: Variable | str, cycles: Cycles = None, reach: float = 0.0
-) -> HalfProfiles:
+def profiles_of(
+    dataset: xr.Dataset,
+    field: Variable | str,
+    cycles: Cycles = None,
+    reach: float = 0.0,
+    *,
+    both_sides: bool = False,
+) -> Profiles:
     """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
+    `both_sides` of a whole contact are kept even so.
     The gap extends to `reach`, m; beyond the cells stored it is computed from the pressure. Raises
     the errors of `snapshots`, and a `ValueError` if a dataset varies in more than cycle, x and y.
     """
     check_dataset(dataset)
     field = field_of(field)
-    merged = (name for name, about in MERGED_PROFILES.items() if about.name == field.name)
-    name = next((name for name in (field.name, *merged) if name in dataset), field.name)
-    picked = snapshots(dataset, cycles, name)
+    picked = snapshots(dataset, cycles, stored_name(dataset, field.name))
+    line = _line(picked, field.name)
+    x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
+    zones = np.full(values.shape, ContactState.OPEN, np.int8)
+    if stored_name(picked, "contact_state") in picked:
+        zones = _line(picked, "contact_state").values.astype(np.int8)
+    tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
+    is_even = np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True)
+    if x[0] < 0.0 and is_even and not both_sides:
+        x, values, zones = x[x > 0.0], values[:, x > 0.0], zones[:, x > 0.0]
+    contact, stick = (
+        picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
+    )
+    if math.isnan(field.outside):
+        reach, stored = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0))), x
+        x, values = gap_beyond(picked, stored, values, reach)
+        beyond = int((x < stored[0]).sum()), int((x > stored[-1]).sum())
+        zones = np.pad(zones, ((0, 0), beyond))
+    ceiling, error = math.inf, RESULTS["peak_pressure"].error.name
+    if field.si_unit == "Pa" and error in picked and np.isposinf(picked[error].values).any():
+        # The later peak at a singular edge of stick would hide the rest.
+        ceiling = _OVER_FIRST * float(np.nanmax(values[0]))
+    at = picked["cycle"].values.astype(np.float64)
+    is_rough = not is_smooth(dataset)
+    return Profiles(field, x, at, values, zones, contact, stick, is_rough, ceiling)
+
+
+def stored_name(dataset: xr.Dataset, field: str) -> str:
+    """Return the name of a field in a case, or of its profile in a merged study."""
+    merged = (name for name, about in MERGED_PROFILES.items() if about.name == field)
+    return next((name for name in (field, *merged) if name in dataset), field)
+
+
+def _line(picked: xr.Dataset, field: str) -> xr.DataArray:
+    name = stored_name(picked, field)
     if extra := set(picked[name].dims) - {"cycle", "x", "y"}:
         raise ValueError(
             f"{name} varies along {sorted(map(str, extra))}: "
             "select one point first, for example with dataset.isel(...)."
         )
-    line = line_near_the_middle(picked[name]).transpose("cycle", "x")
-    x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
-    tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
-    if x[0] < 0.0 and np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True):
-        x, values = x[x > 0.0], values[:, x > 0.0]
-    stick = None
-    if x[0] < 0.0 and "contact_state" in picked:
-        state = line_near_the_middle(picked["contact_state"].isel(cycle=-1)).values
-        stick = x[state == ContactState.STICK]
-    parameters = dataset.coords
-    slope = float(parameters.get("roughness_slope_x", 0.0))
-    height = 4.0 * float(parameters.get("roughness_amplitude", 0.0))
-    wavelength = height / math.tan(slope) if slope > 0.0 else 0.0
-    contact, stuck = (
-        picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
-    )
-    if math.isnan(field.outside):
-        reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
-        x, values = gap_beyond(picked, x, values, reach + wavelength)
-    is_capped = math.isfinite(float(parameters.get("plastic_limit", math.inf)))
-    at = picked["cycle"].values.astype(np.float64)
-    return HalfProfiles(field, x, at, values, contact, stuck, wavelength, is_capped, stick)
+    return line_near_the_middle(picked[name]).transpose("cycle", "x")
+
+
+def is_smooth(dataset: xr.Dataset) -> bool:
+    """Whether the bodies of a case are smooth."""
+    return float(dataset.coords.get("roughness_amplitude", math.nan)) == 0.0
 
 
 def field_of(quantity: Variable | str) -> Variable:
@@ -168,53 +193,7 @@ def snapshots(
     return dataset.sel(cycle=asked)
 
 
-def envelope_of(field: Variable) -> Envelope:
-    """Return the envelope that suits a field: through its peaks if these carry the load."""
-    return peak_envelope if field.name in _PEAKS_MATTER else wave_mean
-
-
-def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
-    """Return the curve through the highest value of every wave.
-
-    `x` are the n cell centres in m, `values` n values, none of them negative, and `wavelength` is
-    the wavelength along x in m. The n values returned lie on shape-preserving cubics through the
-    peaks, which overshoot none of them.
-    """
-    crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
-    wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0))
-    knots, heights = [], []
-    for index in np.unique(wave):
-        cells = np.flatnonzero((wave == index) & np.isfinite(values))
-        if cells.size:
-            highest = cells[np.argmax(values[cells])]
-            knots.append(float(x[highest] if values[highest] > 0.0 else x[cells].mean()))
-            heights.append(float(values[highest]))
-    if len(knots) < 2:
-        return values
-    from scipy.interpolate import PchipInterpolator  # only studies with waves need it
-
-    inside = np.clip(x, knots[0], knots[-1])
-    curve = np.asarray(PchipInterpolator(knots, heights)(inside))
-    return np.where((x > knots[-1]) & np.isnan(values), np.nan, curve)
-
-
-def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
-    """Return the running mean over a wave, for quantities whose peaks say little.
-
-    Parameters and result are as in `peak_envelope`. A profile of one side is continued evenly at
-    x = 0; near an end, where the mean would need values beyond, the result is NaN. The mean is
-    taken twice, because a single one leaves ripples if a wave is not a whole number of cells.
-    """
-    cells = max(1, round(wavelength / float(x[1] - x[0])))
-    window = np.convolve(np.full(cells, 1.0 / cells), np.full(cells, 1.0 / cells))
-    half = window.size // 2
-    if values.size <= half:
-        return values
-    before = values[:half][::-1] if x[0] > 0.0 else np.full(half, np.nan)
-    return np.convolve(np.concatenate([before, values, np.full(half, np.nan)]), window, "valid")
-
-
-def check_dataset(dataset: Any) -> None:
+def check_dataset(dataset: object) -> None:
     """Raise a `TypeError` for anything but a dataset, saying how to get one."""
     if isinstance(dataset, xr.Dataset):
         return
@@ -231,7 +210,7 @@ def check_dataset(dataset: Any) -> None:
     raise TypeError(f"A figure is drawn from an xarray.Dataset, not from a {given}; {remedy}.")
 
 
-def check_cases(cases: Any, *fields: str) -> None:
+def check_cases(cases: object, *fields: str) -> None:
     """Refuse anything but a mapping of titles to datasets that have the fields, at least one."""
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(

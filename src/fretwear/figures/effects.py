@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from textwrap import wrap
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,40 +17,42 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from fretwear.arrays import Array
-from fretwear.data.effects import SEED, Points, sobol_indices
+from fretwear.data.effects import Points, sobol_indices
 from fretwear.figures.axes import (
-    MOST_WITH_MINOR_TICKS,
     ValueAxis,
     make_panels,
     outside_key,
     parameter_label,
 )
 from fretwear.figures.datasets import variable_of
+from fretwear.figures.encoding import Coding
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
-    MARKERS,
     MUTED,
+    Columns,
     JournalFigure,
+    caption,
     look,
     one_panel,
     place_label,
     sequential_colormap,
-    sequential_colours,
     styled,
 )
 from fretwear.study.parameters import parameter, symbol_text, value_text
 from fretwear.units import (
     fixed_digits,
     in_unit,
+    listed,
     number_text,
     readable_unit,
     with_unit,
 )
-from fretwear.vocabulary import HEADLINES
+from fretwear.vocabulary import HEADLINES, RESULTS
 
-_ROW, _HEAD = 25.0, 16.0
+_ROW, _SOBOL_ROW, _HEAD = 44.0, 25.0, 16.0
+_UNCHANGED = 5e-3
 _MOST_TICKS = 7
 _MOST_WRITTEN = 72
 _MOST_MAPS = 6
@@ -74,95 +75,93 @@ _APART = 0.7
 
 
 @styled
-def effects(points: Points, quantities: Sequence[str] = HEADLINES) -> Figure:
-    """Draw final results of a study in rows against its parameters in columns.
+def effects(
+    points: Points, quantities: Sequence[str] = HEADLINES, *, columns: Columns = 2
+) -> JournalFigure:
+    """Draw final results of a study, each over the two parameters that change it most.
 
-    A thin line joins cases that differ in this parameter alone; its colour shows the value of the
-    other parameter on which the change depends most. The points of a sampled study, and seeds,
-    which have no order, are drawn as scatter plots instead. Results that no case has, or that are
-    zero in all cases, are left out.
+    The first is on the x axis, the colour shows the second; a line is the median over all other
+    parameters, a faint band their range. The points of a sampled study are dots. Results that are
+    the same in all cases, or that no case has, are left out.
     """
-    names = [n for n in quantities if np.nan_to_num(points.results.get(n, 0.0)).any()]
-    down, across = len(names), len(points.levels)
-    figure = JournalFigure(2 if across > 2 else 1, _HEAD + _ROW * down)
-    grid = figure.subplots(down, across, sharex="col", sharey="row", squeeze=False)
-    dividers = {
-        (name, varied): points.effect(varied, name).divider if points.lines[varied] else ""
-        for name in names
-        for varied in points.levels
-    }
-    # Every level of the parameters that part lines has its look as long as there are enough
-    # colours; a parameter beyond these has a ramp of colours and no marks.
-    looks: dict[tuple[str, int], tuple[str, str]] = {}
-    free = list(zip(CATEGORICAL, MARKERS, strict=False))
-    for parting in filter(None, dict.fromkeys(dividers.values())):
-        count = len(points.levels[parting])
-        ramp = [(color, "") for color in sequential_colours(count)]
-        pairs, free = (free[:count], free[count:]) if count <= len(free) else (ramp, free)
-        looks |= {(parting, place): pair for place, pair in enumerate(pairs)}
-    for row, name in zip(grid, names, strict=True):
-        axis, shown, _ = _coloured(points, name)
-        for axes, varied in zip(row, points.levels, strict=True):
-            _draw_effect(axes, points, varied, shown, dividers[name, varied], looks)
-        axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
-        row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
-        place_label(row[0].yaxis)
-        for axes in row if down * across > MOST_WITH_MINOR_TICKS else ():
-            axes.yaxis.set_minor_locator(NullLocator())
-    for axes, (varied, levels) in zip(grid[-1], points.levels.items(), strict=True):
-        if not points.lines[varied] and varied in points.parameters:
-            axes.set_xlabel(parameter_label(varied))
-            _scale(axes.xaxis, points.parameters[varied])
-            continue
-        axes.set_xlabel(parameter(varied).words)
-        at = _level_places(points, varied)
-        axes.set_xlim(-0.25, at[-1] + 0.25)
-        ticks = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
-        texts = [value_text(varied, levels[int(place)]) for place in ticks]
-        axes.set_xticks(
-            at[ticks.astype(int)],
-            texts,
-            fontsize=5.5,
-            rotation=30 if sum(map(len, texts)) > 26 else 0,
-        )
-    keyed = {symbol_text(n, points.levels[n][i]): pair for (n, i), pair in looks.items() if pair[1]}
-    if keyed:
-        handles = [Line2D([], [], color=color, marker=mark) for color, mark in keyed.values()]
-        outside_key(figure, handles, list(keyed))
+    names = [name for name in quantities if is_changing(points, name)]
+    titles, heights = [""] * len(names), (4.0, _ROW)
+    figure, panels = make_panels(columns, titles, columns, heights, "none", "none")
+    way = "the two parameters that change it most: one along the axis, the other by colour"
+    way = way if len(points.levels) > 1 else "its parameter"
+    caption(figure, f"Final results, each over {way}.")
+    is_paired = any(points.lines.values())
+    if is_paired and any(np.isinf(_numbers(points, name)).any() for name in points.levels):
+        caption(figure, "A limit that is none stands apart.")
+    for axes, name in zip(panels, names, strict=True):
+        _draw_effect(axes, points, name)
+    same = [RESULTS[n].words for n in quantities if n in points.results and n not in names]
+    if same:
+        caption(figure, f"Not drawn, because equal in all cases: {listed(same)}.")
     return figure
 
 
-def _draw_effect(
-    axes: Axes,
-    points: Points,
-    varied: str,
-    values: Array,
-    divider: str,
-    looks: Mapping[tuple[str, int], tuple[str, str]],
-) -> None:
-    x, lines = _places(points, varied), points.lines[varied]
-    # The effect of a seed is chance, and a line would look like a trend.
-    if not lines or varied == SEED:
-        axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
-        axes.margins(x=0.06)
-        return
+def is_changing(points: Points, result: str) -> bool:
+    """Whether a final result differs between the cases of a study."""
+    values = points.results.get(result, np.array([]))
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and np.ptp(finite) > _UNCHANGED * np.abs(finite).max())
+
+
+def _draw_effect(axes: Axes, points: Points, name: str) -> None:
+    axis, shown, _ = _coloured(points, name)
+    first, second = [*points.leading(name), None][:2]
+    assert first is not None
+    if second and np.isinf(_numbers(points, first)).any():
+        # A line needs numbers.
+        first, second = second, first
+    is_paired = bool(points.lines[first])
+    levels = points.levels[second] if second else ("",)
+    coding = Coding(second, levels)
+    group = points.place(second) if second else np.zeros(len(shown), dtype=int)
+    x, seen = _places(points, first), list[int]()
     # A limit that is none is no number, to which a line could rise from the largest.
-    is_none = np.isinf(_numbers(points, varied))[points.place(varied)]
-    parts = [[row for row in line if is_none[row] == none] for line in lines for none in (0, 1)]
-    place = points.place(divider).tolist() if divider else [0] * len(x)
-    look_of = [looks.get((divider, level), (MUTED, ".")) for level in place]
-    for color, mark in dict.fromkeys(look_of):
-        of = np.array([pair == (color, mark) for pair in look_of])
-        # One path with gaps draws thousands of lines in the time of a few.
-        rows = [row for part in parts if part and of[part[0]] for row in (*part, -1)]
-        path_x, path_y = (np.append(column, np.nan)[rows] for column in (x, values))
-        axes.plot(path_x, path_y, color=color, lw=0.7, alpha=0.8, label="_lines")
-        if len(x) <= _DENSE:
-            axes.plot(x[of], values[of], mark or ".", markersize=2.0, color=color, label="_points")
-    if divider and not looks[divider, 0][1]:
-        low, high = (value_text(divider, points.levels[divider][end]) for end in (0, -1))
-        ends = f"light: {parameter(divider).symbol} = {low}, dark: {high}"
-        axes.set_title(ends, fontsize=5.0, pad=2.0)
+    is_none = np.isinf(_numbers(points, first))
+    for place in range(len(levels)):
+        here = (group == place) & np.isfinite(shown)
+        if not here.any():
+            continue
+        seen.append(place)
+        color, mark = coding.colors[place], coding.mark(place)
+        if not is_paired:
+            axes.plot(x[here], shown[here], mark, ms=2.5, color=color, label="_points")
+            continue
+        rows = [here & (points.place(first) == level) for level in range(len(is_none))]
+        kept = [level for level, row in enumerate(rows) if row.any()]
+        at = _level_places(points, first)
+        table = np.array([np.percentile(shown[rows[level]], (0, 50, 100)) for level in kept])
+        for part in (False, True):
+            inside = [row for row, level in enumerate(kept) if is_none[level] == part]
+            where, (low, middle, high) = at[kept][inside], table[inside].T
+            axes.plot(where, middle, color=color, marker=mark, ms=3.0, lw=1.0, label="_median")
+            if (high > low).any():
+                edge = 2.0 if len(inside) == 1 else 0.0
+                band = axes.fill_between(where, low, high, color=color, alpha=0.15, lw=edge)
+                band.set_label("_band")
+                caption(axes, "Lines: median over all other parameters; bands: their range.")
+    axis.set_limits(axes, np.ones(len(points.ids)), points.results[name])
+    axes.set_title(axis.label, fontsize=7.0, pad=13.0 if second else 4.0)
+    axes.yaxis.set_minor_locator(NullLocator())
+    if is_paired:
+        texts = [value_text(first, level) for level in points.levels[first]]
+        at = _level_places(points, first)
+        few = np.unique(np.linspace(0, len(at) - 1, min(_MOST_TICKS, len(at))).round()).astype(int)
+        axes.set_xticks(at[few], [texts[place] for place in few], fontsize=6.0)
+        axes.set_xlim(-0.25, at[-1] + 0.25)
+        axes.set_xlabel(parameter(first).words)
+    else:
+        axes.set_xlabel(parameter_label(first))
+        _scale(axes.xaxis, x)
+    if second:
+        handles, texts = coding.key(seen)
+        options: dict[str, float] = {"columnspacing": 0.9, "handlelength": 1.2, "fontsize": 6.0}
+        key = axes.legend(handles, texts, ncols=len(texts), loc="lower left", **options)
+        key.set_bbox_to_anchor((-0.02, 0.97))
 
 
 def _places(points: Points, varied: str) -> Array:
@@ -222,6 +221,8 @@ def effect_map(points: Points) -> Figure:
     axis, shown, norm = _coloured(points, "wear_volume")
     columns = min(3, len(few))
     figure, grid = make_panels(2 if columns > 1 else 1, [*titles.values()], columns, (14.0, 62.0))
+    label = points.variables["wear_volume"].label
+    caption(figure, f"{label} after the last cycle over the two parameters with most values.")
     for axes, key in zip(grid, titles, strict=True):
         inside = (keys == key).all(axis=1)
         table = np.full([len(points.levels[name]) for name in (down, across)], np.nan)
@@ -247,7 +248,13 @@ def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
     On the left are the indices of each parameter alone (full) and with its interactions (open),
     with 95 % intervals; on the right, the indices with interactions against the number of points.
     """
-    figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(quantities))
+    figure = JournalFigure(2, _HEAD + 8.0 + _SOBOL_ROW * len(quantities))
+    caption(
+        figure,
+        "Sobol indices of final results. Left: each parameter alone (full marks) and with its "
+        "interactions (open), with 95 % intervals from the covariance of the emulator's "
+        "coefficients. Right: indices with interactions against the number of points.",
+    )
     grid = figure.subplots(len(quantities), 2, squeeze=False, sharex="col")
     counts = [n for n in (len(points.ids) // k for k in (8, 4, 2, 1)) if n >= _FEWEST]
     about = [parameter(name) for name in points.levels]
@@ -290,7 +297,9 @@ def scatter_matrix(points: Points) -> Figure:
     # The first row has the second parameter over the first, the last row the result over all.
     rows = [(place, "\n".join(wrap(parameter_label(name), 18))) for name, place in columns.items()]
     rows = [*rows[1:], (shown, axis.wrapped_label)]
-    figure = JournalFigure(2, _HEAD + 36.0 * len(rows))
+    figure, words = JournalFigure(2, _HEAD + 36.0 * len(rows)), axis.variable.words
+    caption(figure, "Every point over every two parameters, and its result against each of them.")
+    caption(figure, f"Colours show the final {words}.")
     grid = figure.subplots(len(rows), len(rows), sharex="col", sharey="row", squeeze=False)
     dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}
     for number, (panels, (values, label)) in enumerate(zip(grid, rows, strict=True), 1):
@@ -324,7 +333,8 @@ def parallel_coordinates(points: Points) -> Figure:
     columns = [
         _scaled(points.parameters.get(n, points.place(n).astype(np.float64))) for n in points.levels
     ]
-    figure = JournalFigure(2, 70.0)
+    figure, result = JournalFigure(2, 70.0), axis.variable.words
+    caption(figure, f"Every point as a line over its parameters; its colour is the final {result}.")
     axes = figure.subplots()
     places = range(len(columns) + 1)
     table = np.column_stack([*columns, norm(shown)])[rows]
@@ -371,6 +381,8 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     volume = shown["wear_volume"].max("cycle").values
     force = in_unit(1.0, shown["load"].attrs.get("units", ""))
     figure, axes = one_panel(1, 66.0, ax)
+    caption(figure, "Fretting map: the regime of slip over load and displacement.")
+    caption(figure, "Dots grow with the wear volume.")
     axes.set(xscale="log", yscale="log")
     places = []
     for name, axis, like in (
@@ -388,8 +400,11 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     for regime, (marker, color) in _REGIMES.items():
         here = (kinds == regime) & np.isfinite(gross)
         if here.any():
-            options: dict[str, Any] = {"color": color, "marker": marker, "label": regime}
-            dots.append((axes.scatter(way[here], load[here], linewidths=0.0, **options), here))
+            drawn = axes.scatter(way[here], load[here], color=color, marker=marker, linewidths=0.0)
+            drawn.set_label(regime)
+            dots.append((drawn, here))
+            if regime == "mixed":
+                caption(figure, "Mixed slip is partial in some snapshots and gross in others.")
     axes.margins(0.12)
     key = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="Regime")
     for handle in key.legend_handles:

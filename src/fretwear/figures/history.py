@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle, product
-from typing import Any
+from itertools import product
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
@@ -29,16 +26,13 @@ from fretwear.figures.axes import (
     parameter_label,
 )
 from fretwear.figures.datasets import check_dataset, require, variable_of, with_cycles
+from fretwear.figures.encoding import MOST_KEYED, Coding
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     LINE_STYLES,
-    MARKERS,
     Columns,
-    look,
-    of_quantity,
+    caption,
     root_figure,
-    sequential_colormap,
-    sequential_colours,
     styled,
 )
 from fretwear.study.parameters import parameter, symbol_text, words_text
@@ -48,20 +42,13 @@ from fretwear.vocabulary import RESULTS, Variable
 Levels = Mapping[str, tuple[Value, ...]]
 """The different values of each varied name, in the order of the study."""
 
-HISTORIES = {
-    "contact_half_width": "contact_half_width_x",
-    "stick_half_width": "stick_half_width_x",
-    "wear_volume": "wear_volume",
-    "dissipated_energy": "dissipated_energy",
-}
-"""The results that have a named figure, by its name."""
-
-_MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3, 4, 60, 8
+_MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS = 3, 3, 4, 60
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
 _MOST_CONTRASTS = 2
 _MOST_NAMED = 8
 _MOST_MARKS = 12
+_CONSTANT = 1e-3
 # A result that every contact has at every cycle.
 _ALWAYS = "contact_half_width_x"
 # This model neglects the worn shape and serves for comparison; another model is shown if possible.
@@ -161,7 +148,7 @@ def _telling(levels: Levels, lines: Sequence[Curve]) -> str | None:
     drawn = [
         name
         for name, values in levels.items()
-        if len(values) > max(_MOST_KEYED, 0.9 * len(lines))
+        if len(values) > max(MOST_KEYED, 0.9 * len(lines))
         and not any(isinstance(value, str) for value in values)
     ]
     if len(drawn) < 2:
@@ -180,7 +167,7 @@ def _independent(levels: Levels, lines: Sequence[Curve]) -> tuple[list[str], dic
         for other in kept:
             pairs = {(line.values[other], line.values[name]) for line in lines}
             # A colour bar does not help to read a few values.
-            readable = len(levels[other]) <= _MOST_KEYED or len(levels[name]) > _MOST_STYLES
+            readable = len(levels[other]) <= MOST_KEYED or len(levels[name]) > _MOST_STYLES
             if readable and len(pairs) == len(levels[other]):
                 leaders[name] = other
                 break
@@ -211,11 +198,6 @@ def scalar_history(
     return CyclePlot(dataset, quantity, history).draw(columns, ax)
 
 
-contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
-    of_quantity(scalar_history, name, result) for name, result in HISTORIES.items()
-)
-
-
 class CyclePlot:
     """A figure of a result over the cycles; a `ValueError` if no point has a value."""
 
@@ -236,13 +218,13 @@ class CyclePlot:
             # Seeds differ by chance, so their mean and deviation are shown.
             lines = _means(lines, dataset)
         self._choose_places(lines)
-        self._colors, self._norm = self._palette()
+        self._coding = Coding(self.color, self.levels[self.color] if self.color else ("",))
         self.lines = [
             line for line in lines if all(line.values[n] in self.levels[n] for n in self.thinned)
         ]
         cycles, values = _joined(self.lines)
         self._axis = ValueAxis(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
-        self._is_dense = history is not None
+        self._is_dense = history is not None and variable.name in history
 
     def _choose_places(self, lines: Sequence[Curve]) -> None:
         """Choose panels, colours and line styles for the names that the lines vary.
@@ -255,7 +237,7 @@ class CyclePlot:
         levels = _levels(lines)
         names, leaders = _independent(levels, lines)
         self.style = None
-        if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
+        if len(names) > 1 and all(len(levels[name]) <= MOST_KEYED for name in names):
             few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
             others = [name for name in few if name not in _PREFERRED_COLOR]
             preferred = [name for name in _PREFERRED_STYLE if name in few]
@@ -279,9 +261,15 @@ class CyclePlot:
                 self.levels[name] = tuple(values[index] for index in np.unique(picks))
         self.levels |= {name: levels[name][-1:] for name in held}
         # Numbers of levels of the names of which only some levels are shown.
-        self.thinned = {n: len(levels[n]) for n in names if len(self.levels[n]) < len(levels[n])}
+        self.thinned = {n: len(levels[n]) for n in levels if len(self.levels[n]) < len(levels[n])}
         # Names whose values follow from the colour, as in paired lists.
         self.paired = [name for name, leader in leaders.items() if leader == self.color]
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all lines are horizontal."""
+        values = [line.quantity for line in self.lines]
+        return all(np.ptp(each) <= _CONSTANT * np.abs(each).max() for each in values)
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
@@ -292,6 +280,7 @@ class CyclePlot:
         contents = [dict(zip(names, values, strict=True)) for values in combinations]
         across = math.prod(len(self.levels[name]) for name in self.across)
         across = across if self.rows else min(across, 2 * columns)
+        figure: Figure
         if ax is None:
             titles = [", ".join(symbol_text(n, v) for n, v in facet.items()) for facet in contents]
             row = 46.0 if len(contents) > across else 56.0
@@ -303,6 +292,7 @@ class CyclePlot:
                 f"This study takes {len(contents)} panels, which do not fit into one axes: leave "
                 "out ax, or select a part of the study first, for example with dataset.isel(...)."
             )
+        caption(figure, self.caption)
         every = _joined(lines)
         curves: list[Line2D] = []
         for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
@@ -328,14 +318,13 @@ class CyclePlot:
             labels = [texts[self._level(self.color, line)] for line in lines]
             if label_curves(panels[0], curves, labels):
                 return figure
-        if self._norm and self.color:
-            texts, unit = [], parameter(self.color).unit
-            numbers = FuncFormatter(lambda value, _: f"{unit.of(value):g}")
-            options = {"aspect": 40, "fraction": 0.04, "format": numbers}
-            scale = ScalarMappable(self._norm, sequential_colormap())
-            add_scale(figure, panels, scale, parameter_label(self.color), **options)
-        marks = zip(self._colors, cycle(MARKERS), texts, strict=False)
-        key = [Line2D([], [], color=color, marker=mark) for color, mark, _ in marks]
+        coding, key = self._coding, list[Line2D]()
+        if coding.is_keyed:
+            key, _ = coding.key(range(len(texts)))
+        elif self.color:
+            texts, label = [], parameter_label(self.color)
+            bar = add_scale(figure, panels, coding.scale(), label, aspect=40.0)
+            bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: coding.number(value)))
         for dashes, text in zip(LINE_STYLES, self._key_texts(self.style), strict=False):
             key.append(Line2D([], [], color="#555555", ls=dashes))
             texts.append(text)
@@ -349,40 +338,24 @@ class CyclePlot:
         """Return the place of a line's value among the levels shown of `name`, 0 for no name."""
         return 0 if name is None else self.levels[name].index(line.values[name])
 
-    def _palette(self) -> tuple[Sequence[Any], Normalize | None]:
-        """Return the colours of the levels, and the scale of a colour bar if a key is too long."""
-        levels = self.levels[self.color] if self.color else ("",)
-        if isinstance(levels[0], str):
-            return [look(place)[0] for place in range(len(levels))], None
-        if len(levels) <= _MOST_KEYED:
-            return sequential_colours(len(levels)), None
-        values = np.asarray(levels, dtype=np.float64)
-        finite = values[np.isfinite(values)]
-        low, high = float(finite.min()), float(finite.max())
-        norm = (LogNorm if low > 0.0 and high > 20.0 * low else Normalize)(low, high)
-        return [*sequential_colormap()(norm(values))], norm
-
     def _draw_line(self, panel: Axes, line: Curve) -> Line2D:
-        unit, values, is_keyed = self._axis.unit, line.quantity, self._norm is None
+        unit, values = self._axis.unit, line.quantity
         place, style = (self._level(name, line) for name in (self.color, self.style))
-        options: dict[str, Any] = {"color": self._colors[place]}
-        marks = options | {
-            "marker": MARKERS[place % len(MARKERS) if is_keyed else 0],
-            "markerfacecolor": "white" if style else self._colors[place],
-            "markeredgewidth": 0.8,
-        }
-        has_marks = line.has_marks and (is_keyed or line.is_point)
-        at_steps = has_marks and np.array_equal(line.marks[0], line.cycles)
-        dashes = LINE_STYLES[style % len(LINE_STYLES)]
-        look_of_line = marks if at_steps else options
-        (curve,) = panel.plot(line.cycles, unit.of(values), linestyle=dashes, **look_of_line)
-        if has_marks and not at_steps:
-            panel.plot(
-                line.marks[0], unit.of(line.marks[1]), ls="none", label="_snapshots", **marks
-            )
+        color, dashes = self._coding.colors[place], LINE_STYLES[style % len(LINE_STYLES)]
+        (curve,) = panel.plot(line.cycles, unit.of(values), color=color, ls=dashes)
+        if line.has_marks and (self._coding.is_keyed or line.is_point):
+            marked = curve
+            if not np.array_equal(line.marks[0], line.cycles):
+                (marked,) = panel.plot(
+                    line.marks[0], unit.of(line.marks[1]), color=color, ls="none"
+                )
+                marked.set_label("_snapshots")
+            marked.set_marker(self._coding.mark(place))
+            marked.set(markerfacecolor="white" if style else color, markeredgewidth=0.8)
         if line.deviation is not None:
             low, high = unit.of(values - line.deviation), unit.of(values + line.deviation)
-            panel.fill_between(line.cycles, low, high, alpha=0.2, lw=0.0, label="_band", **options)
+            band = panel.fill_between(line.cycles, low, high, color=color, alpha=0.2, lw=0.0)
+            band.set_label("_band")
         return curve
 
     def _key_texts(self, name: str | None) -> list[str]:
@@ -399,7 +372,7 @@ class CyclePlot:
     @property
     def caption(self) -> str:
         """The caption of the figure."""
-        axis, is_keyed = self._axis, self._norm is None
+        axis, is_keyed = self._axis, self._coding.is_keyed
         sentences = [f"{axis.variable.label} against the number of cycles, {self._cases}."]
         if self._seeds:
             sentences.append(f"Mean and standard deviation over {self._seeds} seeds.")
@@ -446,7 +419,7 @@ def _names(names: Sequence[str]) -> str:
     return listed(parameter(name).words for name in names)
 
 
-def _matching(lines: Sequence[Curve], panels: Sequence[Mapping[str, Any]]) -> list[Curve]:
+def _matching(lines: Sequence[Curve], panels: Sequence[Mapping[str, Value]]) -> list[Curve]:
     """Return the lines that belong to any of the panels."""
     return [line for line in lines if any(p.items() <= line.values.items() for p in panels)]
 
@@ -458,7 +431,7 @@ class RepresentativeCases:
     contrasts: tuple[str, ...]  # the names in which they differ
     ids: dict[str, str]  # by title, such as ``smooth, elastic``; empty for a single case
     common: str  # other values, shared by all, in words
-    left_out: str  # a sentence on values that are not shown, after a space; may be empty
+    left_out: str  # words on values that are not shown; may be empty
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
@@ -498,7 +471,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     shown = _levels(best)
     common = ", ".join(words_text(n, shown[n][0]) for n in others if len(shown[n]) == 1)
     missed = [words_text(n, v) for n in contrasts for v in levels[n] if v not in shown[n]]
-    left_out = f" Not shown: {', '.join(missed)}." if missed else ""
+    left_out = f"not shown: {', '.join(missed)}" if missed else ""
     if len(missed) > _MOST_NAMED:
-        left_out = f" These are {len(best)} of {len(lines)} cases."
+        left_out = f"{len(best)} of {len(lines)} cases"
     return RepresentativeCases(contrasts, dict(zip(titles, ids, strict=True)), common, left_out)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fretwear.data.safe import DataFileError, read_data
+from fretwear.vocabulary import BODY_FIELDS, BODY_SCALARS, FIELDS, SCALARS
 
 INDEX_NAME = "index.json"
 ANSWER_CATEGORY = "What each parameter does"
@@ -16,8 +17,21 @@ PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
 CRACK_CATEGORY = "Below the surface"
 
+NARROW = "_narrow"
+"""End of the name of a variant for narrow screens."""
+
 PAGE_WIDTH = 190.0
 """Width in mm of a figure over two journal columns."""
+
+_SHORT = {"shear_traction": "shear", "wear_depth": "wear"}
+PROFILES = {
+    f"{_SHORT.get(field.name, field.name)}_profiles": field.name
+    for field in (*FIELDS, *BODY_FIELDS)
+    if not field.flags
+}
+"""The fields drawn along x, by the names of their figures."""
+HISTORIES = {scalar.name.removesuffix("_x"): scalar.name for scalar in (*SCALARS, *BODY_SCALARS)}
+"""The results drawn over the cycles, by the names of their figures."""
 
 _NAME = re.compile(r"\w[\w.-]*", re.ASCII)
 _MOST_BYTES = 10_000_000
@@ -30,6 +44,7 @@ class FigureEntry:
     name: str
     caption: str
     category: str
+    is_drawn: bool = True  # else the caption alone says what a figure would show
 
     def __post_init__(self) -> None:
         # A name with a path would fetch any file into the report.

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from contourpy import contour_generator
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, PowerNorm
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Colormap, Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
@@ -18,16 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import make_panels, outside_key
-from fretwear.figures.datasets import check_cases, snapshots
+from fretwear.figures.axes import outside_key
+from fretwear.figures.compare import Tiles, compare, show
+from fretwear.figures.datasets import Cycles, is_smooth, snapshots
 from fretwear.figures.style import (
     CATEGORICAL,
-    COLUMN_WIDTH,
     MUTED,
     Columns,
+    caption,
     depth_colormap,
-    one_panel,
-    styled,
+    root_figure,
 )
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
@@ -51,6 +52,10 @@ class WearMap(NamedTuple):
     stick_edge: Array
     cycle: int
 
+    def has(self, edge: str) -> bool:
+        """Whether it has the edge of contact or that of the stick zone."""
+        return bool(self.stick_edge.size if "stick" in edge else self.contact_edge.size)
+
     @property
     def reach(self) -> float:
         """Half-length in m of a square that shows contact and scar."""
@@ -60,7 +65,6 @@ class WearMap(NamedTuple):
         return float(np.nanmax(edges, initial=0.0)) * _BEYOND_CONTACT or float(self.x[-1])
 
 
-@styled
 def wear_map(
     dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
@@ -70,18 +74,9 @@ def wear_map(
     smooth, even contact are ellipses through its half-widths; other edges are contours around the
     cells of a zone, one for each spot of contact.
     """
-    scar = take_wear_map(dataset, cycle)
-    figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
-    keys = _draw_scars(figure, [panel], [scar])
-    panel.set_title(f"cycle {cycle_text(scar.cycle)}")
-    if ax is None:
-        outside_key(figure, keys, list(_EDGES))
-    else:
-        panel.legend(keys, list(_EDGES), loc="upper right")
-    return figure
+    return show(dataset, _scars, cycle, columns, ax)
 
 
-@styled
 def compare_wear_maps(
     cases: Mapping[str, xr.Dataset], cycle: int | None = None, *, columns: Columns = 2
 ) -> Figure:
@@ -90,37 +85,46 @@ def compare_wear_maps(
     If one scar is more than four times as deep as another, colours vary as the square root of the
     depth, so that both are visible.
     """
-    check_cases(cases)
-    scars = [take_wear_map(case, cycle) for case in cases.values()]
-    across = min(len(scars), columns)
-    row = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
-    figure, panels = make_panels(columns, list(cases), across, (20.0, row))
-    keys = _draw_scars(figure, panels, scars)
-    # All panels share the frame of the largest scar.
-    limit = MICROMETRE.of(max(scar.reach for scar in scars))
-    panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
-    outside_key(figure, keys, list(_EDGES))
-    return figure
+    return compare(cases, _scars, cycle, columns=columns)
 
 
-def _draw_scars(figure: Figure, panels: Sequence[Axes], scars: Sequence[WearMap]) -> list[Line2D]:
-    """Draw scars with a common depth scale; return lines for a key to the edges."""
-    depths = np.array([scar.depth.max() for scar in scars])
-    unit = readable_unit(depths, "m")
-    for axes, scar in zip(panels, scars, strict=True):
-        image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
-    add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
-    return [Line2D([], [], lw=1.2, color=color) for color in _EDGES.values()]
+def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
+    """Take scars, which are drawn on one scale of depth."""
+    scars = [take_wear_map(case, cycles) for case in cases.values()]
+
+    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
+        figure, depths = root_figure(panels[0]), np.array([scar.depth.max() for scar in scars])
+        unit, label = readable_unit(depths, "m"), RESULTS["wear_depth"].label
+        scale = depth_scale(unit.of(depths))
+        caption(figure, f"{label} of both bodies over the contact after the last cycle.")
+        if not all(is_smooth(case) for case in cases.values()):
+            caption(figure, "Outlines on rough surfaces surround spots in contact and in stick.")
+        for axes, scar in zip(panels, scars, strict=True):
+            image = draw_wear_map(axes, scar, unit, scale)
+        if isinstance(scale, PowerNorm):
+            caption(figure, "Colours vary as the square root of the depth.")
+        # All panels share the frame of the largest scar.
+        limit = MICROMETRE.of(max(scar.reach for scar in scars))
+        panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
+        add_scale(figure, panels, image, f"{label} ({unit.name})")
+        edges = {name: color for name, color in _EDGES.items() if any(s.has(name) for s in scars)}
+        keys = [Line2D([], [], lw=1.2, color=color) for color in edges.values()]
+        if ax is None:
+            outside_key(figure, keys, [*edges])
+        else:
+            ax.legend(keys, [*edges], loc="upper right")
+
+    at = f"cycle {cycle_text(scars[0].cycle)}"
+    return Tiles([title or at for title in cases], draw, is_square=True)
 
 
-def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
+def take_wear_map(dataset: xr.Dataset, cycle: Cycles) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact."""
     state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
     whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
     zone = whole["contact_state"].values
-    is_smooth = float(state.coords.get("roughness_amplitude", np.inf)) == 0.0
-    if is_smooth and np.array_equal(zone, zone[::-1]):
+    if is_smooth(dataset) and np.array_equal(zone, zone[::-1]):
         # Half-widths are interpolated inside the cells.
         angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
         circle = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -144,8 +148,8 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
     values = unit.of(scar.depth)
     # A few cells stay sharp, even in a vector file.
     kind = "none" if max(values.shape) <= _MOST_CELLS else "antialiased"
-    options: dict[str, Any] = {"norm": scale, "cmap": depth_colormap(), "interpolation": kind}
-    image = draw_map(axes, scar.x, scar.y, values, scar.reach, **options)
+    image = draw_map(axes, scar.x, scar.y, values, scar.reach, scale, depth_colormap())
+    image.set_interpolation(kind)
     for outline, color in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
         width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
         axes.plot(*MICROMETRE.of(outline).T, color=color, linewidth=width)
@@ -154,13 +158,19 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
 
 
 def draw_map(
-    axes: Axes, x: Array, y: Array, values: NDArray[Any], reach: float, **options: Any
+    axes: Axes,
+    x: Array,
+    y: Array,
+    values: NDArray[np.generic],
+    reach: float,
+    scale: Normalize,
+    colors: Colormap,
 ) -> AxesImage:
     """Draw values of shape (nx, ny) over a square of half-length `reach`, to scale; all in m."""
     x, y, limit = MICROMETRE.of(x), MICROMETRE.of(y), MICROMETRE.of(reach)
     half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
     extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
-    image = axes.imshow(values.T, origin="lower", extent=extent, aspect="equal", **options)
+    image = axes.imshow(values.T, colors, scale, aspect="equal", origin="lower", extent=extent)
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="x (µm)", ylabel="y (µm)")
     return image
 
@@ -173,9 +183,9 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
 
 
 def add_scale(
-    figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, **options: Any
-) -> None:
-    """Add a colour bar beside axes; `options` go to `colorbar`."""
-    options = {"aspect": 30, "fraction": 0.05, "pad": 0.02} | options
-    bar = figure.colorbar(image, ax=axes, label=label, **options)
+    figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, aspect: float = 30.0
+) -> Colorbar:
+    """Add a colour bar beside axes; `aspect` is its height over its width."""
+    bar = figure.colorbar(image, ax=axes, label=label, aspect=aspect, fraction=0.05, pad=0.02)
     bar.outline.set_visible(False)
+    return bar

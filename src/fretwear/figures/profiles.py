@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
-from fretwear.figures.axes import Place, label_curves, label_or_key, make_panels, outside_key
+from fretwear.figures.axes import Place, label_curves, label_or_key, outside_key
+from fretwear.figures.compare import Shared, Tiles, compare, show
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,
     Cycles,
-    Envelope,
-    HalfProfiles,
+    Profiles,
     available_cycles,
-    check_cases,
     field_of,
-    half_profiles,
+    profiles_of,
     snapshots,
+    stored_name,
 )
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -34,23 +37,23 @@ from fretwear.figures.style import (
     MUTED,
     STICK_SHADE,
     Columns,
-    of_quantity,
+    caption,
     one_panel,
+    root_figure,
     sequential_colours,
     styled,
 )
 from fretwear.study.case import Case
-from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit, span
-from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, Variable
+from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, span, with_unit
+from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, ContactState, Variable
 
-PROFILES = {
-    "pressure_profiles": "pressure",
-    "shear_profiles": "shear_traction",
-    "gap_profiles": "gap",
-    "wear_rate_profiles": "wear_rate",
-    "wear_profiles": "wear_depth",
+ZONE_COLORS = {
+    ContactState.OPEN: "#f4f4f4",
+    ContactState.SLIP: "#8cc5e3",
+    ContactState.STICK: "#084a8c",
 }
-"""The fields that have a named figure, by its name."""
+"""From light to dark, so that zones can be distinguished in grey too."""
+ZONES = ListedColormap([ZONE_COLORS[zone] for zone in ContactState])
 
 _DOWNWARD = ("wear_depth", "plastic_depth")
 _BEFORE_EDGE = 0.75
@@ -59,66 +62,80 @@ _INSIDE_CONTACT = 0.8
 _ROOM_OVER_WAVES = 1.6
 _SHARE_OF_FIRST_GAP = 0.3
 _ROOM_OVER_FIRST = 3.0
-_WORN = 0.01
+_WORN, _INVISIBLE = 0.01, 0.05
 _TRIANGLE = 0.985
-_ABOVE_TOP: dict[str, Any] = {"marker": "^", "markersize": 3.5, "label": "_above"}
-_RAW: dict[str, Any] = {"lw": 0.5, "alpha": 0.6, "label": "_raw"}
-_BAR: dict[str, Any] = {"lw": 1.6, "solid_capstyle": "butt", "label": "_zone", "clip_on": False}
-_BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
+_STRIP = 0.05
+_FIRST_WIDTH, _LAST_WIDTH = 0.6, 0.7
+_FILL = "#d9d9d9"
 
 
-@styled
-def field_profiles(
-    dataset: xr.Dataset,
-    quantity: Variable | str,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw any field, such as ``pressure``, along x at y = 0 at several cycles.
+def _profiles(
+    cases: Mapping[str, xr.Dataset], cycles: Cycles, *, field: Variable, alone: bool
+) -> Tiles:
+    """Take the curves of a field at several cycles, or filled profiles if bodies are rough.
 
-    Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Where roughness
-    crowds a profile, a thin line is the profile and a thick one its envelope, or its mean over a
-    wave. A triangle at the top marks a traction that continues above: in elastic bodies its peak at
-    the edge of the stick zone grows without bound as the grid is refined, and axes end at three
-    times the first peak.
+    Curves of rough contacts at several cycles hide each other. Their first profile stands beside
+    the last one or, in panels that must stand `alone`, behind it.
     """
-    profiles = half_profiles(dataset, quantity, cycles)
-    figure, panel = one_panel(columns, 66.0 if columns == 1 else 90.0, ax)
-    colors = cycle_colors(profiles.cycles)
-    curves = draw_profiles(panel, profiles, colors)
-    _name_zones(panel, profiles)
-    names = [cycle_text(cycle) for cycle in profiles.cycles]
-    if not profiles.is_wavy and label_curves(panel, curves, [f"cycle {names[0]}", *names[1:]]):
-        return figure
-    if ax is None:
-        cycle_key(figure, colors)
-    else:
-        panel.legend(curves, names, title="cycle")
-    return figure
+    shown = _cycles_of(cases, cycles, field)
+    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
+    reach = BEYOND_CONTACT * widest if len(cases) > 1 else 0.0
+    profiles = {n: profiles_of(case, field, shown[n], reach) for n, case in cases.items()}
+    every = sorted({int(cycle) for each in profiles.values() for cycle in each.cycles})
+    is_filled = any(each.is_rough for each in profiles.values())
+    if is_filled and not alone:
+        # A figure with rough contacts shows its smooth ones in the same way.
+        profiles = {
+            f"{title}{', ' * bool(title)}cycle {cycle_text(each.cycles[place])}": each.at(place)
+            for title, each in profiles.items()
+            for place in (each.first, len(each.cycles) - 1)
+        }
+    contents, per_row = [*profiles.values()], 2 if is_filled or len(cases) > 1 else 1
+    is_own = is_filled or at_edge(field)
+
+    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
+        about = "y = 0" if any("y" in case.dims for case in cases.values()) else ""
+        on_line = f" on the line nearest {about}" if about else ""
+        caption(panels[0], f"{field.label} along the direction of slip{on_line}.")
+        figure, colors, common = root_figure(panels[0]), cycle_colors(every), frame_of(contents)
+        curves: list[Line2D] = []
+        for index, (axes, each) in enumerate(zip(panels, contents, strict=True)):
+            row = contents[index - index % per_row :][:per_row]
+            frame, own = frame_of(row) if is_own else common, frame_of([each])
+            frame = own if is_filled and own.top < _INVISIBLE * frame.top else frame
+            if is_filled:
+                draw_filled(axes, each, replace(common, top=frame.top, unit=frame.unit))
+            else:
+                curves = draw_profiles(axes, each, colors, frame)
+        if is_filled:
+            zone_key(figure if ax is None else ax, contents)
+            caption(panels[0], "Strip: where the surfaces stick, slip and are apart.")
+            return
+        names = [cycle_text(cycle) for cycle in every]
+        if len(panels) == 1:
+            _name_zones(panels[0], contents[0])
+            if label_curves(panels[0], curves, [f"cycle {names[0]}", *names[1:]]):
+                return
+        if ax is None:
+            cycle_key(figure, colors)
+        else:
+            ax.legend(curves, names, title="cycle")
+
+    share_y: Shared = "none" if is_filled else "row" if at_edge(field) else "all"
+    return Tiles([*profiles], draw, "all" if not at_edge(field) else "row", share_y)
 
 
-pressure_profiles, shear_profiles, gap_profiles, wear_rate_profiles, wear_profiles = (
-    of_quantity(field_profiles, name, field) for name, field in PROFILES.items()
-)
-
-
-@styled
-def compare_profiles(
-    cases: Mapping[str, xr.Dataset],
-    quantity: Variable | str,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 2,
-) -> Figure:
-    """Draw `field_profiles` of several cases, by the titles of their panels.
-
-    Panels of a row have the same axes. Each of the `cycles` is drawn in the cases that have it; a
-    cycle that no case has, or a case that has none of the cycles, raises a ValueError.
-    """
-    check_cases(cases)
-    field = field_of(quantity)
+def _cycles_of(
+    cases: Mapping[str, xr.Dataset], cycles: Cycles, field: Variable
+) -> dict[str, Sequence[int]]:
+    """Return the cycles that are drawn of each case: of those asked for, the ones that it has."""
+    if len(cases) == 1:
+        ((title, case),) = cases.items()
+        return {
+            title: snapshots(case, cycles, stored_name(case, field.name))["cycle"]
+            .values.astype(int)
+            .tolist()
+        }
     available = {title: available_cycles(case) for title, case in cases.items()}
     everything = sorted(set().union(*available.values()))
     shown = list(representative_cycles(everything))
@@ -131,27 +148,43 @@ def compare_profiles(
                 f"cycles = {shown}: every cycle must be a snapshot of some case, and every case "
                 f"must have one of them; {title!r} has {available.get(title, everything)}."
             )
-    colors = cycle_colors(shown)
-    reach = BEYOND_CONTACT * max(
-        float(case["contact_half_width_x"].max()) for case in cases.values()
-    )
-    profiles = [
-        half_profiles(case, field, [n for n in shown if n in available[title]], reach)
-        for title, case in cases.items()
-    ]
-    across = min(len(cases), columns)
-    # The edge of the contact differs between rough and smooth cases.
-    figure, panels = make_panels(
-        columns, list(cases), across, (14.0, 50.0), "row", "row" if at_edge(field) else "all"
-    )
-    common = frame_of(profiles)
-    for index, (axes, profile) in enumerate(zip(panels, profiles, strict=True)):
-        start = index - index % across
-        frame = frame_of(profiles[start : start + across])
-        frame = frame if at_edge(field) else replace(common, top=frame.top)
-        draw_profiles(axes, profile, colors, frame)
-    cycle_key(figure, colors)
-    return figure
+    return {title: [n for n in shown if n in had] for title, had in available.items()}
+
+
+def field_profiles(
+    dataset: xr.Dataset,
+    quantity: Variable | str,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw any field, such as ``pressure``, along x at y = 0 at several cycles.
+
+    Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Profiles of rough
+    bodies are filled, the first beside the last one, over a strip that shows where the surfaces
+    slip and stick; drawn into `ax`, the last one stands before the line of the first. If the
+    pressure was found to be singular at the edge of the stick zone, where it grows without bound as
+    cells get narrower, axes end at three times the first peak, and the highest value is written.
+    """
+    picture = partial(_profiles, field=field_of(quantity), alone=ax is not None)
+    return show(dataset, picture, cycles, columns, ax)
+
+
+def compare_profiles(
+    cases: Mapping[str, xr.Dataset],
+    quantity: Variable | str,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 2,
+) -> Figure:
+    """Draw `field_profiles` of several cases, by the titles of their panels.
+
+    Each of the `cycles` is drawn in the cases that have it; a cycle that no case has, or a case
+    that has none of the cycles, raises a ValueError.
+    """
+    picture = partial(_profiles, field=field_of(quantity), alone=False)
+    return compare(cases, picture, cycles, columns=columns)
 
 
 @dataclass(frozen=True)
@@ -177,17 +210,11 @@ def at_edge(field: Variable) -> bool:
     return math.isnan(field.outside)
 
 
-def is_traction(field: Variable) -> bool:
-    """Return whether a field has a peak at the stick edge, unbounded in elastic bodies."""
-    return field.si_unit == "Pa"
-
-
-def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
+def frame_of(panels: Sequence[Profiles]) -> Frame:
     """Return a frame that fits several panels of one field.
 
     A field that vanishes inside a smooth contact is shown around its edge, up to the values of the
-    last cycle. Tractions of elastic bodies are shown up to three times their first peak: the later
-    peak at the stick edge grows without bound as the grid is refined, and would hide the rest.
+    last cycle. A traction with a singular edge is shown up to its ceiling.
     """
     field, is_even = panels[0].field, all(panel.is_even for panel in panels)
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
@@ -201,7 +228,7 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
             worn = np.abs(panel.x[deepest > _WORN * deepest.max()])
             right = max(right, float(worn.max(initial=0.0)))
     left = 0.0 if is_even else -right
-    if at_edge(field) and is_even and not any(panel.is_wavy for panel in panels):
+    if at_edge(field) and is_even and not any(panel.is_rough for panel in panels):
         left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
     tops = []
     for panel in panels:
@@ -213,75 +240,119 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
             waves = float(panel.values.max(initial=0.0, where=inside))
             last = np.nanmax(panel.values[-1, distance <= BEYOND_CONTACT * widths.max()])
             top = max(float(last), _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * waves)
-        elif is_traction(field) and not panel.is_capped:
-            top = min(top, _ROOM_OVER_FIRST * first)
+        top = min(top, panel.ceiling)
         tops.append(top)
     unit = field.unit or readable_unit(tops, field.si_unit)
     return Frame(left, right, _ABOVE * max(tops) or 1.0, unit)
 
 
-def cycle_colors(cycles: Sequence[float] | np.ndarray[Any, Any]) -> dict[int, str]:
+def cycle_colors(cycles: Sequence[float] | Array) -> dict[int, str]:
     """Return a colour for each cycle, darker for later ones."""
     colours = sequential_colours(len(cycles))
     return {int(cycle): colour for cycle, colour in zip(cycles, colours, strict=True)}
 
 
 def draw_profiles(
-    axes: Axes,
-    profiles: HalfProfiles,
-    colors: Mapping[int, str],
-    frame: Frame | None = None,
-    envelope: Envelope | None = None,
+    axes: Axes, profiles: Profiles, colors: Mapping[int, str], frame: Frame | None = None
 ) -> list[Line2D]:
     """Draw profiles in colours by cycle with the last stick zone, and return their curves.
 
     Panels may share a `frame`; by default it fits these profiles.
     """
     frame = frame or frame_of([profiles])
+    x, curves = MICROMETRE.of(profiles.x), list[Line2D]()
     shade_stick(axes, profiles)
-    styles = [{"color": colors[int(n)], "label": cycle_text(n)} for n in profiles.cycles]
-    curves = draw_curves(axes, profiles, frame.unit, styles, envelope)
-    for curve in curves if is_traction(profiles.field) else ():
-        x, values = (np.asarray(data) for data in curve.get_data())
-        if np.nanmax(values) > frame.unit.of(frame.top):
-            # A triangle marks a curve that continues above the axes.
-            mark: dict[str, Any] = {
-                "transform": axes.get_xaxis_transform(),
-                "color": curve.get_color(),
-            }
-            axes.plot(x[np.nanargmax(values)], _TRIANGLE, **mark, **_ABOVE_TOP)
+    for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
+        y, color = frame.unit.of(values), colors[int(cycle)]
+        curves += axes.plot(x, y, color=color, label=cycle_text(cycle))
+    mark_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
     return curves
 
 
-def shade_stick(axes: Axes, profiles: HalfProfiles) -> None:
+def draw_filled(
+    axes: Axes, profiles: Profiles, frame: Frame | None = None
+) -> Callable[[int], None]:
+    """Draw the last profile, filled, over a strip of its zones and before the line of the first.
+
+    Return a function that shows another one of the profiles, given by its place.
+    """
+    frame = frame or frame_of([profiles])
+    x, values = MICROMETRE.of(profiles.x), frame.unit.of(profiles.values)
+    if len(values) > 1 and profiles.values[0].any():
+        axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
+    fill = axes.fill_between(x, 0.0, 0.0, color=_FILL, lw=0)
+    (line,) = axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
+    below, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
+    extent = (float(x[0]) - half, float(x[-1]) + half, below, 0.0)
+    strip = axes.imshow(
+        profiles.zones[-1:], ZONES, aspect="auto", extent=extent, vmin=0, vmax=len(ZONE_COLORS) - 1
+    )
+    mark_peak(axes, profiles, frame)
+    frame.apply(axes, profiles.field)
+    axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
+
+    def update(place: int) -> None:
+        line.set_ydata(values[place])
+        fill.set_data(x, 0.0, values[place])
+        strip.set_data(profiles.zones[place : place + 1])
+
+    update(-1 % len(values))
+    return update
+
+
+def zone_key(
+    inside: Figure | Axes, contents: Sequence[Profiles], place: Place = "outside upper left"
+) -> None:
+    """Add the key of the zones, and of the line of the first profile if there is one."""
+    handles: list[Artist] = [Patch(color=color) for color in reversed(ZONE_COLORS.values())]
+    labels = [state.name.lower() for state in reversed(ZONE_COLORS)]
+    if starts := sorted({int(p.cycles[0]) for p in contents if len(p.cycles) > 1}):
+        handles.append(Line2D([], [], color=MUTED, lw=_FIRST_WIDTH))
+        labels.append(f"cycle {span(starts, cycle_text)}")
+    if isinstance(inside, Axes):
+        inside.legend(handles, labels)
+    else:
+        outside_key(inside, handles, labels, place, handlelength=1.2)
+
+
+def mark_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
+    """Mark where profiles continue above the axes, and write the highest value."""
+    top = float(frame.unit.of(frame.top))
+    across = axes.get_xaxis_transform()
+    values = frame.unit.of(profiles.values)
+    for row in (
+        np.flatnonzero(np.nanmax(values, axis=1) > top) if profiles.field.si_unit == "Pa" else ()
+    ):
+        x = float(MICROMETRE.of(profiles.x[np.nanargmax(values[row])]))
+        axes.plot([x], [_TRIANGLE], "^", color=INK, ms=3.5, transform=across, label="_above")
+    if top < np.nanmax(values) and profiles.field.si_unit == "Pa":
+        text = f" {with_unit(number_text(float(np.nanmax(values)), 3), frame.unit)}"
+        axes.text(x, 0.95, text, transform=across, fontsize=6.0, va="top")
+        caption(
+            axes,
+            "Triangles: the pressure is singular at this edge of the stick zone, where it grows "
+            "without bound as cells get narrower; the number is the highest value of a cell.",
+        )
+
+
+def shade_stick(axes: Axes, profiles: Profiles) -> None:
     """Shade the stick zone of the last cycle."""
-    if profiles.stick is not None:
-        inside, x = np.isin(profiles.x, profiles.stick), MICROMETRE.of(profiles.x)
-        across: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "step": "mid"}
-        axes.fill_between(x, 0.0, 1.0, where=inside, color=STICK_SHADE, lw=0, **across)
-        return
-    edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
-    axes.axvspan(0.0 if profiles.is_even else -edge, edge, color=STICK_SHADE, lw=0)
+    if profiles.is_even:
+        edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
+        axes.axvspan(0.0, edge, color=STICK_SHADE, lw=0)
+        is_seen = edge > 0.0
+    else:
+        inside = profiles.zones[-1] == ContactState.STICK
+        x, across, is_seen = MICROMETRE.of(profiles.x), axes.get_xaxis_transform(), inside.any()
+        axes.fill_between(
+            x, 0.0, 1.0, where=inside, color=STICK_SHADE, lw=0, transform=across, step="mid"
+        )
+    if is_seen:
+        caption(axes, "Grey: stick zone at the last cycle.")
 
 
-def draw_curves(
-    axes: Axes,
-    profiles: HalfProfiles,
-    unit: Unit,
-    styles: Sequence[Mapping[str, Any]],
-    envelope: Envelope | None = None,
-) -> list[Line2D]:
-    """Draw one curve per cycle in its style, over a thin one if waves crowd the profile."""
-    x, readable, curves = MICROMETRE.of(profiles.x), profiles.readable(envelope), []
-    for values, shown, style in zip(profiles.values, readable.values, styles, strict=True):
-        if profiles.is_wavy:
-            axes.plot(x, unit.of(values), **{"color": style["color"], **_RAW})
-        curves += axes.plot(x, unit.of(shown), **style)
-    return curves
-
-
-def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
+def _name_zones(axes: Axes, profiles: Profiles) -> None:
     """Name the stick and slip zones of the last cycle above the axes."""
     left, _ = axes.get_xlim()
     stick, contact = (
@@ -289,16 +360,20 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
         for width in (profiles.stick_half_width, profiles.contact_half_width)
     )
     first, last = (left, max(left, stick)) if profiles.is_even else (-stick, stick)
-    if profiles.stick is not None and profiles.stick.size:
-        first, last = MICROMETRE.of(profiles.stick[[0, -1]]).tolist()
+    inside = profiles.x[profiles.zones[-1] == ContactState.STICK]
+    if not profiles.is_even and inside.size:
+        first, last = MICROMETRE.of(inside[[0, -1]]).tolist()
     zones = [(first, last, "stick", INK), (last, contact, "slip", MUTED)]
     if not profiles.is_even:
         zones.append((-contact, first, "slip", MUTED))
+    across = axes.get_xaxis_transform()
     for start, end, name, color in zones:
         if end > start:
-            options: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "color": color}
-            axes.plot([start, end], [1.02, 1.02], **options, **_BAR)
-            axes.text(0.5 * (start + end), 1.035, name, **options, **_BAR_NAME)
+            (bar,) = axes.plot([start, end], [1.02, 1.02], color=color, lw=1.6, transform=across)
+            bar.set(solid_capstyle="butt", label="_zone", clip_on=False)
+            middle = 0.5 * (start + end)
+            text = axes.text(middle, 1.035, name, transform=across, color=color, fontsize=6.5)
+            text.set(ha="center", va="bottom")
 
 
 def cycle_key(
@@ -334,32 +409,52 @@ def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = No
     return figure
 
 
-@styled
+def _loops(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
+    """Take tangential force against displacement round a cycle."""
+    names = [variable.name for variable in LOOP]
+    every = partial(representative_cycles, most=8)
+    contents = [snapshots(loops, cycles, *names, default=every) for loops in cases.values()]
+
+    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
+        caption(panels[0], "Fretting loops: tangential force against displacement round a cycle.")
+        caption(panels[0], "The area of a loop is the energy dissipated in the cycle.")
+        colors = cycle_colors(sorted({int(n) for loops in contents for n in loops["cycle"]}))
+        force = LOOP[0].in_units(contents[0][names[0]].attrs.get("units", LOOP[0].si_unit))
+        unit = readable_unit(
+            [float(abs(loops[names[0]]).max()) for loops in contents], force.si_unit
+        )
+        for axes, loops in zip(panels, contents, strict=True):
+            axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
+            axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
+            curves = []
+            for cycle in loops["cycle"].values:
+                y, x = (loops[name].sel(cycle=cycle).values for name in names)
+                color = colors[int(cycle)]
+                curves += axes.plot(MICROMETRE.of(x), unit.of(y), color=color)
+            axes.margins(x=0.03)
+            axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{force.label} ({unit.name})")
+        if len(panels) == 1:
+            first, *others = map(cycle_text, colors)
+            label_or_key(panels[0], curves, [f"cycle {first}", *others], ax)
+        else:
+            cycle_key(root_figure(panels[0]), colors)
+
+    return Tiles([*cases], draw, "none", "none")
+
+
+def compare_loops(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) -> Figure:
+    """Draw `fretting_loops` of several cases, by the titles of their panels."""
+    return compare(cases, _loops, columns=columns)
+
+
 def fretting_loops(
     loops: xr.Dataset, cycles: Sequence[int] | None = None, *, ax: Axes | None = None
 ) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
-    `fretwear.open_loops` returns `loops`; `cycles` are all of them by default.
+    `fretwear.open_loops` returns `loops`; `cycles` are all of them by default, or eight of many.
     """
-    shown = snapshots(loops, cycles, *(variable.name for variable in LOOP), default=list)
-    force, way = (shown[variable.name] for variable in LOOP)
-    about_force = LOOP[0].in_units(force.attrs.get("units", LOOP[0].si_unit))
-    unit = readable_unit(force, about_force.si_unit)
-    figure, axes = one_panel(1, 66.0, ax)
-    axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
-    axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
-    x, y, colors = (
-        MICROMETRE.of(way.values),
-        unit.of(force.values),
-        cycle_colors(shown["cycle"].values),
-    )
-    curves = [axes.plot(*xy, color=c)[0] for *xy, c in zip(x, y, colors.values(), strict=True)]
-    axes.margins(x=0.03)
-    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{about_force.label} ({unit.name})")
-    first, *others = map(cycle_text, colors)
-    label_or_key(axes, curves, [f"cycle {first}", *others], ax)
-    return figure
+    return show(loops, _loops, cycles, 1, ax)
 
 
 def bearing_heights(
@@ -386,7 +481,42 @@ def bearing_heights(
     return dict(zip(states["cycle"].values.astype(int).tolist(), heights, strict=True))
 
 
-@styled
+def _bearing(
+    cases: Mapping[str, xr.Dataset], cycles: Cycles, *, cases_by_id: Mapping[str, Case]
+) -> Tiles:
+    """Take bearing-area curves; `cases_by_id` name the files of measured surfaces."""
+    contents = [
+        bearing_heights(case, cycles, cases_by_id.get(case.attrs.get("case_id", "")))
+        for case in cases.values()
+    ]
+
+    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
+        caption(panels[0], "Bearing area before and after wear.")
+        caption(
+            panels[0],
+            "The share of the contact above each height of the roughness, less wear and plastic "
+            "depth; 0 is the mean before.",
+        )
+        unit = readable_unit(np.concatenate([h for each in contents for h in each.values()]), "m")
+        for panel, heights in zip(panels, contents, strict=True):
+            colors = cycle_colors(list(heights))
+            for cycle, height in heights.items():
+                share = 100.0 * (np.arange(height.size) + 0.5) / height.size
+                panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
+            panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
+            panel.set_ylabel(f"Height ({unit.name})")
+        ends = [sorted({[*heights][end] for heights in contents}) for end in (0, -1)]
+        lines = panels[-1].get_lines()
+        labels = [f"cycle {span(cycles, cycle_text)}" for cycles in ends][: len(lines)]
+        if len(panels) == 1:
+            labels = [f"cycle {cycle_text(cycle)}" for cycle in contents[0]]
+            label_or_key(panels[0], lines, labels, ax)
+        else:
+            outside_key(root_figure(panels[0]), lines, labels)
+
+    return Tiles([*cases], draw)
+
+
 def bearing_area(
     dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
@@ -396,15 +526,9 @@ def bearing_area(
     that lies above it; `cycles` are by default the first and the last snapshot. Raises a ValueError
     if the case is smooth, or the file of its surface is missing.
     """
-    heights = bearing_heights(dataset, cycles)
-    figure, panel = one_panel(columns, 66.0, ax)
-    label, (lines,) = _draw_bearing_areas([panel], [heights])
-    panel.set_ylabel(label)
-    label_or_key(panel, lines, [f"cycle {cycle_text(cycle)}" for cycle in heights], ax)
-    return figure
+    return show(dataset, partial(_bearing, cases_by_id={}), cycles, columns, ax)
 
 
-@styled
 def compare_bearing_areas(
     cases: Mapping[str, xr.Dataset],
     cases_by_id: Mapping[str, Case] | None = None,
@@ -415,30 +539,4 @@ def compare_bearing_areas(
 
     `cases_by_id` are the cases of the study, which name the files of measured surfaces.
     """
-    check_cases(cases)
-    heights = [
-        bearing_heights(dataset, None, (cases_by_id or {}).get(dataset.attrs["case_id"]))
-        for dataset in cases.values()
-    ]
-    across = min(len(cases), columns)
-    figure, panels = make_panels(columns, list(cases), across, (16.0, 50.0))
-    label, (*_, lines) = _draw_bearing_areas(panels, heights)
-    figure.supylabel(label, fontsize=7.5)
-    ends = [sorted({list(by_cycle)[end] for by_cycle in heights}) for end in (0, -1)]
-    labels = [f"cycle {span(cycles, cycle_text)}" for cycles in ends]
-    outside_key(figure, lines, labels[: len(lines)])
-    return figure
-
-
-def _draw_bearing_areas(
-    panels: Sequence[Axes], heights: Sequence[Mapping[int, Array]]
-) -> tuple[str, list[list[Line2D]]]:
-    """Draw curves by cycle into each panel; return the label of their heights, and the curves."""
-    unit = readable_unit(np.concatenate([h for panel in heights for h in panel.values()]), "m")
-    for panel, curves in zip(panels, heights, strict=True):
-        colors = cycle_colors(list(curves))
-        for cycle, height in curves.items():
-            share = 100.0 * (np.arange(height.size) + 0.5) / height.size
-            panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
-        panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
-    return f"Height ({unit.name})", [list(panel.get_lines()) for panel in panels]
+    return compare(cases, partial(_bearing, cases_by_id=cases_by_id or {}), columns=columns)

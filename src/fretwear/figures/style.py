@@ -73,7 +73,13 @@ class JournalFigure(Figure):
             raise ValueError(f"columns = {columns!r}: a figure spans 1 or 2 journal columns.")
         size = (COLUMN_WIDTH[columns] / _MM_PER_INCH, height / _MM_PER_INCH)
         super().__init__(figsize=size, layout="constrained")
+        self.sentences: list[str] = []
         FigureCanvasAgg(self)
+
+    @property
+    def caption(self) -> str:
+        """What the figure shows, in sentences."""
+        return " ".join(self.sentences)
 
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save as matplotlib does, in fretwear's style whatever the user's settings."""
@@ -92,6 +98,13 @@ def root_figure(axes: Axes) -> Figure:
     if figure is None:
         raise ValueError("The axes do not belong to a figure: they have been removed from it.")
     return figure
+
+
+def caption(place: Figure | Axes, sentence: str) -> None:
+    """Add a sentence to the caption of a figure, unless it is there or the figure is not ours."""
+    figure = place if isinstance(place, Figure) else root_figure(place)
+    if isinstance(figure, JournalFigure) and sentence not in figure.sentences:
+        figure.sentences.append(sentence)
 
 
 def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure, Axes]:

@@ -16,17 +16,17 @@ from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import outside_key, set_cycle_axis
 from fretwear.figures.cases import HALF_WIDTH_LABEL, compare_cases
-from fretwear.figures.datasets import HalfProfiles, field_of, half_profiles, wave_mean
+from fretwear.figures.datasets import Profiles, field_of, profiles_of
 from fretwear.figures.profiles import (
     Frame,
     at_edge,
     cycle_colors,
     cycle_key,
-    draw_curves,
+    draw_filled,
     draw_profiles,
     frame_of,
-    is_traction,
     shade_stick,
+    zone_key,
 )
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
@@ -47,7 +47,6 @@ _SLIP_ZONE_TOP = 500e6
 _MARGIN = 0.03
 
 _AT_Y = "on the line nearest y = 0"
-_MEAN = "mean over one wavelength"
 _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 
 _PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
@@ -55,7 +54,7 @@ _WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
 _SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
 
 _AT_STICK = (lambda p: p.stick_half_width[0]), "at the first edge of stick"
-_ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
+_ZOOMS: dict[str, tuple[Callable[[Profiles], float], str]] = {
     "pressure": _AT_STICK,
     "shear_traction": _AT_STICK,
     "gap": (lambda p: float(p.contact_half_width[[0, -1]].mean()), "at the edge of the contact"),
@@ -108,7 +107,7 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     if is_rough and both and field is _PRESSURE:
         # The study compares elastic and plastic pressures of rough bodies up to this cycle.
         cycles = [cycle for cycle in cycles if cycle <= RUN_IN]
-    profiles = [half_profiles(cases[title].dataset, field, cycles) for title in titles]
+    profiles = [profiles_of(cases[title].dataset, field, cycles) for title in titles]
     friction = cases[titles[0]].parameter("friction") if field is _SHEAR else 1.0
     tops = [_top(profile, friction) for profile in profiles]
     down, across = (len(titles), 2) if is_rough else (1, len(titles))
@@ -120,16 +119,17 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
         frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
         whole = panels[index, 0] if is_rough else panels[0, index]
         if is_rough:
-            _draw_waves(panels[index, 1], profile, colors)
+            _draw_waves(panels[index, 1], profile, colors, cases[titles[0]].wavelength)
             panels[index, 1].set_title(f"{title}, zoom")
-            highest = _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values))
-            frame = replace(frame, left=0.0, top=top if at_edge(field) else min(top, highest))
-        elif not at_edge(field):
+            draw_filled(whole, profile, replace(frame, left=0.0))
+        else:
             # The features at the edge of smooth contacts differ in size between cases.
-            frame = replace(frame, top=max(tops))
-        draw_profiles(whole, profile, colors, frame, wave_mean if is_rough else None)
+            frame = frame if at_edge(field) else replace(frame, top=max(tops))
+            draw_profiles(whole, profile, colors, frame)
         whole.set_title(title if is_rough or both else "")
     cycle_key(figure, colors)
+    if is_rough:
+        zone_key(figure, profiles, "outside lower left")
     contact = f"{surface} contact" if both else f"{surface} {body} contact"
     bodies = ": elastic, and with a plastic limit" if both else ""
     caption = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
@@ -137,17 +137,20 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
         "Around the edge of the contact, within the window of the case."
         if at_edge(field) and not is_rough
         else "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
+        if not is_rough
+        else "Grey in the zoom: stick zone at the last cycle shown."
     )
     if is_rough:
         # The median number of consecutive cells in contact at first.
-        touches = half_profiles(cases[titles[0]].dataset, _PRESSURE, 0).values[0] > 0.0
+        touches = profiles_of(cases[titles[0]].dataset, _PRESSURE, 0).values[0] > 0.0
         ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
         caption.append(
-            f"Left: the profile (thin) and its {_MEAN} (thick). Right: two waves "
+            f"Left: cycle {cycle_text(cycles[-1])}, filled, over a strip of its zones, and the "
+            f"line of cycle {cycle_text(cycles[0])}. Right: two waves "
             f"{_ZOOMS[field.name][1]}; marks are the cells, {int(np.median(np.diff(ends)[::2]))} "
             "on a tip in contact at cycle 0."
         )
-    if is_traction(field):
+    if field.si_unit == _PRESSURE.si_unit:
         caption.append(
             "Curves that leave the panel at the top are elastic: their peak at the edge of the "
             "stick zone grows without bound as the grid is refined."
@@ -155,25 +158,27 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     return figure, caption
 
 
-def _top(profile: HalfProfiles, friction: float = 1.0) -> float:
+def _top(profile: Profiles, friction: float = 1.0) -> float:
     """The highest value that a panel shows.
 
     For tractions it is the study's plastic limit, times µ for shear, or the peak of cycle 0,
     whichever is higher: the peak of an elastic run at the stick edge is limited only by the grid.
     """
-    if not is_traction(profile.field):
+    if profile.field.si_unit != _PRESSURE.si_unit:
         return frame_of([profile]).top
     return _ROOM_ABOVE * max(friction * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
 
 
-def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) -> None:
+def _draw_waves(
+    axes: Axes, profile: Profiles, colors: Mapping[int, str], wavelength: float
+) -> None:
     """Draw two waves of a rough profile as they are."""
     find_middle, _ = _ZOOMS[profile.field.name]
-    reach = profile.wavelength
+    reach = wavelength
     middle = min(max(find_middle(profile), reach), float(profile.x[-1]) - reach)
     distance = np.abs(profile.x - middle)
     highest = float(np.nanmax(profile.values[:, distance <= reach]))
-    if is_traction(profile.field):
+    if profile.field.si_unit == _PRESSURE.si_unit:
         highest = min(highest, _ROOM_OVER_FIRST * float(np.nanmax(profile.values[0])))
     unit = profile.field.unit or readable_unit(highest, profile.field.si_unit)
     shade_stick(axes, profile)
@@ -197,7 +202,7 @@ def _plastic_pressures(cases: Cases) -> Drawn:
         for case, cycle, _ in shown
     ]
     styles = [_style(title) for *_, title in shown]
-    profiles = [half_profiles(case.dataset, _PRESSURE, [cycle]) for case, cycle, _ in shown]
+    profiles = [profiles_of(case.dataset, _PRESSURE, [cycle]) for case, cycle, _ in shown]
     frame = frame_of(profiles)
     top = max(map(_top, profiles))
     figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT)
@@ -205,7 +210,8 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     zoom = "foot of the curves, in the slip zone"
     for axes, highest, title in zip(panels, (top, _SLIP_ZONE_TOP), ("whole", zoom), strict=True):
         for profile, style in zip(profiles, styles, strict=True):
-            draw_curves(axes, profile, frame.unit, [style], wave_mean)
+            x, values = MICROMETRE.of(profile.x), frame.unit.of(profile.values[0])
+            axes.plot(x, values, lw=0.7 if profile.is_rough else None, **style)
         replace(frame, top=highest).apply(axes, _PRESSURE)
         axes.set_title(title)
     panels[1].set_ylabel("")
@@ -213,7 +219,7 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     return figure, [
         f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
         f"{run_in} cycles and smooth after {smooth.last}; right: the same, enlarged.",
-        f"A thin line is the profile of the rough contact, the thick one its {_MEAN}.",
+        "The thin line is the profile of the rough contact.",
     ]
 
 
