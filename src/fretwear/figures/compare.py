@@ -31,7 +31,7 @@ Picture = Callable[[Mapping[str, xr.Dataset], Cycles], Tiles]
 
 
 @styled
-def compare(
+def draw_cases(
     cases: Mapping[str, xr.Dataset],
     picture: Picture,
     cycles: Cycles = None,
@@ -58,9 +58,9 @@ def compare(
     return figure
 
 
-def show(
+def draw_case(
     dataset: xr.Dataset, picture: Picture, cycles: Cycles, columns: Columns, ax: Axes | None
 ) -> Figure:
     """Draw a picture of one case, in a figure of its own or into `ax`."""
     check_dataset(dataset)
-    return compare({"": dataset}, picture, cycles, columns=columns, ax=ax)
+    return draw_cases({"": dataset}, picture, cycles, columns=columns, ax=ax)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import outside_key
-from fretwear.figures.compare import Tiles, compare, show
+from fretwear.figures.compare import Tiles, draw_case, draw_cases
 from fretwear.figures.datasets import Cycles, is_smooth, snapshots
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -74,7 +74,7 @@ def wear_map(
     smooth, even contact are ellipses through its half-widths; other edges are contours around the
     cells of a zone, one for each spot of contact.
     """
-    return show(dataset, _scars, cycle, columns, ax)
+    return draw_case(dataset, _scars, cycle, columns, ax)
 
 
 def compare_wear_maps(
@@ -85,7 +85,7 @@ def compare_wear_maps(
     If one scar is more than four times as deep as another, colours vary as the square root of the
     depth, so that both are visible.
     """
-    return compare(cases, _scars, cycle, columns=columns)
+    return draw_cases(cases, _scars, cycle, columns=columns)
 
 
 def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:

@@ -20,7 +20,7 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, label_curves, label_or_key, outside_key
-from fretwear.figures.compare import Shared, Tiles, compare, show
+from fretwear.figures.compare import Shared, Tiles, draw_case, draw_cases
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,
     Cycles,
@@ -168,7 +168,7 @@ def field_profiles(
     cells get narrower, axes end at three times the first peak, and the highest value is written.
     """
     picture = partial(_profiles, field=field_of(quantity), alone=ax is not None)
-    return show(dataset, picture, cycles, columns, ax)
+    return draw_case(dataset, picture, cycles, columns, ax)
 
 
 def compare_profiles(
@@ -184,7 +184,7 @@ def compare_profiles(
     that has none of the cycles, raises a ValueError.
     """
     picture = partial(_profiles, field=field_of(quantity), alone=False)
-    return compare(cases, picture, cycles, columns=columns)
+    return draw_cases(cases, picture, cycles, columns=columns)
 
 
 @dataclass(frozen=True)
@@ -444,7 +444,7 @@ def _loops(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
 
 def compare_loops(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) -> Figure:
     """Draw `fretting_loops` of several cases, by the titles of their panels."""
-    return compare(cases, _loops, columns=columns)
+    return draw_cases(cases, _loops, columns=columns)
 
 
 def fretting_loops(
@@ -454,7 +454,7 @@ def fretting_loops(
 
     `fretwear.open_loops` returns `loops`; `cycles` are all of them by default, or eight of many.
     """
-    return show(loops, _loops, cycles, 1, ax)
+    return draw_case(loops, _loops, cycles, 1, ax)
 
 
 def bearing_heights(
@@ -526,7 +526,7 @@ def bearing_area(
     that lies above it; `cycles` are by default the first and the last snapshot. Raises a ValueError
     if the case is smooth, or the file of its surface is missing.
     """
-    return show(dataset, partial(_bearing, cases_by_id={}), cycles, columns, ax)
+    return draw_case(dataset, partial(_bearing, cases_by_id={}), cycles, columns, ax)
 
 
 def compare_bearing_areas(
@@ -539,4 +539,4 @@ def compare_bearing_areas(
 
     `cases_by_id` are the cases of the study, which name the files of measured surfaces.
     """
-    return compare(cases, partial(_bearing, cases_by_id=cases_by_id or {}), columns=columns)
+    return draw_cases(cases, partial(_bearing, cases_by_id=cases_by_id or {}), columns=columns)
