@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from fretwear.arrays import Array
 from fretwear.data.effects import Points, sobol_indices
@@ -89,10 +89,8 @@ def effects(
     figure, panels = make_panels(columns, titles, columns, heights, "none", "none")
     way = "the two parameters that change it most: one along the axis, the other by colour"
     way = way if len(points.levels) > 1 else "its parameter"
-    caption(figure, f"Final results, each over {way}.")
-    is_paired = any(points.lines.values())
-    if is_paired and any(np.isinf(_numbers(points, name)).any() for name in points.levels):
-        caption(figure, "A limit that is none stands apart.")
+    what = f"{points.variables[names[0]].label} after the last cycle" if len(names) == 1 else ""
+    caption(figure, f"{what or 'Final results, each'} over {way}.")
     for axes, name in zip(panels, names, strict=True):
         _draw_effect(axes, points, name)
     same = [RESULTS[n].words for n in quantities if n in points.results and n not in names]
@@ -147,6 +145,8 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
     axis.set_limits(axes, np.ones(len(points.ids)), points.results[name])
     axes.set_title(axis.label, fontsize=7.0, pad=13.0 if second else 4.0)
     axes.yaxis.set_minor_locator(NullLocator())
+    if is_none.any() and is_paired:
+        caption(axes, "A limit that is none stands apart.")
     if is_paired:
         texts = [value_text(first, level) for level in points.levels[first]]
         at = _level_places(points, first)
@@ -156,9 +156,12 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
         axes.set_xlabel(parameter(first).words)
     else:
         axes.set_xlabel(parameter_label(first))
+        axes.margins(x=0.04)
         _scale(axes.xaxis, x)
     if second:
         handles, texts = coding.key(seen)
+        for handle in handles if not is_paired else ():
+            handle.set_linestyle("none")
         options: dict[str, float] = {"columnspacing": 0.9, "handlelength": 1.2, "fontsize": 6.0}
         key = axes.legend(handles, texts, ncols=len(texts), loc="lower left", **options)
         key.set_bbox_to_anchor((-0.02, 0.97))
@@ -186,6 +189,8 @@ def _scale(axis: Axis, values: Array) -> None:
     """Make an axis logarithmic if its values span a wide range."""
     if values.min() > 0.0 and values.max() > _LOGARITHMIC_FROM * values.min():
         (axis.axes.set_xscale if axis is axis.axes.xaxis else axis.axes.set_yscale)("log")
+        wide = values.max() > _LOGARITHMIC_FROM**3 * values.min()
+        axis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
         axis.set_minor_formatter(NullFormatter())
 

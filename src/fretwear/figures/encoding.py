@@ -60,7 +60,11 @@ class Coding:
         handles = [
             Line2D([], [], color=self.colors[place], marker=self.mark(place)) for place in places
         ]
-        texts = [symbol_text(self.name, self.levels[place]) for place in places]
+        values = [self.levels[place] for place in places]
+        if not self.is_keyed:
+            # The ends of a ramp need no more digits than a colour shows.
+            values = [float(f"{value:.3g}") for value in values]
+        texts = [symbol_text(self.name, value) for value in values]
         return handles, texts
 
     def number(self, value: float) -> str:

@@ -17,6 +17,8 @@ PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
 CRACK_CATEGORY = "Below the surface"
 
+LEAD = "answer"
+"""Name of the figure that answers the question of a study."""
 NARROW = "_narrow"
 """End of the name of a variant for narrow screens."""
 

@@ -34,6 +34,7 @@ from fretwear.figures.index import (
     HISTORIES,
     HISTORY_CATEGORY,
     INDEX_NAME,
+    LEAD,
     MAP_CATEGORY,
     NARROW,
     PROFILE_CATEGORY,
@@ -46,9 +47,9 @@ from fretwear.figures.style import JournalFigure, save_figure
 from fretwear.study.case import Case
 from fretwear.vocabulary import HEADLINES, RESULTS
 
-_HISTORIES = ("contact_half_width", "stick_half_width", "wear_volume", "dissipated_energy")
+STUDY_HISTORIES = ("contact_half_width", "stick_half_width", "wear_volume", "dissipated_energy")
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
-_PROFILES = tuple(
+STUDY_PROFILES = tuple(
     f"{field}_profiles" for field in ("pressure", "shear", "gap", "wear_rate", "wear")
 )
 
@@ -86,7 +87,7 @@ def study_figures(
     if not study_curves(summary, "wear_volume"):
         return
     yield from _answer_figures(summary)
-    names: tuple[str, ...] = _HISTORIES
+    names: tuple[str, ...] = STUDY_HISTORIES
     if "tangential_load" not in summary.coords and "tangential_load" not in summary:
         names += _OF_DISPLACEMENT
     for name in names:
@@ -110,10 +111,10 @@ def study_figures(
             title: stack.enter_context(open_case(cases / f"{case_id}.nc"))
             for title, case_id in chosen.ids.items()
         }
-        for name in _PROFILES:
+        for name in STUDY_PROFILES:
             figure = compare_profiles(opened, PROFILES[name])
             yield of_figure(f"{name}{suffix}", PROFILE_CATEGORY, figure, where)
-        if names != _HISTORIES:
+        if names != STUDY_HISTORIES:
             loops = {
                 title: stack.enter_context(open_loops(cases / f"{case_id}.nc"))
                 for title, case_id in chosen.ids.items()
@@ -177,6 +178,9 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         text = f"Effects of the parameters (not drawn): {why}."
         yield StudyFigure("effects", text, ANSWER_CATEGORY, None)
     else:
+        if is_changing(points, HEADLINES[0]):
+            lead = effects(points, HEADLINES[:1], columns=1)
+            yield of_figure(LEAD, ANSWER_CATEGORY, lead)
         wide, narrow = effects(points), effects(points, columns=1)
         yield of_figure("effects", ANSWER_CATEGORY, wide)._replace(narrow=narrow)
     if "load" in summary["status"].dims and any(n in summary["status"].dims for n in WAYS):

@@ -91,6 +91,12 @@ def build_report(
     }
     images = embedded(folder / "figures", read_figure_index(folder / "figures"))
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
+    if not any(image.uri for image in answering):
+        # The scar of a case or, in a line contact, its wear over the cycles.
+        by_name = {image.entry.name: image for image in images if image.uri}
+        scars = [image for name, image in by_name.items() if name.startswith("wear_map")]
+        lead = next(iter(scars), by_name.get("wear_volume"))
+        answering = [image for image in (lead, *answering) if image is not None]
     others = [image for image in images if image not in answering]
     undone = [
         (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")

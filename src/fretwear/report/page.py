@@ -67,8 +67,9 @@ class Image(NamedTuple):
 def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
     """Return figures as parts of the page, grouped by category.
 
-    `folder` holds every figure as SVG and PNG, and perhaps a variant for narrow screens. A bitmap replaces a vector file of more than 1 MB if
-    it is smaller. Raises a `DataFileError` if a figure is missing or empty.
+    `folder` holds every figure as SVG and PNG, and perhaps a variant for narrow screens. A bitmap
+    replaces a vector file of more than 1 MB if it is smaller. Raises a `DataFileError` if a figure
+    is missing or empty.
     """
     order = list(dict.fromkeys(entry.category for entry in entries))
     images = []
