@@ -1,7 +1,7 @@
 """Wear depth.
 
-The scar of a rough surface, drawn downwards. Thin lines are the profiles, thick ones their mean
-over one wavelength.
+The scar of a rough surface, drawn downwards: as soon as it can be seen, and at the end. The strip
+shows where the surfaces stick and slip.
 """
 
 import xarray as xr
