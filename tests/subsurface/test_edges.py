@@ -89,3 +89,12 @@ def test_the_edge_of_a_simulated_contact_is_that_of_the_closed_form():
     assert float(found.stress_xx.max()) < 0.9 * behind[0]
     largest = (behind[0] - NU * found.edge_stress_yy[0, 0]) * behind[0]
     assert float(found.smith_watson_topper_edge[0]) < float(largest) / case.bodies.youngs_modulus
+
+
+def test_a_surface_that_wear_has_made_singular_is_told_so():
+    """All load has gone to the stick zone, and no cell is fine enough at its edge."""
+    case = steel(cycles=100_000, cell="5 um", output_cycles=(), error_estimate=False)
+    found = fretwear.stress(fretwear.simulate(case, quarter=True), 100_000, phases=2)
+    assert "edge_x" not in found.coords
+    assert "edge_stress_xx" not in found
+    assert "have no limit at the surface" in found.warnings
