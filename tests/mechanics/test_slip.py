@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import half_width, measure, stick_half_width
+from fretwear.mechanics.measures import half_width, measure, scatter, stick_half_width
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.state import CONTACT_GAP, in_contact
@@ -279,6 +279,17 @@ def test_half_widths_of_odd_contacts():
     for inside, expected in ((nothing, 0.0), (off_axis, 0.0), (spots, 7e-6)):
         assert half_width(cells, inside, np.where(inside, 0.0, 1e-9), 0) == near(expected)
     assert half_width(cells, ~nothing, np.zeros(cells.shape), 1) == near(cells.extent[1])
+
+
+def test_a_tip_that_touches_in_a_single_cell_beyond_the_others_may_not():
+    """Either is as likely, so the edge of stick deviates by half of the way between them."""
+    state = first_loading(fretting(32))
+    x, pressure = state.geometry.x, state.reduced.pressure.copy()
+    last = np.flatnonzero(pressure[:, 0])[-1]
+    pressure[last + 6, 0] = P0
+    alone = replace(state, reduced=replace(state.reduced, pressure=pressure))
+    assert scatter(alone)["stick_half_width_x"] == near(0.5 * (x[last + 6] - x[last]))
+    assert scatter(state)["stick_half_width_x"] < 0.2 * (x[1] - x[0])
 
 
 def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a_tip():
