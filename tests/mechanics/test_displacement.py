@@ -153,10 +153,12 @@ def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, dee
     assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
 
 
-@pytest.mark.parametrize(("u", "most"), [(0.5, 8.2), (1.2, 6.5)])
-def test_a_stage_foretells_how_slip_follows_the_approach(u, most):
+@pytest.mark.parametrize(
+    ("u", "rig", "most"), [(0.5, {}, 8.2), (1.2, {}, 6.5), (1.2, {"rig_stiffness": "28 N/um"}, 9.5)]
+)
+def test_a_stage_foretells_how_slip_follows_the_approach(u, rig, most):
     """A contact and a reduced contact do as a rule, and Newton's method converges for both."""
-    *_, last = steps(case_of(2000, displacement_ratio=u))
+    *_, last = steps(case_of(2000, displacement_ratio=u, **rig))
     # Some stages are made anew on larger rings, which are made anew as the stick zone grows.
     assert last.state.convolutions <= most * 2 * last.state.step
 
