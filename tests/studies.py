@@ -66,6 +66,14 @@ class HandClock:
         return self.now
 
 
+def near(expected: float, rel: float = 1e-6) -> object:
+    """Equal within a relative tolerance alone.
+
+    The absolute one that `pytest.approx` adds, 1e-12, is more than many a value in SI units.
+    """
+    return pytest.approx(expected, rel=rel, abs=0.0)
+
+
 def refusal(**changes: object) -> str:
     """Why a steel sphere with these changes is no case."""
     with pytest.raises(CaseError) as caught:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Layer
@@ -160,14 +159,6 @@ def covered(outer: Grid, inner: Grid) -> Mask:
     result = np.zeros(outer.shape, np.bool_)
     result[outer.where(inner)] = True
     return result
-
-
-def near(expected: float, rel: float = 1e-6) -> object:
-    """Equal within a relative tolerance alone.
-
-    The absolute one that `pytest.approx` adds, 1e-12, is more than many a value in SI units.
-    """
-    return pytest.approx(expected, rel=rel, abs=0.0)
 
 
 def independent(ratio: float, limit: float) -> dict[float, dict[str, float]]:

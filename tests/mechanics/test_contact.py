@@ -19,6 +19,7 @@ from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
 from fretwear.mechanics.surfaces import Sphere
 
+from ..studies import near
 from . import oracles
 from .problems import (
     HERTZ,
@@ -31,7 +32,6 @@ from .problems import (
     A,
     Waves,
     fretting,
-    near,
     pressed,
     window,
 )

@@ -15,8 +15,7 @@ from fretwear.mechanics.measures import POINTS, loop
 from fretwear.running.simulate import steps, wear_problem
 from fretwear.study.case import Case
 
-from ..studies import WAVES, steel
-from .problems import near
+from ..studies import WAVES, near, steel
 
 STEEP = {**WAVES, "slope_x": "3 deg"}
 

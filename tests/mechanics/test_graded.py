@@ -29,6 +29,7 @@ from fretwear.theory import (
     gross_slip_energy,
 )
 
+from ..studies import near
 from .problems import (
     COUPLING,
     FRICTION,
@@ -40,7 +41,6 @@ from .problems import (
     A,
     fretting,
     independent,
-    near,
 )
 from .problems import LOAD as SPHERE_LOAD
 

@@ -14,9 +14,9 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
 from fretwear.running.simulate import wear_problem
 
-from ..studies import WAVES, steel
+from ..studies import WAVES, near, steel
 from . import oracles
-from .problems import EVEN, covered, folded, near, unfolded
+from .problems import EVEN, covered, folded, unfolded
 
 MODULUS = 114e9
 SPACING = (1.3e-6, 2.9e-6)

@@ -22,7 +22,7 @@ from fretwear.study.doubts import doubts
 from fretwear.study.study import load_study
 from fretwear.units import QuantityError
 
-from ..studies import steel
+from ..studies import near, steel
 
 GROUND = Path(__file__).parents[2] / "studies/surfaces/ground.nc"
 FILE = SourceFile("file", "surface", "disc.x3p")
@@ -69,7 +69,7 @@ def test_a_map_is_read_in_metres_levelled_and_filled(written):
     np.testing.assert_allclose(found.heights[~missing], level[~missing], atol=3e-9)
     np.testing.assert_allclose(found.heights[missing], level[missing], atol=6e-9)
     tilt = read_topography(FILE.read(written(wave(X, Y) + 2e-3 * X), True), levelled=False)
-    assert np.polyfit(X[:, 0], tilt.heights.mean(axis=1), 1)[0] == pytest.approx(2e-3, rel=1e-6)
+    assert np.polyfit(X[:, 0], tilt.heights.mean(axis=1), 1)[0] == near(2e-3, rel=1e-6)
 
 
 def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written, tmp_path):
@@ -77,7 +77,7 @@ def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written, tmp_path):
     part = read_topography(file, levelled=False, patch=(10e-6, 5e-6, 20e-6, 10e-6))
     expected = wave(X[10:30], Y[:, 5:15])
     np.testing.assert_allclose(part.heights, expected - expected.mean(), atol=1e-15)
-    assert part.sides == pytest.approx((20e-6, 10e-6), rel=1e-9)
+    assert part.sides == near((20e-6, 10e-6), rel=1e-9)
     assert part.x[0] == -part.x[-1]
     first = Path(written(wave(X, Y)))
     moved = tmp_path / "elsewhere" / first.name
@@ -99,7 +99,7 @@ def test_what_stands_out_of_either_body_closes_the_gap(written):
 
 def test_a_height_map_is_an_indenter_about_its_apex(written):
     tip = HeightMapIndenter(written(-((X - 3e-6) ** 2 + 2 * (Y + 2e-6) ** 2) / 20e-3 + wave(X, Y)))
-    assert tip.curvature_radius == pytest.approx(20e-3 / 3, rel=0.2)
+    assert tip.curvature_radius == near(20e-3 / 3, rel=0.2)
     # Turned over, and beyond the map the paraboloid goes on.
     x, y = np.linspace(-15e-6, 15e-6, 7)[:, None], np.linspace(-12e-6, 10e-6, 5)[None, :]
     smooth = HeightMapIndenter(written(-((X - 3e-6) ** 2 + 2 * (Y + 2e-6) ** 2) / 20e-3, "s.nc"))
@@ -117,7 +117,7 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
     study = load_study(GROUND.parents[1] / "measured.yaml")
     case = study.points()[0].case
     assert case.roughness.missing_points == 278
-    assert case.roughness.rms_height == pytest.approx(0.08e-6, rel=0.05)
+    assert case.roughness.rms_height == near(0.08e-6, rel=0.05)
     again = Case(**case.canonical_parameters())
     assert again.case_id == case.case_id
     parameters = case.canonical_parameters()
@@ -191,7 +191,7 @@ def x3p(path, points, data):
 def test_small_files_of_huge_surfaces_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
     file = tmp_path / "map.x3p"
     x3p(file, 20, np.zeros((20, 20)).tobytes())
-    assert read_topography(FILE.read(str(file), True)).sides == pytest.approx((20e-6, 20e-6))
+    assert read_topography(FILE.read(str(file), True)).sides == near((20e-6, 20e-6))
     x3p(file, 5001, b"")
     with pytest.raises(QuantityError, match="has 5001 x 5001 points, more than the 25,000,000"):
         read_topography(FILE.read(str(file), True))

@@ -19,7 +19,7 @@ from fretwear.running.simulate import simulate
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState
 
-from ..studies import WAVES, steel
+from ..studies import WAVES, near, steel
 from .problems import (
     COUPLING,
     EVEN,
@@ -32,7 +32,6 @@ from .problems import (
     SMOOTH,
     A,
     fretting,
-    near,
     reduced,
     window,
 )

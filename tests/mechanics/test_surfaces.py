@@ -26,8 +26,8 @@ from fretwear.study.doubts import doubts
 from fretwear.theory import EllipticContact, RoundContact, RoundedPunch
 from fretwear.units import LINE_CONTACT
 
-from ..studies import steel
-from .problems import MODULUS, fretting, near
+from ..studies import near, steel
+from .problems import MODULUS, fretting
 
 RADIUS, AMPLITUDE = 10e-3, 0.2e-6
 SLOPE_X, SLOPE_Y = np.tan(np.deg2rad(5.7)), np.tan(np.deg2rad(1.0))

@@ -15,8 +15,9 @@ from fretwear.mechanics.loading import DisplacementAmplitude
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
 
+from ..studies import near
 from .oracles import influence_matrix, love, normal_contact, tangential_step
-from .problems import CONVERGED, COUPLING, FRICTION, HERTZ, LOAD, MODULUS, A, fretting, near, unworn
+from .problems import CONVERGED, COUPLING, FRICTION, HERTZ, LOAD, MODULUS, A, fretting, unworn
 
 WINDOW = Grid((36, 28), (0.4e-3 / 36, 0.4e-3 / 28), even=(False, False))
 NORMAL = influence_matrix(WINDOW, MODULUS)

@@ -15,8 +15,9 @@ from fretwear.mechanics.wear_laws import Archard, PowerLaw, WearLaw
 from fretwear.parts import Quantity
 from fretwear.theory import PartialSlip
 
+from ..studies import near
 from .oracles import explicit_wear
-from .problems import COUPLING, FRICTION, HERTZ, LOAD, WEAR, A, fretting, near
+from .problems import COUPLING, FRICTION, HERTZ, LOAD, WEAR, A, fretting
 
 CYCLES = 300.0
 

@@ -23,6 +23,7 @@ from fretwear.mechanics.surfaces import Sphere
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, LimitingState
 
+from ..studies import near
 from .oracles import explicit_wear, worst_violation
 from .problems import (
     CONVERGED,
@@ -43,7 +44,6 @@ from .problems import (
     covered,
     folded,
     fretting,
-    near,
     uneven,
 )
 

@@ -25,7 +25,7 @@ from fretwear.running.workflow import (
 from fretwear.study.study import load_study
 
 from ..cli.conftest import Desk
-from ..studies import WAVES, flip
+from ..studies import WAVES, flip, near
 from .conftest import HOPELESS, TINY, assert_same, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
@@ -246,7 +246,7 @@ def test_simulations_are_added_up_and_what_was_not_measured_counts_for_nothing(t
     write("simulate/a.tsv", b"2.0\t0:00:02\t100\t1.5")
     write("merge.tsv", b"9.0\t0:00:09\t900\t9.0")
     spent = write("simulate/b.tsv", b"3.0\t0:00:03\t200\t2.5")
-    assert spent == (2, 5.0, 4.0, pytest.approx(200 * 2**20))
+    assert spent == (2, 5.0, 4.0, near(200 * 2**20))
 
 
 def test_records_that_cannot_be_written_or_lead_elsewhere_end_nothing(tmp_path):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from tests.studies import SELF_AFFINE, WAVES, base, run_study, steel, write_study
+from tests.studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
@@ -39,7 +39,7 @@ def test_a_peak_that_grows_with_the_inverse_root_of_the_cells_has_an_infinite_er
     """The limit of many cycles presses like a flat punch at the edge of its stick zone."""
     fine, coarse = (peaks(cell=cell) for cell in ("2 um", "4 um"))
     assert math.inf == fine[1][-1] == coarse[1][-1]
-    assert fine[0][-1] / coarse[0][-1] == pytest.approx(math.sqrt(2.0), rel=0.06)
+    assert fine[0][-1] / coarse[0][-1] == near(math.sqrt(2.0), rel=0.06)
     # At first it is regular and known.
     for place in (0, 1):
         assert fine[1][place] < 0.05 * fine[0][place]
@@ -79,7 +79,7 @@ def test_the_error_of_a_peak_reaches_to_what_bounds_it(changes, unresolved):
     rough = "roughness" in changes
     pressure, error = peaks(**({"cycles": 200, "output_cycles": ()} if rough else {}), **changes)
     if unresolved > 1e10:
-        assert pressure[-1] + error[-1] == pytest.approx(unresolved, rel=0.01)
+        assert pressure[-1] + error[-1] == near(unresolved, rel=0.01)
     else:
         assert error[-1] < 0.05 * pressure[-1]
     assert error[0] < (1.0 if rough else 0.05) * pressure[0]

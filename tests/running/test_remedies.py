@@ -12,7 +12,7 @@ from fretwear.running.simulate import run, wear_problem
 from fretwear.study.doubts import SMALL_ERROR, doubts, finer
 from fretwear.study.spacing import LEAST_COARSENESS
 
-from ..studies import steel
+from ..studies import near, steel
 
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
 LINE = {**CYLINDER, "load": "300 N/mm", "tangential_ratio": 0.4, "cycles": 30}
@@ -110,9 +110,9 @@ def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_doe
     # A finer cell counts from the exact default, which is written rounded down to two digits.
     half = case.replace(cell=[0.5 * width for width in case.grid_spacing]).coarseness
     assert 0.45 < half <= 0.5
-    assert counts[1] / counts[0] == pytest.approx(1.0 / half, rel=0.02)
+    assert counts[1] / counts[0] == near(1.0 / half, rel=0.02)
     # However fine the fields are written, the matrices have their limit.
-    assert counts[3] / counts[0] == pytest.approx(1.0 / LEAST_COARSENESS, rel=0.05)
+    assert counts[3] / counts[0] == near(1.0 / LEAST_COARSENESS, rel=0.05)
 
 
 def test_one_case_is_told_one_cell():

@@ -34,6 +34,7 @@ from fretwear.running.simulate import (
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState
 
+from ..studies import near
 from .conftest import make_case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -280,7 +281,7 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     modulus = 2 * first.composite_modulus * (1 - poisson**2)
     equal = {"poisson_ratio": poisson, "youngs_modulus": modulus}
     results = [simulate(make(**changes)) for changes in (pair, swapped, equal)]
-    assert make(**equal).composite_modulus == pytest.approx(first.composite_modulus, rel=1e-14)
+    assert make(**equal).composite_modulus == near(first.composite_modulus, rel=1e-14)
     for other in results[1:]:
         for key, values in results[0].data_vars.items():
             # Rounding of E* and κ, as long as it flips no decision of the contact solver.
@@ -290,7 +291,7 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     theory = PartialSlip(hertz, first.friction, first.tangential_load, first.coupling)
     moved = float(results[0].tangential_displacement[0])
     assert moved == pytest.approx(theory.tangential_displacement, rel=2e-3, abs=0)
-    assert first.coupling != pytest.approx(make().coupling, rel=0.02)
+    assert first.coupling != near(make().coupling, rel=0.02)
     volumes = [float(ds.wear_volume[-1]) for ds in (results[0], simulate(make()))]
     assert volumes[0] > 1.1 * volumes[1]
 
@@ -314,7 +315,7 @@ def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
     case = make_case(**cylinder, load="100 N/mm", tangential_ratio=0.5, roughness=waves)
     problems = wear_problem(case), wear_problem(case.coarser, coarseness=case.times_coarser)
     run, twin = (len(Strips.first(each).edges) for each in problems)
-    assert run / twin == pytest.approx(times, rel=0.05)
+    assert run / twin == near(times, rel=0.05)
 
 
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
@@ -340,10 +341,10 @@ def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard
     assert hard[4] > 0.1
     assert estimates([1e-5, 0.1])[0] < 0.02, "even where there is only one other"
     # Runs that agree by chance are no more accurate than usual.
-    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(usual)
+    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == near(usual)
     # What has just begun says nothing of the errors of the end.
     begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
-    assert begun[1] == pytest.approx(usual)
+    assert begun[1] == near(usual)
     assert begun[0] > 2e-3
     # The wider the cells of the twin, the less of the difference counts.
     assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
@@ -352,7 +353,7 @@ def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard
 def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
     energy = [1.0, 0.5, 0.1]
     falls = estimates([2e-3, 0.05, 0.0], values=energy) / energy
-    assert 0.1 < falls[1] == pytest.approx(falls[2])
+    assert 0.1 < falls[1] == near(falls[2])
     # What grows, as a volume, may become more accurate.
     grows = estimates([2e-3, 0.05, 0.0], values=energy[::-1]) / energy[::-1]
     assert grows[2] < 0.5 * grows[1]
@@ -390,7 +391,7 @@ def test_an_estimate_is_no_less_than_what_steps_leave_open():
     """Cells and steps may err in opposite directions, so that run and twin agree."""
     energy = {"dissipated_energy": np.array([2.0, 1.0])}
     first, last = estimated_errors(energy, energy, 3.0, {}, 0.01)["dissipated_energy"]
-    assert (first, last) == (0.0, pytest.approx(1e-3))
+    assert (first, last) == (0.0, near(1e-3))
 
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():

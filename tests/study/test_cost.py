@@ -22,20 +22,20 @@ from fretwear.study.spacing import (
 )
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
-from ..studies import WAVES, steel
+from ..studies import WAVES, near, steel
 
 SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
 
 
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     smooth, soft = steel(), steel(plastic_limit=50e6)
-    assert greatest_contact_radius(soft) == pytest.approx(math.sqrt(50 / (math.pi * 50e6)))
+    assert greatest_contact_radius(soft) == near(math.sqrt(50 / (math.pi * 50e6)))
     rough = steel(roughness={"amplitude": 2e-7, "slope_x": 0.1, "slope_y": 0.02})
     assert greatest_contact_radius(rough) > greatest_contact_radius(smooth) > smooth.hertz_radius
     short, long = (greatest_contact_radius(steel(cycles=cycles)) for cycles in (10, 10**6))
-    assert short == pytest.approx(smooth.hertz_radius, rel=0.01)
+    assert short == near(smooth.hertz_radius, rel=0.01)
     limiting = LimitingState(HertzContact(1.0, 4 / 3, 1.0), 0.8)
-    assert long == pytest.approx(limiting.contact_radius * smooth.hertz_radius, rel=1e-6)
+    assert long == near(limiting.contact_radius * smooth.hertz_radius, rel=1e-6)
     # Where slip follows the worn shape, a contact that yields widens without end.
     worn, yielding = steel(cycles=30000), steel(cycles=30000, plastic_limit=4.5e9)
     assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
@@ -52,7 +52,7 @@ def test_a_hundred_thousand_snapshots_are_read_at_once():
 
 def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
     coarse, fine = (estimate(steel(cell=cell, roughness=SHALLOW)) for cell in (2e-6, 1e-6))
-    assert fine.cells == pytest.approx(4 * coarse.cells, rel=0.02)
+    assert fine.cells == near(4 * coarse.cells, rel=0.02)
     assert fine.seconds > coarse.seconds
     assert fine.memory_bytes > coarse.memory_bytes
     few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
@@ -151,7 +151,7 @@ def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes
     on_tip = abs(window.x - rough.wavelength_x / 2) < rough.wavelength_x / 4
     width = np.count_nonzero(state.pressure[on_tip, row]) * window.spacing[0]
     expected = zones_of_tip(case)["contact of a tip"][0][0]
-    assert width == pytest.approx(expected, rel=0.15)
+    assert width == near(expected, rel=0.15)
 
 
 @pytest.mark.parametrize("slope", [0.05, 0.2])
@@ -160,12 +160,12 @@ def test_a_tip_as_far_from_the_next_as_the_contact_is_wide_carries_the_whole_loa
     radius = 1.0 / (case.rough.tip.curvature_x + 1.0 / case.indenter.curvature_radius)
     tip = HertzContact(radius, case.hertz.load, case.composite_modulus)
     width = zones_of_tip(case)["contact of a tip"][0]
-    assert width == pytest.approx((2.0 * tip.contact_radius,) * 2)
+    assert width == near((2.0 * tip.contact_radius,) * 2)
     line = steel(**WAVY_CYLINDER, roughness={"amplitude": 2e-5, "slope_x": slope, "slope_y": 0.0})
     radius = 1.0 / (line.rough.tip.curvature_x + 1.0 / line.indenter.curvature_radius)
     ridge = LineContact(radius, line.hertz.load, line.composite_modulus)
     (width, _), _ = zones_of_tip(line)["contact of a tip"]
-    assert width == pytest.approx(2.0 * ridge.contact_radius)
+    assert width == near(2.0 * ridge.contact_radius)
 
 
 def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
@@ -193,7 +193,7 @@ def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
     fine = coarse.replace(cell=["0.2 um", "0.7 um"])
     problems = [wear_problem(case) for case in (coarse, fine)]
     first, second = (measure(each, first_loading(each)).plastic_volume for each in problems)
-    assert first == pytest.approx(second, rel=0.02)
+    assert first == near(second, rel=0.02)
 
 
 WAVY_CYLINDER = {
@@ -220,7 +220,7 @@ def test_ridges_of_a_wavy_cylinder_are_resolved(amplitude, slope, changes):
     found, right = (measure(each, [*evolve(each, (1000.0,))][-1]) for each in problems)
     names = ["contact_area", "stick_area", "wear_volume", "maximum_wear_depth", "plastic_volume"]
     for name in names:
-        assert getattr(found, name) == pytest.approx(getattr(right, name), rel=0.03), name
+        assert getattr(found, name) == near(getattr(right, name), rel=0.03), name
 
 
 RIDGES = {"amplitude": 1e-7, "slope_x": 0.25, "slope_y": 0.0}
