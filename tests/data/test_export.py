@@ -10,7 +10,7 @@ import pytest
 import fretwear
 from fretwear.data.export import ExportError, write_abaqus, write_csv, write_vtk
 
-from ..studies import STEEL, steel
+from ..studies import STEEL, near, steel
 
 
 @pytest.fixture(scope="module")
@@ -101,15 +101,15 @@ def test_abaqus_gets_the_worn_profile_and_forces_that_balance_the_load(worn, lin
     (file,) = write_abaqus(worn, tmp_path / "worn.inp")
     found = blocks(file)
     nodes, loads = found["*NODE"].astype(float), found["*CLOAD"].astype(float)
-    assert nodes[:, 3].min() == pytest.approx(-float(worn.wear_depth[-1].max()), rel=1e-6)
+    assert nodes[:, 3].min() == near(-float(worn.wear_depth[-1].max()), rel=1e-6)
     elements = found["*ELEMENT"].astype(int)
     assert len(elements) == (worn.sizes["x"] - 1) * (worn.sizes["y"] - 1)
     first = nodes[elements[0, 1:] - 1][:, 1:3]
     (along, _), (_, across) = first[1] - first[0], first[2] - first[1]
     cells = float(worn.x[1] - worn.x[0]), float(worn.y[1] - worn.y[0])
-    assert (along, across) == pytest.approx(cells, rel=1e-6)
+    assert (along, across) == near(cells, rel=1e-6)
     for direction, force in ((1, 20.0), (3, -50.0)):
-        assert loads[loads[:, 1] == direction, 2].sum() == pytest.approx(force, rel=2e-3)
+        assert loads[loads[:, 1] == direction, 2].sum() == near(force, rel=2e-3)
     (file,) = write_abaqus(line, tmp_path / "line.inp")
     loads = blocks(file)["*CLOAD"].astype(float)
-    assert loads[loads[:, 1] == 2, 2].sum() == pytest.approx(-18e3, rel=2e-3)
+    assert loads[loads[:, 1] == 2, 2].sum() == near(-18e3, rel=2e-3)

@@ -34,7 +34,7 @@ from fretwear.data.stack import (
 from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
-from ..studies import WAVES, flip, run_study, steel
+from ..studies import WAVES, flip, near, run_study, steel
 from .conftest import COARSE, study_in
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
@@ -166,7 +166,7 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
         stack.load()
     for axis, spacing in ("x", 4e-6), ("y", 5e-6):
         np.testing.assert_allclose(np.diff(stack[axis]), spacing, rtol=1e-9)
-        assert float(stack[axis][0]) == pytest.approx(spacing / 2, rel=1e-12)
+        assert float(stack[axis][0]) == near(spacing / 2, rel=1e-12)
     coarse = next(iter(study.cases()))
     with open_case(folder / "cases" / f"{coarse}.nc") as case:
         inside = stack.x.values <= float(case.x.max())

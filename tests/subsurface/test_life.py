@@ -1,9 +1,10 @@
 """Lives by constants of the material, and Miner's sum of points that wear brings to the surface."""
 
 import numpy as np
-import pytest
 
 from fretwear.subsurface.life import StrainLife, summed_damage
+
+from ..studies import near
 
 E = 200e9
 STEEL = StrainLife(1000e6, -0.1, 0.5, -0.6)
@@ -23,7 +24,7 @@ def test_a_life_solves_the_equation_of_strain_and_life():
 def test_uniaxial_loading_lives_as_basquin_says():
     """A fully reversed stress: σ_a² / E is the parameter, so σ_a = σ_f' (2N)^b."""
     stress = 1000e6 * (2 * 5e4) ** -0.1
-    assert ELASTIC.cycles(np.array([stress**2 / E]), E) == pytest.approx([5e4])
+    assert ELASTIC.cycles(np.array([stress**2 / E]), E) == near([5e4])
 
 
 DEPTHS = np.linspace(1e-6, 60e-6, 60)
@@ -60,11 +61,11 @@ def test_a_point_lives_through_the_layers_that_wear_brings_to_it():
     for place in (25, 30):
         z = DEPTHS[place]
         expected = total / worn / first * scale * (np.exp(-(z - worn) / scale) - np.exp(-z / scale))
-        assert found.sums[-1, 0, place] == pytest.approx(expected, rel=0.02)
+        assert found.sums[-1, 0, place] == near(expected, rel=0.02)
     assert found.removed[-1, 0].sum() == 20
     # What is removed has the damage of its time.
     gone = found.sums[:, 0, 4]
-    assert gone[1] == pytest.approx(gone[2])
+    assert gone[1] == near(gone[2])
     assert gone[1] > 0
 
 
@@ -76,7 +77,7 @@ def test_wear_removes_material_before_it_cracks():
     worn = np.array([[0.0, 0.0], [5e-6, 40e-6], [10e-6, 80e-6]])
     found = damage(worn, parameters, cycles)
     assert np.isfinite(found.first_crack[0, 20:]).all()
-    assert found.first_crack[0, 20] == pytest.approx(life, rel=1e-6)
+    assert found.first_crack[0, 20] == near(life, rel=1e-6)
     # At 80 µm in 1.6 lives all above 50 µm is removed before its life ends.
     assert np.isinf(found.first_crack[1, DEPTHS < 48e-6]).all()
     assert np.isfinite(found.first_crack[1, DEPTHS > 52e-6]).all()
