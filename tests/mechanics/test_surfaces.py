@@ -1,7 +1,7 @@
 """Waves, random surfaces and indenters, against their spectra and the closed forms of contact."""
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -80,6 +80,7 @@ def test_of_two_rough_surfaces_the_gap_has_both():
     np.testing.assert_array_equal(mixed.height(x, y), WAVES.height(x, y) + random.height(x, y))
     assert (twice.even, mixed.even) == ((True, True), (False, False))
     assert twice.highest == near(AMPLITUDE, rel=1e-14)
+    assert astuple(twice.tip) == near(astuple(WAVES.tip), rel=1e-12)
     # The finer surface sets the cells along each axis.
     assert mixed.finest == (min(WAVES.finest[0], 30e-6), min(WAVES.finest[1], 30e-6))
     assert mixed.wavelengths == (min(WAVES.finest[0], 60e-6), min(WAVES.finest[1], 60e-6))

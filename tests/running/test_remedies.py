@@ -124,3 +124,5 @@ def test_one_case_is_told_one_cell():
     told = [str(each) for each in doubts(case.replace(error_estimate=False))]
     assert sum("cell: [" in each for each in told) == 1
     assert "leaves an error of about 4 %" in finer(case, 0.3)
+    # Errors of steps fall with the square of what those of cells fall with.
+    assert finer(steel(tolerance=0.04), 0.04).endswith("tolerance: 0.01")

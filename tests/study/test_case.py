@@ -15,6 +15,7 @@ from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
 from fretwear.study.parameters import base_names
 from fretwear.study.rules import GREATEST_CONTACT
+from fretwear.study.spacing import rounded_down
 from fretwear.units import QuantityError
 
 from ..studies import WAVES, near, refusal, steel
@@ -229,6 +230,18 @@ def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves
     dx, dy = steel(roughness=WAVES).grid_spacing
     assert dx < 0.5e-6
     assert dy == 2.3e-6
+    lengths = [float(f"{digits}e{power}") for digits in range(10, 100) for power in (-9, -7, -5)]
+    assert [*map(rounded_down, lengths)] == lengths
+
+
+def test_a_stick_zone_that_grows_need_not_be_resolved_while_it_is_small():
+    """One of 1.5 µm, on cells that are narrower by far than the contact or as wide as given."""
+    nearly = {"tangential_ratio": None, "displacement_ratio": 0.9999}
+    round_one = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "10 mm"}
+    case = steel(radius=None, indenter=round_one, **nearly)
+    assert case.stick_radius == near(0.01 * case.hertz_radius, rel=1e-3)
+    assert case.grid_spacing == (rounded_down(case.hertz_radius / 128),) * 2
+    assert case.replace(cell="9 um").cell == (9e-6, 9e-6)
 
 
 @settings(max_examples=settings.default.max_examples // 4)

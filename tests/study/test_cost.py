@@ -55,6 +55,9 @@ def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
     assert fine.cells == near(4 * coarse.cells, rel=0.02)
     assert fine.seconds > coarse.seconds
     assert fine.memory_bytes > coarse.memory_bytes
+    # A run for estimates of errors holds its fields beside those of the case.
+    alone = estimate(steel(cell=1e-6, roughness=SHALLOW, error_estimate=False))
+    assert 0 < fine.memory_bytes - alone.memory_bytes < 0.5 * (fine.memory_bytes - 1.1e8)
     few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
     assert many.file_bytes > 4 * few.file_bytes
     assert few.seconds < many.seconds < 1.3 * few.seconds
