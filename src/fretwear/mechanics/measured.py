@@ -23,18 +23,20 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
 from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter, RoundIndenter
-from fretwear.parts import Choice, Part, Patch, Plain, Quantity
+from fretwear.parts import Choice, Coordinates, Part, Patch, Plain, Quantity
 from fretwear.theory import Reduced
 from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
 
 Rectangle = tuple[float, float, float, float]
+_Place = TypeVar("_Place", float, Array)
+_Curve = Callable[..., Array]  # of positions, and of the order of a derivative
 
 MOST_BYTES = 2**30
 MOST_POINTS = 25_000_000
@@ -117,7 +119,7 @@ class SourceFile(Plain):
         """Return name and checksum in a line, which `read` takes back."""
         return str(value)
 
-    def coordinates(self, name: str, value: object) -> Any:
+    def coordinates(self, name: str, value: object) -> Coordinates:
         """Yield the same line."""
         yield name, self, str(value)
 
@@ -125,7 +127,7 @@ class SourceFile(Plain):
         """Return the name."""
         return str(value).partition(" sha256:")[0]
 
-    def schema(self) -> dict[str, Any]:
+    def schema(self) -> dict[str, object]:
         """JSON Schema of the value in a study file."""
         return {"type": "string", "minLength": 1, "examples": [self.example]}
 
@@ -136,19 +138,19 @@ def _checksum(path: Path, modified: int, size: int) -> str:  # noqa: ARG001 - te
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _read_once(most: int) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def _read_once(most: int) -> Callable[[Callable[..., object]], Callable[..., Any]]:
     """Keep what a function returned, or its `QuantityError`, for its latest arguments."""
 
-    def keeping(read: Callable[..., Any]) -> Callable[..., Any]:
+    def keeping(read: Callable[..., object]) -> Callable[..., object]:
         @lru_cache(most)
-        def outcome(*given: Any, **named: Any) -> tuple[Any, QuantityError | None]:
+        def outcome(*given: object, **named: object) -> tuple[object, QuantityError | None]:
             try:
                 return read(*given, **named), None
             except QuantityError as error:
                 return None, error
 
         @wraps(read)
-        def result_of(*given: Any, **named: Any) -> Any:
+        def result_of(*given: object, **named: object) -> object:
             result, error = outcome(*given, **named)
             if error is not None:
                 raise QuantityError(error.rule, error.hint)
@@ -458,7 +460,7 @@ class FromFile(Part):
         """Whether the file is available."""
         return bool(self.file.path)
 
-    def read(self) -> Any:
+    def read(self) -> object:
         """Read the file, if it is available; `QuantityError` says what is wrong with it."""
         raise NotImplementedError
 
@@ -489,7 +491,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
     ]
     kind: Literal["profile"] = "profile"
 
-    def read(self) -> Any:
+    def read(self) -> object:
         """Distances from the axis and heights, m."""
         return read_profile(self.file) if self.is_known else None
 
@@ -535,7 +537,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
 
 
 @lru_cache(maxsize=8)
-def _curves(source: Source) -> tuple[Any, Any, Any]:
+def _curves(source: Source) -> tuple[_Curve, _Curve, _Curve]:
     """The profile f(r), g(t) = t ∫ f′(t sin φ) dφ over a right angle, m, and its integral, m²."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
@@ -721,7 +723,7 @@ class _Paraboloid:
     apex: tuple[float, float]
     radius: float
 
-    def height(self, x: Any, y: Any) -> Any:
+    def height(self, x: _Place, y: _Place) -> _Place:
         """Height, m."""
         flat, slope_x, slope_y, xx, xy, yy = self.terms
         return flat + x * (slope_x + xx * x + xy * y) + y * (slope_y + yy * y)

@@ -311,7 +311,7 @@ class _OfCoefficient(WearLaw):
     @property
     def _following(self) -> list[Coefficient]:
         value = self._value
-        each: tuple[Any, ...] = value if isinstance(value, OfBodies) else (value,)
+        each: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)
         return [part for part in each if isinstance(part, Coefficient)]
 
     @property
@@ -339,7 +339,7 @@ class _OfCoefficient(WearLaw):
         if not self._following:
             return self
 
-        def constant(value: Any) -> Any:
+        def constant(value: object) -> Any:
             return value.under(means, frequency) if isinstance(value, Coefficient) else value
 
         value, (name,) = self._value, self.parameters()

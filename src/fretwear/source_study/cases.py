@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -227,7 +227,7 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
         yield *group, cases
 
 
-def _all_near(points: Mapping[str, NDArray[Any]], parameters: Mapping[str, float]) -> Mask:
+def _all_near(points: Mapping[str, NDArray[np.generic]], parameters: Mapping[str, float]) -> Mask:
     """Return which points have all of the given values; text never matches."""
     near: Mask = np.ones_like(points["status"], dtype=bool)
     for name, value in parameters.items():

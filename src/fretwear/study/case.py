@@ -214,7 +214,7 @@ class Case(Draft):
         changed = {"cell": (times * dx, times * dy), "tolerance": times**2 * self.tolerance}
         return self.of(vars(self) | changed)
 
-    def canonical_parameters(self) -> dict[str, Any]:
+    def canonical_parameters(self) -> dict[str, object]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
 
         Two cases with the same physics have the same canonical parameters: these have no units, one
@@ -224,7 +224,7 @@ class Case(Draft):
         plain = self.of(vars(self) | {"cell": self.grid_spacing, "loading": self.plain_loading})
         unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
         unsaid |= {"cycles"} if self.blocks else set()
-        canonical: dict[str, Any] = {}
+        canonical: dict[str, object] = {}
         for member, about in members().items():
             value = getattr(plain, member)
             if isinstance(about, PartOf) and about.are_keys(value):

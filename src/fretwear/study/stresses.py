@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from fretwear.parts import Part, Quantity, keys_schema, read_fields
 from fretwear.problems import Problems
@@ -54,7 +54,7 @@ class StressOutput(Part):
         """Read the section of a study file; one `QuantityError` lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must be a mapping", _EXAMPLE)
-        problems, read = Problems(), dict[str, Any]()
+        problems, read = Problems(), dict[str, object]()
         rest = {name: value for name, value in given.items() if name != "cycles"}
         with problems.at("", given):
             read = read_fields(rest, cls.parameters(), (), units_required=True)
@@ -78,7 +78,7 @@ class StressOutput(Part):
         return {name: pair for name, pair in named if pair[0] is not None}
 
     @classmethod
-    def section_schema(cls) -> dict[str, Any]:
+    def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
         fields = {name: about.described() for name, about in cls.parameters().items()}
         return keys_schema({"cycles": SNAPSHOTS_SCHEMA, **fields})

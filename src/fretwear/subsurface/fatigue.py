@@ -135,14 +135,14 @@ def fatigue(
     planes = [normal[place] for normal, place in zip(normals, places, strict=True)]
     angles = [np.degrees(np.arctan2(abs(n[0]), -n[2] if n[0] > 0.0 else n[2])) for n in planes]
     largest = np.array([field[place] for field, place in zip(parameters, places, strict=True)])
-    values: dict[str, Any] = {
+    values: dict[str, object] = {
         "largest_tension": tensions,
         "largest_smith_watson_topper": largest,
         "crack_x": [x[place[0]] for place in places],
         "crack_depth": [depths[place[1]] for place in places],
         "crack_angle": angles,
     }
-    fields: dict[str, Any] = {
+    fields: dict[str, object] = {
         _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
     }
     warnings = dict.fromkeys(
@@ -154,7 +154,7 @@ def fatigue(
             "shallower depth, or points, tell where"
         )
         warnings[doubt] = None
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, object] = {
         CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
         X.name: (X.name, x, X.attributes),
         DEPTH.name: (DEPTH.name, depths, DEPTH.attributes),

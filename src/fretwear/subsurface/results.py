@@ -173,14 +173,14 @@ def stress(
         fits = _fits(len(STRESSES) * 4.0 * phases * math.prod(shape), 1 if not whole else z.size)
         parts = None if whole else _on_plane(history, z)
     shape = (int(phases), *shape)
-    fields: Mapping[str, Any]
+    fields: Mapping[str, object]
     if parts is not None:
         fields = _filled([((), parts)], shape)
     elif fits:
         fields = _filled((((n,), history.layer(depth)) for n, depth in enumerate(z)), shape)
     else:
         fields = _lazy(history, z, shape)
-    variables: dict[str, Any] = {
+    variables: dict[str, object] = {
         each.name: ((PHASE.name, *dims), fields[each.name], each.attributes) for each in STRESSES
     }
     pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
@@ -384,7 +384,7 @@ def _on_plane(history: StressHistory, depths: Array) -> tuple[Array, Array]:
 
 def _filled(
     chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]], shape: tuple[int, ...]
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, NDArray[np.generic]]:
     """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
     fields = {each.name: np.empty(shape, each.dtype) for each in STRESSES}
     for place, parts in chunks:
@@ -396,12 +396,12 @@ def _filled(
     return fields
 
 
-def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict[str, Any]:
+def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict[str, object]:
     """Every variable of `STRESSES` as a dask array, each layer computed when it is read."""
     library: Any = dask
 
     @library.delayed  # type: ignore[untyped-decorator]
-    def layer(depth: float) -> NDArray[Any]:
+    def layer(depth: float) -> NDArray[np.generic]:
         filled = _filled([((0,), history.layer(depth))], (*shape[:-1], 1))
         return np.stack([filled[each.name][..., 0] for each in STRESSES])
 
@@ -441,7 +441,7 @@ def _cracks(
         for name in ("youngs_modulus", "poisson_ratio")
     }
     loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for about in CRACKS:
         if about.name not in constants:
             continue
@@ -458,13 +458,13 @@ def _cracks(
 
 def _at_edges(
     history: StressHistory, ds: xr.Dataset, constants: Mapping[str, tuple[float, ...]]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+) -> tuple[dict[str, object], dict[str, object]]:
     """Ends of contact on the plane y = 0, and stresses and parameters at the surface there."""
     if not (ends := history.at_edges()):
         return {}, {}
     x = np.array([place for place, _, _ in ends])
     parts = (np.stack([each[1] for each in ends], -1), np.stack([each[2] for each in ends], -1))
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for component, about in enumerate(EDGE_STRESSES):
         values = over_the_loop(*parts)[:, component]
         found[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
