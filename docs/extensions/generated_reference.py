@@ -132,6 +132,15 @@ def sections() -> str:
     return table(("key", "value", "default", "meaning"), rows)
 
 
+def stress_output() -> str:
+    """Write the table of the keys of ``output.stress`` in a study file."""
+    schema = study_schema()["properties"]["output"]["properties"]["stress"]
+    rows = [
+        (f"`{name}`", part.get("description", "")) for name, part in schema["properties"].items()
+    ]
+    return table(("key", "meaning"), rows)
+
+
 def _kinds(part: Mapping[str, Any]) -> str:
     """Return the values that a part of a JSON Schema allows, in a few words."""
     if "const" in part:
@@ -239,6 +248,7 @@ def write_all(folder: Path) -> None:
         "parameters": parameters(),
         "materials": materials(),
         "sections": sections(),
+        "stress_output": stress_output(),
         "coordinates": variables((CYCLE, X, Y)),
         "fields": variables(FIELDS),
         "stresses": variables((*STRESSES, *EDGE_STRESSES, *CRACKS)),

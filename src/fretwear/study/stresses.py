@@ -81,4 +81,6 @@ class StressOutput(Part):
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
         fields = {name: about.described() for name, about in cls.parameters().items()}
-        return keys_schema({"cycles": SNAPSHOTS_SCHEMA, **fields})
+        words = "Snapshots at which stresses are computed, besides 0; auto: all. They are kept."
+        cycles = {**SNAPSHOTS_SCHEMA, "description": words}
+        return keys_schema({"cycles": cycles, **fields})
