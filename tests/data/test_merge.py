@@ -199,6 +199,9 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     assert dotted.wear_volume.dims == ("roughness_amplitude", "cycle")
     np.testing.assert_allclose(dotted.roughness_amplitude, [0.0, 1e-7], rtol=1e-12)
     assert dotted.roughness_amplitude.attrs["units"] == "m"
+    # What a single point has is not shared by all.
+    one = summary_of(make_study({"counterface": ["none", ROUGH]}))
+    np.testing.assert_allclose(one.counterface_amplitude, [math.nan, 1e-7], rtol=1e-12)
 
 
 def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
