@@ -30,6 +30,7 @@ from fretwear.data.stack import (
     _StackedField,
     common_positions,
     open_study,
+    resampled,
 )
 from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
@@ -177,6 +178,10 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
     # Linear interpolation cuts across the edge, where the pressure falls like a square root.
     np.testing.assert_allclose(loads, 50.0, rtol=3e-2)
     assert set(np.unique(stack.contact_state)) == {0, 1, 2}
+    # A state is that of the nearest cell.
+    places, states = np.array([0.4, 1.4, 1.6, 2.4, 2.6, 3.4]), np.array([2, 1, 0], np.int8)
+    nearest = resampled(states, np.array([1.0, 2.0, 3.0]), places, axis=0)
+    assert nearest.tolist() == [2, 2, 1, 1, 0, 0]
     fine, wide = (1e-6, 30.5e-6, False), (3e-6, 99e-6, False)
     np.testing.assert_allclose(common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
     extreme = common_positions([(1e-10, 1e-6, False), wide])
