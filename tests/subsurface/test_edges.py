@@ -7,6 +7,7 @@ import pytest
 
 import fretwear
 from fretwear.subsurface.edges import stresses_at_edge
+from fretwear.subsurface.influence import of_points
 
 from ..studies import near, steel
 
@@ -43,6 +44,29 @@ def test_the_trailing_edge_of_a_sliding_sphere(cells):
     assert edge.of_pressure[[XX, YY]] == pytest.approx([0.4 / 3, -0.4 / 3], abs=1.5e-3)
     assert edge.of_shears[0, XX] == near(friction * TRAILING, rel=3e-3)
     assert abs(edge.of_shears[0, [ZZ, XY, XZ, YZ]]).max() < 2e-3
+
+
+def test_the_trailing_edge_of_a_sphere_in_partial_slip():
+    """Of p* nothing is singular at the edge: its part is a smooth integral over the stick disc."""
+    cells, friction, stick = 48, 0.5, 0.6
+    shear = friction * (sphere(cells) - sphere(cells, stick))
+    edge = stresses_at_edge(
+        sphere(cells),
+        np.stack([shear, -shear]),
+        friction,
+        (1 / cells,) * 2,
+        NU,
+        plane_strain=False,
+    )
+    angles = 2 * math.pi * (np.arange(400) + 0.5) / 400
+    nodes, weights = np.polynomial.legendre.leggauss(100)
+    # The root in p* vanishes in the angle whose sine is r/c.
+    arcs = math.pi / 4 * (1 + nodes)
+    r, pressure = stick * np.sin(arcs), stick * np.cos(arcs)
+    kernel = of_points(-1 - r[:, None] * np.cos(angles), -r[:, None] * np.sin(angles), 0.0, NU)
+    areas = math.pi / 4 * weights * stick * np.cos(arcs) * r * (2 * math.pi / 400)
+    expected = friction * (TRAILING - (kernel[1, XX].sum(axis=1) * pressure * areas).sum())
+    assert edge.of_shears[:, XX] == pytest.approx([expected, -expected], rel=2e-3)
 
 
 @pytest.mark.parametrize("stick", [0.0, 0.4, 0.8])
