@@ -9,14 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.mechanics import measured
-from fretwear.mechanics.measured import (
-    HeightMapIndenter,
-    MeasuredRoughness,
-    SourceFile,
-    read_profile,
-    read_topography,
-)
+from fretwear.mechanics import surface_files
+from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
+from fretwear.mechanics.surface_files import SourceFile, read_profile, read_topography
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
 from fretwear.study.study import load_study
@@ -195,7 +190,7 @@ def test_small_files_of_huge_surfaces_are_refused_before_they_are_unpacked(tmp_p
     x3p(file, 5001, b"")
     with pytest.raises(QuantityError, match="has 5001 x 5001 points, more than the 25,000,000"):
         read_topography(FILE.read(str(file), True))
-    monkeypatch.setattr(measured, "MOST_BYTES", 10**6)
+    monkeypatch.setattr(surface_files, "MOST_BYTES", 10**6)
     x3p(file, 600, np.zeros((600, 600)).tobytes())
     with pytest.raises(QuantityError, match="has 3 MB when unpacked, more than the 1 MB"):
         read_topography(FILE.read(str(file), True))
@@ -217,7 +212,7 @@ def test_a_file_is_read_within_limits_and_a_crash_of_its_library_is_told(
         ("within 4.3 GB of memory", 10, greedy),
         ("library that reads it crashed", 10, lambda _: os.abort()),
     ):
-        monkeypatch.setattr(measured, "_MOST_SECONDS", seconds)
+        monkeypatch.setattr(surface_files, "_MOST_SECONDS", seconds)
         monkeypatch.setattr(library, "open_topography", reader)
         patch = (0.0, 0.0, 1.0, float(seconds + len(reads)))
         for _ in range(2):  # the second time as remembered

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fretwear.figures import wear_profiles
-from fretwear.mechanics.measured import Source, SourceFile
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surface_files import Source, SourceFile
 from fretwear.mechanics.values import OfBodies
 from fretwear.mechanics.wear_laws import PowerLaw, WearLaw
 from fretwear.parts import Choice, Either, Mapped, Part, Quantity, QuantityError, WholeNumber

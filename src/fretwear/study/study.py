@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fretwear.mechanics.measured import Located
+from fretwear.mechanics.surface_files import Located
 from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.problems import Problem, Problems
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
