@@ -7,11 +7,8 @@ import pytest
 from benchmarks.experiments import (
     PAGE,
     STUDIES,
-    checks_cruzado,
     column,
-    measure_cruzado,
     rows,
-    text_cruzado,
 )
 from benchmarks.pages import ROOT
 
@@ -48,10 +45,16 @@ def test_the_page_of_experiments_is_what_its_data_say_and_these_what_was_measure
     assert set(every) == {name for name in stored if name not in ("laws", "together")}
 
 
-def test_a_block_on_a_ring_is_measured_anew_as_the_page_says():
-    data = measure_cruzado()
-    stored = PAGE.load(ROOT / "docs")["cruzado2010"]["data"]
-    assert data["points"][0]["computed"] == pytest.approx(stored["points"][0]["computed"], rel=1e-4)
-    assert "89 854 s" in text_cruzado(data)
-    failing = [check.what for check in checks_cruzado(data)[:-1] if not check.holds]
-    assert failing == ["half-width at 800 m against finite elements"]
+def test_what_falls_short_is_what_the_page_explains():
+    entries = PAGE.load(ROOT / "docs")
+    failing = {
+        section.name: sum(
+            not check.holds for check in section.checks(entries[section.name]["data"])
+        )
+        for section in PAGE.sections
+    }
+    # A half-width that finite elements have at their nodes; the scatter of volumes under a power law.
+    assert {name: count for name, count in failing.items() if count} == {
+        "cruzado2010": 1,
+        "baydoun2019": 4,
+    }

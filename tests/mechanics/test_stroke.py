@@ -364,13 +364,13 @@ def test_a_power_law_over_a_stroke_wears_by_its_factors():
         volumes.append(state.geometry.integral(state.wear_flat))
         indenter = state.geometry.integral(state.wear_indenter)
         assert indenter == pytest.approx(INDENTER * path * state.cycle, rel=0.01, abs=1e-20)
-    assert rates[-1] < 0.9 * rates[0]
+    assert rates[-1] < 0.93 * rates[0]
     assert volumes[-1] == near(trapezoid(rates, cycles), rel=0.01)
     # The mean pressure, which lags by a stage, is extrapolated to the end of a step.
     geometry, wear = usual[-1].geometry, usual[-1].wear_flat
     assert geometry.integral(wear) == near(volumes[-1], rel=0.003)
     (*_, plain), (*_, power) = (
-        slide(sliding(wear_law=law), (500.0,))
+        slide(sliding(wear_law=law), (100.0,))
         for law in (Archard((INDENTER, FLAT)), Archard((PowerLaw(INDENTER), PowerLaw(FLAT))))
     )
     assert np.array_equal(plain.worn, power.worn)
@@ -433,6 +433,7 @@ def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
         "poisson_ratio": 0.3,
         "friction": 0.65,
         "wear_coefficient": [0, "2e-15 / Pa"],
+        "cell": "6 um",
     }
     case = Case(**given, sliding_distance="3600 m", output_cycles=[250])
     assert case.cycles == 1000
