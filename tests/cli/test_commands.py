@@ -19,6 +19,8 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear.cli import commands
+from fretwear.study import plan
 from fretwear.study.study import load_study, select_case
 
 from ..running.conftest import read_until
@@ -100,6 +102,14 @@ def test_nohup_outlives_its_terminal():
         process.send_signal(signal.SIGHUP)
         process.stderr.read()
         assert process.wait(60) == 0
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_plan_estimates_each_case_once(monkeypatch):
+    estimated, estimate = [], plan.estimate
+    monkeypatch.setattr(plan, "estimate", lambda case: estimated.append(case) or estimate(case))
+    commands.plan(Path("tiny.yaml"))
+    assert len(estimated) == len(set(estimated)) > 0
 
 
 FULL = "fretwear: error: standard output: cannot be written: No space left on device\n"

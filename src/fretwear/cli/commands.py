@@ -9,7 +9,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -208,10 +208,10 @@ def plan(
     from fretwear.units import duration_text, size_text
 
     planned = Plan(load_study(file, set_ or ()))
-    planned = replace(planned, speed=resources.machine_speed(planned.estimates.values()))
+    speed = resources.machine_speed(planned.estimates.values())
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few
-    rows = [*planned.rows(0, shown), *planned.rows(max(shown, points - few))]
+    rows = [*planned.rows(0, shown, speed), *planned.rows(max(shown, points - few), None, speed)]
     lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
     if left := points - len(rows):
         lines.insert(1 + few, f"... {left} more points, which --all prints ...")
@@ -219,7 +219,7 @@ def plan(
     for line in (*lines, "", *derived):
         say(line)
     jobs = resources.batches(planned)
-    seconds = resources.core_seconds(jobs, planned.speed)
+    seconds = resources.core_seconds(jobs, speed)
     at_once = min(resources.cores(), len(jobs))
     shared = f", {duration_text(seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
     say(

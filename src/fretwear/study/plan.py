@@ -196,9 +196,6 @@ class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
-    # Speed of the machine whose times are shown, from `fretwear.running.resources`; the table of
-    # points and the batches do not depend on it.
-    speed: float = 1.0
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -246,8 +243,13 @@ class Plan:
         names = (axis.name for axis in self.study.axes)
         return ("id", *names, "cells", "time", "memory")
 
-    def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
-        """Iterate over a slice of the points as text, varied values in the words of the file."""
+    def rows(
+        self, first: int = 0, last: int | None = None, speed: float = 1.0
+    ) -> Iterator[tuple[str, ...]]:
+        """Iterate over a slice of the points as text, varied values in the words of the file.
+
+        Times are for a machine of some speed, from `fretwear.running.resources`.
+        """
         for point in self.points[first:last]:
             labels = point.labels.values()
             if point.case is None:
@@ -255,7 +257,7 @@ class Plan:
                 continue
             cost = self.estimates[point.id]
             cells = f"{cost.cells_x} x {cost.cells_y}"
-            time = duration_text(cost.seconds / self.speed)
+            time = duration_text(cost.seconds / speed)
             yield (point.id, *labels, cells, time, size_text(cost.memory_bytes))
 
 

@@ -67,6 +67,7 @@ def default_spacing(case: Draft) -> Spacing:
     return dx, dy
 
 
+@lru_cache(maxsize=8)
 def usual_spacing(case: Draft) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
@@ -206,6 +207,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
 
 
+@lru_cache(maxsize=8)
 def greatest_contact_radius(case: Draft) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
