@@ -55,7 +55,7 @@ __all__ = [*_HOME, *_DRAWN]
 def __getattr__(name: str) -> "Callable[..., Figure]":
     # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
-        found = getattr(import_module(f"fretwear.figures.{_HOME[name]}"), name)
+        found = vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
     elif name in _DRAWN:
         from fretwear.figures.style import of_quantity
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from textwrap import wrap
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -76,9 +76,9 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     if has_zero:
         ticks.insert(0, 0.0)
         axes.spines["bottom"].set_bounds(start, end)
-        look: dict[str, Any] = {"color": MUTED, "mew": 0.6, "ms": 5, "ls": "none"}
-        look |= {"marker": [(-2.0, -2.0), (0.0, 2.0)], "clip_on": False, "label": "_break"}
-        axes.plot([0.45 * first, 0.55 * first], [0, 0], transform=across, **look)
+        (marks,) = axes.plot([0.45 * first, 0.55 * first], [0, 0], color=MUTED, transform=across)
+        marks.set(marker=[(-2.0, -2.0), (0.0, 2.0)], mew=0.6, ms=5, ls="none")
+        marks.set(clip_on=False, label="_break")
     # Choose the ticks whose numbers have room, from the last one back.
     width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
     along = axes.transAxes.inverted().transform(across.transform([(tick, 0.0) for tick in ticks]))
@@ -200,16 +200,18 @@ def outside_key(
     handlelength: float = 2.4,
 ) -> Legend:
     """Add a key above or below the axes, with as many columns as fit into the figure."""
-    options: dict[str, Any] = {"loc": place, "handlelength": handlelength, "columnspacing": 1.0}
+    options: dict[str, float] = {"handlelength": handlelength, "columnspacing": 1.0}
     for columns in range(len(labels), 0, -1):
-        key: Legend = figure.legend(handles, labels, ncols=columns, **options)
+        key: Legend = figure.legend(handles, labels, loc=place, ncols=columns, **options)
         if key.get_window_extent().width <= figure.bbox.width or columns == 1:
             break
         key.remove()
     return key
 
 
-def label_or_key(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax: Any) -> None:
+def label_or_key(
+    axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax: Axes | None
+) -> None:
     """Label a few curves directly if there is room; else add a key, within `ax` if it is given."""
     if len(curves) > MOST_LABELLED or not label_curves(axes, curves, labels):
         if ax is None:
@@ -237,9 +239,10 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
                 before.remove()
                 label = f"{before.get_text()}, {label}"
                 points = np.concatenate([drawn.pop(), points])
-        options: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _LABEL_SIZE}
-        options |= {"transform": axes.transAxes, "color": text_colour(to_hex(curve.get_color()))}
-        texts.append(axes.text(0.5, 0.5, label, **options))
+        color = text_colour(to_hex(curve.get_color()))
+        text = axes.text(0.5, 0.5, label, ha="center", va="center_baseline", fontsize=_LABEL_SIZE)
+        text.set(transform=axes.transAxes, color=color)
+        texts.append(text)
         texts[-1].set_in_layout(False)
         drawn.append(points)
     sizes = [np.ceil(text.get_window_extent().size) + 2 * _LABEL_MARGIN for text in texts]

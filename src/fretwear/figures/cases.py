@@ -57,6 +57,7 @@ from fretwear.figures.style import (
     LINE_STYLES,
     MUTED,
     JournalFigure,
+    LineLook,
     style_context,
     styled,
 )
@@ -177,7 +178,7 @@ def compare_cases(
         )
     first, second = cases.values()
     cycles = compared_cycles(first, second)
-    styles = [{"color": CATEGORICAL[n], "linestyle": LINE_STYLES[n]} for n in range(2)]
+    styles = [LineLook(color=CATEGORICAL[n], linestyle=LINE_STYLES[n]) for n in range(2)]
     figure = JournalFigure(2, 118.0)
     (*profiles,), (widths, volumes, ratios) = figure.subplots(2, 3)
     for axes, name in zip(profiles, _COMPARED, strict=True):

@@ -56,7 +56,6 @@ _UNCHANGED = 5e-3
 _MOST_TICKS = 7
 _MOST_WRITTEN = 72
 _MOST_MAPS = 6
-_DENSE = 150
 _FEWEST = 16
 # Distance of a level that is none from the last number, beyond that of neighbours.
 _TO_NONE = 0.5
@@ -237,10 +236,10 @@ def effect_map(points: Points) -> Figure:
             if np.isfinite(value) and table.size <= _MOST_WRITTEN:
                 color, text = "white" if norm(value) > 0.35 else INK, fixed_digits(value, 3)
                 axes.text(column, row, text, color=color, fontsize=5.0, ha="center", va="center")
-        for name, along in ((across, "x"), (down, "y")):
+        for name, axis_of in ((across, axes.xaxis), (down, axes.yaxis)):
             texts = [value_text(name, level) for level in points.levels[name]]
-            axes.set(**{f"{along}label": parameter(name).words})
-            getattr(axes, f"set_{along}ticks")(range(len(texts)), texts, fontsize=5.5)
+            axis_of.set_label_text(parameter(name).words)
+            axis_of.set_ticks(range(len(texts)), texts, fontsize=5.5)
         axes.tick_params(axis="x", rotation=30 if len(points.levels[across]) > 4 else 0)
     add_scale(figure, grid, ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure

@@ -136,7 +136,7 @@ def study_figures(
             yield of_figure(f"bearing_area{suffix}", MAP_CATEGORY, figure, where)
         # A line contact is uniform along y and has no map.
         if all("y" in case.dims for case in opened.values()):
-            figure = compare_wear_maps(opened)
+            figure = compare_wear_maps(opened, columns=1 if len(opened) == 1 else 2)
             yield of_figure(f"wear_map{suffix}", MAP_CATEGORY, figure, where)
 
 

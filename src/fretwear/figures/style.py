@@ -6,11 +6,12 @@ import io
 import re
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from functools import wraps
 from inspect import signature
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
+from typing import Any, Concatenate, Literal, ParamSpec, TypedDict, TypeVar
 
 import matplotlib
 import matplotlib.colors
@@ -43,7 +44,16 @@ CATEGORICAL = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00",
 """Okabe and Ito's colours, which people with any colour vision can tell apart."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
+LineStyle = Literal["-"] | tuple[float, tuple[float, ...]]
+LINE_STYLES: tuple[LineStyle, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
+
+
+class LineLook(TypedDict):
+    """Colour and style of a line, as matplotlib takes them."""
+
+    color: str
+    linestyle: LineStyle
+
 
 _MM_PER_INCH = 25.4
 _SCREEN_DPI = 150
@@ -62,7 +72,6 @@ _PATH, _DIGITS = re.compile(rb' d="[^"]*"'), re.compile(rb"(\.\d\d)\d+")
 
 P = ParamSpec("P")
 Q = TypeVar("Q")
-F = TypeVar("F", bound=Callable[..., Any])
 
 
 class JournalFigure(Figure):
@@ -153,14 +162,19 @@ def place_label(axis: Axis) -> None:
     axis.set_label_coords(*((0.0, 0.5) if left else (0.5, 0.0)), axes.transAxes + beyond)
 
 
-def style_context() -> Any:
+def style_context() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws in fretwear's style."""
     return matplotlib.style.context(["default", str(STYLE_SHEET)])
 
 
-def styled(function: F) -> F:
+def styled(function: Callable[P, Q]) -> Callable[P, Q]:
     """Make a function draw in fretwear's style, whatever the caller's settings."""
-    inside: F = style_context()(function)
+
+    @wraps(function)
+    def inside(*args: P.args, **kwargs: P.kwargs) -> Q:
+        with style_context():
+            return function(*args, **kwargs)
+
     return inside
 
 

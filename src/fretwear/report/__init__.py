@@ -2,6 +2,6 @@
 
 from fretwear.report.answer import answer_text, answers
 from fretwear.report.build import build_report
-from fretwear.report.page import Section, environment
+from fretwear.report.page import Section, macros
 
-__all__ = ["Section", "answer_text", "answers", "build_report", "environment"]
+__all__ = ["Section", "answer_text", "answers", "build_report", "macros"]

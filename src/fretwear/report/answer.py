@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,7 @@ class Claim:
         verb = {1: "falls", -1: "grows", 0: "varies by more"}[way]
         return f", end to end; in between it {verb}{among}" if count else ""
 
-    def content(self) -> dict[str, Any]:
+    def content(self) -> dict[str, object]:
         """Return the claim as ``answer.json`` has it."""
         before, after = self.effect.values
         factors = self.factors
@@ -184,7 +184,7 @@ class Chance(NamedTuple):
 
     effect: Effect
 
-    def content(self) -> dict[str, Any]:
+    def content(self) -> dict[str, object]:
         """Return the claim as ``answer.json`` has it, with factors relative to the mean over seeds.
 
         Levels are null, since the order of seeds has no meaning.
@@ -489,7 +489,7 @@ def _by(factors: Array) -> str:
     return f"falls by {_span(1.0 - high, 1.0 - low, _percent)}\u00a0%"
 
 
-def _span(low: float, high: float, text: Any) -> str:
+def _span(low: float, high: float, text: Callable[[float], str]) -> str:
     return span([low, high], text)
 
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 from functools import partial
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from markupsafe import Markup
 from ruamel.yaml import YAML
@@ -21,7 +21,7 @@ from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
 from fretwear.report.answer import answers, regimes
 from fretwear.report.cracks import expected_cracks
 from fretwear.report.explorer import build_explorer, evenly
-from fretwear.report.page import Section, embedded, environment, page_scripts
+from fretwear.report.page import Section, embedded, environment, macros, page_scripts
 from fretwear.report.results import (
     PointResult,
     computation_facts,
@@ -102,10 +102,10 @@ def build_report(
         (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")
         for result in [result for result in results if not result.done][:_MOST_ROWS]
     ]
-    template: Any = environment().get_template("sections.html.j2").module
+    bodies = macros()
 
-    def section(name: str, title: str, *content: Any, entry: str = "") -> Section:
-        return Section(name, title, Markup(getattr(template, name)(*content)), entry)
+    def section(name: str, title: str, *content: object, entry: str = "") -> Section:
+        return Section(name, title, Markup(bodies[name](*content)), entry)
 
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
     page = [section("answer", heading, *_answer(plan, summary, results), answering, entry=entry)]
@@ -143,7 +143,7 @@ def build_report(
     )
 
 
-def _answer(plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]) -> tuple[Any, ...]:
+def _answer(plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]) -> tuple[object, ...]:
     """Return doubts, remarks, the answers of the study, and a note on the regimes of slip."""
     by_result, together = list(answers(summary)), regimes(summary)
     if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):
@@ -214,9 +214,9 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         text = _listed(name, axis.values, labels)
         rows.append(ParameterRow(name, parameter(name).words, text, choices))
     left_out = {row.name for row in rows} | _NUMERICS
-    values: dict[tuple[str, str], dict[Any, None]] = {}
+    values: dict[tuple[str, str], dict[float | str, None]] = {}
     words: dict[str, str] = {}
-    stick: dict[str, dict[Any, None]] = {}
+    stick: dict[str, dict[float | str, None]] = {}
     for case in plan.study.cases().values():
         for name, (value, _, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface are meaningless.
@@ -231,7 +231,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
     return rows
 
 
-def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str:
+def _listed(name: str, values: Sequence[object], labels: Sequence[str] = ()) -> str:
     """Return the distinct values in order, or the range of the numbers when there are many."""
     distinct = list(dict.fromkeys(labels or [value_text(name, value) for value in values]))
     if len(distinct) <= _MOST_LISTED:
@@ -242,7 +242,7 @@ def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str
     return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"
 
 
-def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
+def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
     """Return the columns and rows of the table of cases, their number, and means over seeds.
 
     A cell has the text of a number, the value that sorts its column, and its uncertainty.

@@ -6,7 +6,7 @@ import base64
 import gzip
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -53,6 +53,11 @@ def environment(package: str = "fretwear.report") -> Environment:
     )
     rendering.globals["results"] = RESULTS
     return rendering
+
+
+def macros(package: str = "fretwear.report") -> Mapping[str, Callable[..., str]]:
+    """Return the macros in the ``sections.html.j2`` of a package, which make bodies of sections."""
+    return vars(environment(package).get_template("sections.html.j2").module)
 
 
 class Image(NamedTuple):

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -192,14 +192,20 @@ class Residuals(NamedTuple):
     complementarity: float
 
 
-def examine(path: Path) -> dict[str, Any]:
-    """Read how a case was computed from its file; `DataFileError` if the file is damaged.
+class Examined(NamedTuple):
+    """How a case was computed."""
 
-    Returns its parameters that are numbers, the ``source`` of the file, its ``cells``, ``steps``,
-    ``convolutions``, the largest ``error`` of a step, and the ``residuals`` of the worst snapshot.
-    """
+    # Its parameters that are numbers, its `cells`, `steps` and `convolutions`, and the largest
+    # `error` of a step.
+    numbers: Mapping[str, float]
+    source: str  # program and version
+    residuals: Residuals  # of the worst snapshot
+
+
+def examine(path: Path) -> Examined:
+    """Read how a case was computed from its file; `DataFileError` if the file is damaged."""
     with opened_case(path, values=True) as file:
-        parameters: dict[str, Any] = {
+        parameters = {
             name: float(variable[...])
             for name, variable in file.variables.items()
             if not variable.dimensions and variable.dtype.kind == "f"
@@ -213,14 +219,14 @@ def examine(path: Path) -> dict[str, Any]:
             now = {"load": float(normal), "tangential_load": float(tangential)}
             missed.append(residuals(fields, parameters | now, copies))
         errors = file[HISTORY_GROUP][ERROR_ESTIMATE.name][:]
-        return parameters | {
-            "source": file.getncattr("source"),
+        numbers = {
             "cells": fields["gap"].size,
             "steps": max(0, errors.size - 1),
             "convolutions": int(file[HISTORY_GROUP][CONVOLUTIONS.name][:].sum()),
             "error": float(errors[np.isfinite(errors)].max(initial=0.0)),
-            "residuals": Residuals(*np.fmax.reduce(missed).tolist()),
         }
+        worst = Residuals(*np.fmax.reduce(missed).tolist())
+        return Examined(parameters | numbers, file.getncattr("source"), worst)
 
 
 def residuals(
@@ -244,17 +250,18 @@ def residuals(
     )
 
 
-def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[str, str]:
+def computation_facts(examined: Sequence[Examined], done: int) -> dict[str, str]:
     """Return facts on the numerics of the cases examined, out of `done` cases."""
 
     def of(name: str, size: float = 1.0) -> str:
-        return span((case[name] / size for case in examined), lambda value: number_text(value, 4))
+        values = (case.numbers[name] / size for case in examined)
+        return span(values, lambda value: number_text(value, 4))
 
     facts: dict[str, str] = {}
     if examined:
-        worst = np.max([case["residuals"] for case in examined], axis=0)
+        worst = np.max([case.residuals for case in examined], axis=0)
         load, other, gap = (number_text(value, 2) for value in worst)
-        axes = [axis for axis in "xy" if any(f"cell_{axis}" in case for case in examined)]
+        axes = [axis for axis in "xy" if any(f"cell_{axis}" in case.numbers for case in examined)]
         normal, shear = ("∬p dA", "∬q dA") if "y" in axes else ("∫p dx", "∫q dx")
         for axis in axes:
             facts[f"Grid spacing along {axis}"] = f"{of(f'cell_{axis}', MICROMETRE.size)} µm"
@@ -272,7 +279,7 @@ def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[
         }
         if len(examined) < done:
             facts["Cases examined"] = f"{len(examined)} of {done}, evenly spread"
-        facts["Simulated with"] = "; ".join(dict.fromkeys(case["source"] for case in examined))
+        facts["Simulated with"] = "; ".join(dict.fromkeys(case.source for case in examined))
     programs = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
     programs.append(f"Python {platform.python_version()}")
     return facts | {"Report made with": ", ".join(programs)}

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
 from fretwear.arrays import Array
-from fretwear.report import Section, environment
+from fretwear.report import Section, macros
 from fretwear.source_study.cases import (
     RUN_IN,
     TITLES,
@@ -511,8 +511,8 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     varied = [str(row[0][0].claim.number) for row in rows if any(differs for _, differs in row)]
     words = {model: _MODELS.get(model, model.replace("_", " ")) for model, _ in judged}
     heads = [f"R = {value_text('radius', at)}, {words[model]}" for (model, at), _ in others]
-    template: Any = environment("fretwear.source_study").get_template("sections.html.j2").module
-    text = template.claims(
+    bodies = macros("fretwear.source_study")
+    text = bodies["claims"](
         value_text("radius", radius),
         [words[model] for model in columns],
         list(zip(*columns.values(), strict=True)),
@@ -529,7 +529,7 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
             for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last))
         }
         excess = {title: percent(excess_shear(case, smooth.last)) for title, case in simple.items()}
-        text = template.slip_models(list(TITLES), tables, excess)
+        text = bodies["slip_models"](list(TITLES), tables, excess)
         yield Section("slip-models", "What the simpler slip model costs", Markup(text))
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,7 +28,7 @@ from fretwear.figures.profiles import (
     zone_key,
 )
 from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, LineLook, styled
 from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Cases, reference_cases
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Variable
@@ -269,12 +268,9 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
     return figure, [f"{words} against the number of cycles.", _STEPS]
 
 
-def _style(title: str) -> dict[str, Any]:
+def _style(title: str) -> LineLook:
     """The style of a case: colour shows roughness, line style plasticity."""
-    return {
-        "color": CATEGORICAL["rough" in title],
-        "linestyle": LINE_STYLES["plastic" in title],
-    }
+    return LineLook(color=CATEGORICAL["rough" in title], linestyle=LINE_STYLES["plastic" in title])
 
 
 _FIGURES: dict[str, Callable[[Cases], Drawn]] = {
