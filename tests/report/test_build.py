@@ -298,14 +298,14 @@ def test_numerics_and_residuals_are_those_of_the_files(finished):
     assert facts["Cases examined"] == f"{len(ids)} of {len(ids) + 1}, evenly spread"
     assert xr.__version__ in facts["Report made with"]
     numerics = numerics[0]
-    assert 0.0 < numerics["residuals"].load < 1e-6
-    assert 0.0 < numerics["residuals"].tangential_load < 1e-6
-    assert numerics["residuals"].complementarity < 1e-4
+    assert 0.0 < numerics.residuals.load < 1e-6
+    assert 0.0 < numerics.residuals.tangential_load < 1e-6
+    assert numerics.residuals.complementarity < 1e-4
     with open_case(finished.cases / f"{ids[0]}.nc", full=True) as whole:
         fields = {name: whole[name].values[-1] for name in EXPLORED_PROFILES}
-    assert residuals(fields, numerics, copies=1).load < 1e-6
+    assert residuals(fields, numerics.numbers, copies=1).load < 1e-6
     fields["pressure"] = 1.25 * fields["pressure"]
-    assert residuals(fields, numerics, copies=1).load == pytest.approx(0.25, rel=1e-5)
+    assert residuals(fields, numerics.numbers, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
 
 def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished):
