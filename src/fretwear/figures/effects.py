@@ -54,6 +54,7 @@ from fretwear.vocabulary import HEADLINES, RESULTS
 _ROW, _SOBOL_ROW, _HEAD = 44.0, 25.0, 16.0
 _UNCHANGED = 5e-3
 _MOST_TICKS = 7
+_KEY_SIGNS = 75
 _MOST_WRITTEN = 72
 _MOST_MAPS = 6
 _FEWEST = 16
@@ -159,6 +160,10 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
         _scale(axes.xaxis, x)
     if second:
         handles, texts = coding.key(seen)
+        if sum(len(text) + 4 for text in texts) > _KEY_SIGNS:
+            # The ramp of colours says the rest.
+            handles, texts = handles[:: len(handles) - 1], texts[:: len(texts) - 1]
+            caption(axes, "Keys of many values name the first and the last.")
         for handle in handles if not is_paired else ():
             handle.set_linestyle("none")
         options: dict[str, float] = {"columnspacing": 0.9, "handlelength": 1.2, "fontsize": 6.0}
