@@ -122,8 +122,7 @@ def needed_spacings(case: Draft) -> tuple[Spacing, Spacing]:
     wide = (half / radius * contact for half in case.indenter.half_widths(case.hertz))
     fine = [[length / part.cells for length in part.finest] for part in case.surfaces.values()]
     dx, dy = (min(widths) for widths in zip(wide, *fine, strict=True))
-    # A line contact has one row of cells.
-    coarse = dx, dy if "y" in case.frame.axes else dx
+    coarse = dx, dy
     tips = ([wide / cells for wide in widths] for widths, cells in zones.values())
     dx, dy = (min(widths) for widths in zip(coarse, *tips, strict=True))
     return coarse, (dx, dy)
