@@ -357,3 +357,22 @@ def test_a_tangential_load_that_becomes_too_much_ends_the_run_with_a_remedy(chan
     history = run(steel(**{**given, "tangential_ratio": 0.8, **changes})).history
     assert (np.diff(history.normal_force) < 0.0).all()
     np.testing.assert_allclose(history.tangential_force, 0.4 * history.normal_force, rtol=1e-9)
+
+
+def test_bodies_may_wear_by_laws_of_their_own():
+    """Where a share changes, each body is known over a stroke, and only the sum in partial slip."""
+    each = {"slow": ["2e-4 mm^3/J", "3e-4 mm^3/J"], "fast": ["4e-5 mm^3/J", "2e-4 mm^3/J"]}
+    falls = {"wear_coefficient": None, "energy_wear_coefficient": {**ENERGY, **each}}
+    power = {"value": "2e-14 / Pa", "pressure_exponent": 0.5, "reference_pressure": "100 MPa"}
+    bounds = {"falls": (0.4, 4 / 24), "power": (None, None)}
+    for name, law in (("falls", falls), ("power", {"wear_coefficient": [power, "2e-14 / Pa"]})):
+        short = {"cycles": 400, "error_estimate": False}
+        last = run(steel(**{**SLIDING, **law, **short})).dataset.isel(cycle=-1)
+        share = float(last.wear_volume_indenter / last.wear_volume)
+        slow, fast = bounds[name]
+        assert slow is None or fast < share < slow
+        whole = last.wear_volume_indenter + last.wear_volume_flat
+        assert float(whole) == pytest.approx(float(last.wear_volume), rel=1e-9)
+        stuck = run(steel(**law, cell="8 um", **short)).dataset
+        assert "wear_depth_flat" not in stuck
+        assert float(stuck.wear_volume[-1]) > 0.0
