@@ -20,6 +20,7 @@ from fretwear.data.safe import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
 from fretwear.figures.cases import ZONE_COLORS
 from fretwear.figures.history import CyclePlot, representative_cases, study_curves
+from fretwear.figures.index import HISTORIES, PROFILES
 from fretwear.figures.style import (
     CATEGORICAL,
     JournalFigure,
@@ -40,6 +41,17 @@ def test_a_panel_is_drawn_into_axes_that_are_there(name, smooth):
     assert right.has_data()
     assert not left.has_data()
     assert "(" in right.get_ylabel()
+
+
+def test_every_field_and_scalar_has_a_figure_under_its_name(smooth):
+    assert {*PROFILES, *HISTORIES} <= set(dir(figures))
+    for name, label in (("slip_profiles", "Slip amplitude ("), ("approach", "Approach (µm)")):
+        drawn = getattr(figures, name)(smooth)
+        assert drawn.axes[0].get_ylabel().startswith(label)
+        assert drawn.caption.startswith(label.partition(" (")[0])
+    with pytest.raises(AttributeError, match="no attribute 'pressures'"):
+        figures.pressures  # noqa: B018
+    assert "after cycle 10." in figures.wear_map(smooth, cycle=10).caption
 
 
 def test_one_case_goes_into_one_axes_a_study_of_many_panels_does_not(small_study, smooth):

@@ -96,7 +96,8 @@ def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
         figure, depths = root_figure(panels[0]), np.array([scar.depth.max() for scar in scars])
         unit, label = readable_unit(depths, "m"), RESULTS["wear_depth"].label
         scale = depth_scale(unit.of(depths))
-        caption(figure, f"{label} of both bodies over the contact after the last cycle.")
+        when = "the last cycle" if cycles is None else f"cycle {cycle_text(scars[0].cycle)}"
+        caption(figure, f"{label} of both bodies over the contact after {when}.")
         if not all(is_smooth(case) for case in cases.values()):
             caption(figure, "Outlines on rough surfaces surround spots in contact and in stick.")
         for axes, scar in zip(panels, scars, strict=True):
