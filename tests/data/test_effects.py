@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import qmc, spearmanr
 
 from fretwear.data.effects import Points, rank_correlations, sobol_indices
@@ -69,3 +70,22 @@ def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
     grid = np.log(10.0 + 40.0 * (np.arange(20000) + 0.5) / 20000)
     parts = np.array([9.0 * grid.var(), np.log(10.0) ** 2 / 12.0])
     assert found.first == pytest.approx(parts / parts.sum(), abs=0.005)
+
+
+def test_an_effect_is_divided_by_the_parameter_on_which_its_factor_depends():
+    """Among factors of the same step, however much those of other steps differ."""
+    load, exponent = np.array([10.0, 20.0, 80.0])[:, None], np.array([1.0, 1.5])
+    points, volume = ("load", "friction"), load**exponent
+    summary = xr.Dataset(
+        {
+            "status": (points, np.zeros(volume.shape, np.int8)),
+            "wear_volume": ((*points, "cycle"), np.stack([0.0 * volume, volume], axis=-1)),
+        },
+        {
+            "case_id": (points, np.arange(6).reshape(3, 2).astype(str)),
+            "cycle": [0.0, 100.0],
+            "load": load[:, 0],
+            "friction": [0.3, 0.6],
+        },
+    )
+    assert Points.of(summary).effect("load", "wear_volume").divider == "friction"
