@@ -282,6 +282,7 @@ REFUSED = {
     "no parameters": (attribute("parameters", "[1"), "its attribute parameters is not a JSON"),
     "nested parameters": (attribute("parameters", "[" * 90_000), "parameters is not a JSON"),
     "40 GB in a small file": (large, "announces 400"),
+    "40 GB in its history": (lambda file: large(file["history"]), "announces 400"),
     "text of any length": (strings, "words holds neither numbers nor plain text"),
     "a result less": (lambda file: file.renameVariable("approach", "appro"), "it lacks approach"),
 }

@@ -37,6 +37,8 @@ def test_indices_settle_their_intervals_hold_the_closed_form_and_noise_tells_not
         margin = 0.01 if count == 512 else 0.05
         for exact, (low, high) in zip(TOTAL, found.total_range.T, strict=True):
             assert low - margin <= exact <= high + margin
+        # Alone, the third has no effect: noise counts for none.
+        assert found.first_range[0, 2] == 0.0
     assert errors[1] < errors[0]
     unit = qmc.Sobol(3, seed=4).random(16)
     noise = np.random.default_rng(5).standard_normal((16, 1))
