@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from fretwear.version import __version__
+
+# HDF5, which reads this when it is loaded, would refuse to open files where the file system has no
+# locks. Files are complete or absent, so its locks guard nothing here.
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
 if TYPE_CHECKING:
     from fretwear import figures

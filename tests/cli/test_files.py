@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+import fretwear
 from fretwear.cli.program import app, swallowing_no_lack_of_memory
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import DataFileError
@@ -121,6 +123,25 @@ def test_a_folder_that_may_only_be_read_is_refused_before_anything_is_computed(
         assert str(disk) in result.stderr
         assert "Read-only file system; choose another place" in result.stderr
         assert "cycle 0" not in result.stderr
+
+
+@pytest.mark.usefixtures("desk")
+@pytest.mark.skipif(not shutil.which("gcc"), reason="compiles a library")
+def test_a_file_system_without_locks_is_told_and_a_case_written_and_read(tmp_path):
+    source, library = tmp_path / "flock.c", tmp_path / "flock.so"
+    source.write_text(
+    refusing = "int flock(int file, int how) { errno = ENOLCK; return -1; }"
+    source.write_text(f"#include <errno.h>\n{refusing}\n")
+    )
+    subprocess.run(["gcc", "-shared", "-fPIC", "-o", library, source], check=True)
+    result = subprocess.run(
+        [sys.executable, "-m", "fretwear", "run", "tiny.yaml", "--case", "P50N", "-o", "a.nc"],
+        env=os.environ | {"LD_PRELOAD": str(library)}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert "a.nc: no locks on this file system; let one process compute it" in result.stderr
+    with fretwear.open_case("a.nc") as case:
+        assert case.attrs["complete"] == 1
 
 
 def test_damage_that_shows_only_when_values_are_used_is_told(copied):
