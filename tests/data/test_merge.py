@@ -158,6 +158,14 @@ def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing
             assert gap[:, nx:].isnull().all()
             assert gap[:, :nx].notnull().all()
     assert min(sizes) < max(sizes) == stack.sizes["x"]
+    with open_history(loads / "summary.nc") as merged:
+        for name, parameters in cases.items():
+            steps = merged.sel(load=parameters.load, plastic_limit=parameters.plastic_limit)
+            with open_history(loads / "cases" / f"{name}.nc") as history:
+                number = history.sizes["step"]
+                for each in ("cycle", "wear_volume", "tangential_force"):
+                    np.testing.assert_array_equal(steps[each][:number], history[each])
+                    assert steps[each][number:].isnull().all()
 
 
 def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, merged):
