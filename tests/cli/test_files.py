@@ -129,10 +129,8 @@ def test_a_folder_that_may_only_be_read_is_refused_before_anything_is_computed(
 @pytest.mark.skipif(not shutil.which("gcc"), reason="compiles a library")
 def test_a_file_system_without_locks_is_told_and_a_case_written_and_read(tmp_path):
     source, library = tmp_path / "flock.c", tmp_path / "flock.so"
-    source.write_text(
     refusing = "int flock(int file, int how) { errno = ENOLCK; return -1; }"
     source.write_text(f"#include <errno.h>\n{refusing}\n")
-    )
     subprocess.run(["gcc", "-shared", "-fPIC", "-o", library, source], check=True)
     result = subprocess.run(
         [sys.executable, "-m", "fretwear", "run", "tiny.yaml", "--case", "P50N", "-o", "a.nc"],
