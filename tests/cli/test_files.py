@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli.program import app, swallowing_no_lack_of_memory
-from fretwear.data.files import _LENGTH, add_checksum
+from fretwear.data.files import _LENGTH, add_checksum, open_summary
 from fretwear.data.safe import DataFileError
 from fretwear.figures.index import read_figure_index
 from fretwear.running.workflow import failures, is_finished, spent_on_simulations
@@ -315,6 +315,26 @@ def test_a_forged_case_is_refused_by_a_sentence(case_file, tmp_path, what):
         status, said = call(command, path)
         assert status == 2
         assert words in said
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [(number("status", 7), "its status has unknown values"),
+     (number("cycle", np.nan), "cycle does not increase"),
+     (number("x", np.nan), "x does not increase"),
+     (number("load", -5.0), "load is -5"),
+     (attribute("study", np.arange(2)), "its attribute study is not text"),
+     (attribute("study_file", "[1]"), "its attribute study_file is not a JSON object"),
+     (of_variable("approach", "units", "mm"), "approach is in mm, not in m"),
+     (of_variable("approach", "add_offset", 1.0), "add_offset, which changes"),
+     (lambda file: file.renameVariable("case_id", "ids"), "it lacks case_id"),
+     (large, "announces 400"),
+     (strings, "words holds neither numbers nor plain text")],
+)  # fmt: skip
+def test_a_forged_summary_is_refused_by_a_sentence(finished_desk, tmp_path, change, words):
+    path = forged(finished_desk.folder / "results/summary.nc", tmp_path, change)
+    with pytest.raises(DataFileError, match=re.escape(words)):
+        open_summary(path)
 
 
 @pytest.mark.parametrize(("name", "value"), [("pressure", np.inf), ("shear_traction", 1e30)])
