@@ -160,6 +160,13 @@ def test_a_file_that_is_missing_or_no_case_is_named_and_a_pipe_is_not_waited_for
     os.close(writer)
 
 
+def test_a_dataset_that_lacks_variables_is_not_written(tmp_path, results):
+    path = tmp_path / "a.nc"
+    with pytest.raises(ValueError, match="would not be complete: the dataset lacks gap"):
+        write_case(results.dataset.drop_vars("gap"), results.history, path)
+    assert not path.exists()
+
+
 def test_a_file_that_another_program_wrote_lacks_something_or_is_of_another_kind(tmp_path, results):
     path, study_file, merged = (tmp_path / name for name in ("a.nc", "study.yaml", "summary.nc"))
     results.dataset.to_netcdf(path)
