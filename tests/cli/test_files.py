@@ -295,6 +295,7 @@ REFUSED = {
     "a result that is none": (number("wear_volume", np.nan), "wear_volume holds values"),
     "a history that is none": (number("history/approach", np.inf), "approach holds values"),
     "another unit": (of_variable("approach", "units", "mm"), "approach is in mm, not in m"),
+    "a field in another unit": (of_variable("gap", "units", "um"), "gap is in um, not in m"),
     "a scale": (of_variable("pressure", "scale_factor", 2.0), "scale_factor, which changes"),
     "no symmetry": (attribute("symmetry", "odd"), "its symmetry is none"),
     "numbers as title": (attribute("title", np.arange(3)), "its attribute title is not text"),
