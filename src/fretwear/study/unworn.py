@@ -41,8 +41,7 @@ def unworn(case: Case) -> dict[str, float]:
         results["stick_half_width_x"], _ = sizes(stick)
     if is_hertzian:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-        results["mean_stick_pressure"] = (
-            sliding.stick_load_share * hertz.load / results["stick_area"]
-        )
+        results["stick_load_share"] = share = sliding.stick_load_share
+        results["mean_stick_pressure"] = share * hertz.load / results["stick_area"]
         results["dissipated_energy"] = sliding.dissipated_energy
     return results
