@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,10 @@ _FIELDS = ("pressure", "shear_traction", "gap", "slip")
 _NORMAL = "unit normal of the plane on which it is largest"
 # Depths of the means over a line.
 _NODES = 16
+
+
+# Sensible values, by their SI units.
+_LIKE = {"m": "20 um", "Pa": "80 MPa", "1": "1"}
 
 
 class StressError(ValueError):
@@ -568,8 +573,9 @@ def _critical_distance(given: float | str | None) -> float | None:
 
 def read_quantity(name: str, value: object, si_unit: str) -> float:
     """A number, or text with a unit, in SI units; `StressError` if it is neither."""
+    dimension = NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit]
     try:
-        number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
+        number = parse_quantity(value, replace(dimension, example=_LIKE[si_unit]))
     except QuantityError as error:
         raise StressError(f"{name} = {value!r}: {error}") from error
     return number
