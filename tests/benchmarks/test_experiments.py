@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from benchmarks.experiments import (
-    PAGE,
+from benchmarks.experiments.__main__ import PAGE
+from benchmarks.experiments.measurements import (
     STUDIES,
     column,
     rows,

@@ -1,0 +1,100 @@
+"""The page docs/experiments.md: run ``python -m benchmarks.experiments``."""
+
+import platform
+import sys
+import time
+from itertools import count
+
+from benchmarks.experiments import coating, flat_on_flat, proposed, steel, titanium
+from benchmarks.experiments.measurements import (
+    equality,
+    mark,
+)
+from benchmarks.pages import ROOT, Data, Page, Section
+from matplotlib.figure import Figure
+
+import fretwear
+
+
+def measure_together() -> Data:
+    entries = PAGE.load(ROOT / "docs")
+    return {
+        name: entry["data"]["points"]
+        for name, entry in entries.items()
+        if "points" in entry["data"]
+    }
+
+
+def in_mm(each: Data) -> Data:
+    """The point in mm or mm³."""
+    size = {"µm": 1e-3}.get(each["unit"], 1.0)
+    return each | {key: size * each[key] for key in ("measured", "computed")}
+
+
+def figures_together(data: Data) -> dict[str, Figure]:
+    with fretwear.figures.style_context():
+        figure = Figure(figsize=(4.6, 3.4), layout="constrained")
+        axes = figure.subplots()
+        equality(axes, [in_mm(each) for points in data.values() for each in points])
+        for index, (name, points) in zip(count(), data.items(), strict=False):
+            label = next(each.title for each in SECTIONS if each.name == name)
+            mark(axes, [in_mm(each) for each in points], index, label)
+        axes.set(xlabel="Measured: volumes (mm³), depths and widths (mm)", ylabel="Computed")
+        figure.legend(loc="outside right center", fontsize=6.5)
+    return {"": figure}
+
+
+def text_together(data: Data) -> str:
+    every = [each for points in data.values() for each in points if each.get("basis") != "fitted"]
+    ratios = [each["computed"] / each["measured"] for each in every]
+    near = sum(1 / 1.3 <= ratio <= 1.3 for ratio in ratios)
+    return f"""\
+Measured against computed, with the scatter of measurements where repeats tell it; the band is ±30
+%. Of {len(every)} numbers to which nothing was fitted {near} are within the band.
+
+{{figure}}
+"""
+
+
+SECTIONS = (
+    *steel.SECTIONS,
+    *titanium.SECTIONS,
+    *flat_on_flat.SECTIONS,
+    *coating.SECTIONS,
+    Section("together", "All of them", measure_together, text_together, figures=figures_together),
+    *proposed.SECTIONS,
+)
+
+
+INTRODUCTION = """\
+# Published experiments
+
+What published experiments measured, against what fretwear computes. Each section says what was
+done, where the inputs come from, which numbers were fitted to what, and what was predicted
+without fitting. `python -m benchmarks.experiments` runs all of it in about {minutes} min of
+one core and writes this page from what it found; the sections ({names}) run alone by their names,
+and `laws`, which fits, only so. The studies are `studies/experiments/*.yaml`, with the
+measurements beside them, most of them digitised or transcribed by others, as their first lines
+say: `snakemake --cores 2 --config study=experiments/cruzado2010` runs one with figures and
+report.
+
+{summary}
+"""
+
+
+def surroundings() -> Data:
+    """Versions beside the data."""
+    return {"python": platform.python_version(), "version": fretwear.__version__}
+
+
+PAGE = Page(
+    "experiments",
+    INTRODUCTION,
+    SECTIONS,
+    surroundings,
+    lambda entry: f"fretwear {entry['version']}, Python {entry['python']}, {entry['seconds']} s.",
+    time.process_time,
+)
+
+if __name__ == "__main__":
+    sys.exit(PAGE.main())

@@ -1,0 +1,68 @@
+"""A ball of alumina on a coating of TiC."""
+
+import numpy as np
+from benchmarks.experiments.measurements import (
+    column,
+    comparison,
+    point,
+    rms,
+    rows,
+    solved,
+)
+from benchmarks.pages import Check, Data, Section
+
+
+def measure_fouvry2007() -> Data:
+    measured = rows("fouvry2007")
+    energy, volume = (column([r for r in measured if r["kind"] == "V"], key) for key in "xy")
+    density, depth = (column([r for r in measured if r["kind"] == "h"], key)[:-2] for key in "xy")
+    slope = float(density @ depth / (density @ density))
+    scatter = rms(depth / (slope * density) - 1.0)
+    curves = {}
+    for case in solved("fouvry2007"):
+        worn = 1e18 * case["wear_volume_flat"].to_numpy()
+        deepest = 1e6 * case["wear_depth_flat"].max(("x", "y")).to_numpy()
+        label = f"±{1e6 * float(case['sliding_amplitude']):.0f} µm"
+        curves[label] = [worn.tolist(), deepest.tolist()]
+    largest = float(volume.max())
+    at = {name: float(np.interp(largest, *curve)) for name, curve in curves.items()}
+    return {
+        "curves": curves,
+        "at": at,
+        "volume": largest,
+        "scatter": scatter,
+        "rms": rms(volume / (415.0 * energy) - 1.0),
+        "points": [
+            point(f"depth, {name}", float(depth.max()), value, "µm", scatter=scatter)
+            for name, value in at.items()
+        ],
+    }
+
+
+def text_fouvry2007(data: Data) -> str:
+    return f"""\
+Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007) slid a ball of alumina, 12.7 mm
+in radius, on a coating of TiC, 1.6 µm thick, on steel, with 100 N, ±50 and ±100 µm, until the
+coating spalled; only the coating wears. Volumes against dissipated energy follow 415 µm³/J with
+an rms of {100 * data["rms"]:.0f} %, which is the authors' fit. What the program predicts is the
+depth of a volume: at the largest, {data["volume"]:.3g} µm³, against the greatest depth before
+spalling. Depths scatter by {100 * data["scatter"]:.0f} % about proportionality to the energy
+density in the centre. The coating is not represented in the elasticity: it is thin beside the
+contact.
+
+{comparison(data["points"])}
+"""
+
+
+SECTIONS = (
+    Section(
+        "fouvry2007",
+        "Ball on a coating, Fouvry 2007",
+        measure_fouvry2007,
+        text_fouvry2007,
+        lambda data: [
+            Check(each["label"], each["computed"] / each["measured"] - 1, data["scatter"])
+            for each in data["points"]
+        ],
+    ),
+)
