@@ -107,6 +107,9 @@ def figure_baydoun(data: Data) -> dict[str, Figure]:
                 x, [each["computed"] for each in points], color=CATEGORICAL[0], label="computed"
             )
             axes.set(xlabel=words[:1].upper() + words[1:], xscale="log", yscale="log")
+            axes.set_xlim(0.8 * float(x[0]), 1.25 * float(x[-1]))
+            axes.set_xticks([float(x[0]), float(x[-1])], [f"{x[0]:g}", f"{x[-1]:g}"])
+            axes.minorticks_off()
         panels[0].set_ylabel("Worn volume (mm³)")
         panels[0].legend(fontsize=6.5)
     return {"": figure}
