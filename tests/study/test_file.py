@@ -39,6 +39,7 @@ load: 5 N | base.load
 output/cycle: [1] | did you mean 'cycles'
 output/stress: {depth: 0.5} | @output.stress.depth = 0.5 | needs a unit
 output/stress: {deph: 0.5 mm} | @output.stress.deph = 0.5 mm | did you mean 'depth'
+output/stress: {cycle: 3} | @output.stress.cycle = 3 | did you mean 'cycles'
 output/stress: {cycles: [-1]} | @output.stress.cycles[0] = -1 | 0
 * output/stress: {fatigue_strength: 1 GPa} | without strength_exponent
 output/stress: [0] | must be a mapping

@@ -54,10 +54,11 @@ class StressOutput(Part):
         """Read the section of a study file; one `QuantityError` lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must be a mapping", _EXAMPLE)
-        problems, read = Problems(), dict[str, object]()
-        rest = {name: value for name, value in given.items() if name != "cycles"}
+        problems, read, fields = Problems(), dict[str, object](), cls.parameters()
+        problems.unknown("", given, ["cycles", *fields], "is not known")
+        rest = {name: value for name, value in given.items() if name in fields}
         with problems.at("", given):
-            read = read_fields(rest, cls.parameters(), (), units_required=True)
+            read = read_fields(rest, fields, (), units_required=True)
         if "cycles" in given:
             with problems.at(".cycles", given["cycles"]):
                 read["cycles"] = read_snapshots(given["cycles"], in_file=True)
