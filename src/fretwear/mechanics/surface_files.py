@@ -8,6 +8,7 @@ from anybody: it is read by a child process with limits of memory and time.
 
 from __future__ import annotations
 
+import faulthandler
 import hashlib
 import json
 import math
@@ -23,7 +24,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -201,6 +202,7 @@ def _answer(read: Callable[[], Sequence[Array]], pipe: int) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
     signal.alarm(_MOST_SECONDS_WAITED)
+    faulthandler.disable()  # the parent tells of a crash
     warnings.simplefilter("ignore")
     resource.setrlimit(resource.RLIMIT_CPU, (_MOST_SECONDS, _MOST_SECONDS + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -305,11 +307,10 @@ def read_topography(
 
 def _read_map(source: Source, levelled: bool, patch: tuple[float, ...] | None) -> Sequence[Array]:
     """Coordinates of the points, m, levelled heights, m, and number of missing points."""
-    surface = _opened(source)
-    values = np.ma.filled(surface.heights().astype(float), np.nan)
+    values, sides = _opened(source)
     points = [
         (np.arange(count) + 0.5) * (size / count)
-        for count, size in zip(values.shape, surface.physical_sizes, strict=True)
+        for count, size in zip(values.shape, sides, strict=True)
     ]
     if patch is not None:
         inside = [
@@ -356,8 +357,8 @@ def fitted(
     return result
 
 
-def _opened(source: Source) -> Any:
-    """Open a file by SurfaceTopography, in m."""
+def _opened(source: Source) -> tuple[Array, tuple[float, float]]:
+    """Heights, NaN where missing, and lengths of the sides of a map of SurfaceTopography, m."""
     from SurfaceTopography import open_topography
 
     try:
@@ -390,7 +391,9 @@ def _opened(source: Source) -> Any:
     if surface.unit is None:
         rule = "does not say the unit of its lengths"
         raise QuantityError(rule, "export it in a format with units, such as x3p")
-    return surface.to_unit("m")
+    surface = surface.to_unit("m")
+    x, y = surface.physical_sizes
+    return np.ma.filled(surface.heights().astype(float), np.nan), (x, y)
 
 
 def _filled(values: Array, measured: Mask) -> Array:

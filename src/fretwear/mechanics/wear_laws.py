@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 
@@ -339,11 +339,13 @@ class _OfCoefficient(WearLaw):
         if not self._following:
             return self
 
-        def constant(value: object) -> Any:
+        def constant(value: float | OfBodies | Coefficient) -> float | OfBodies:
             return value.under(means, frequency) if isinstance(value, Coefficient) else value
 
         value, (name,) = self._value, self.parameters()
-        one = OfBodies(map(constant, value)) if isinstance(value, OfBodies) else constant(value)
+        one = constant(value)
+        if isinstance(value, OfBodies):
+            one = OfBodies(tuple(map(constant, value)))  # type: ignore[arg-type]
         law = self.unchecked(**{name: one})
         if isinstance(value, RimAndCore):
             vars(law)["zones"] = value.zones(means, frequency)
