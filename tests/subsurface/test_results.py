@@ -264,6 +264,16 @@ def test_worn_stresses_converge_with_the_cell_at_a_depth(worn):
     assert (fine < 0.01 * float(worn.hertz_pressure)).all()
 
 
+def test_points_outside_the_window_are_told(worn):
+    end = float(worn.x[-1] + 0.5 * (worn.x[1] - worn.x[0]))
+    inside, beyond = (
+        fretwear.stress(worn, points=[(share * end, 0.0, 2e-5)], phases=2) for share in (0.98, 1.1)
+    )
+    assert "outside" not in inside.warnings
+    assert f"at x = {1.1e6 * end:.3g} µm beyond {1e6 * end:.3g} µm" in beyond.warnings
+    assert np.isfinite(beyond.von_mises).all()
+
+
 def test_datasets_without_a_loop_of_stresses_are_refused(worn):
     still = worn.assign(shear_traction=0.0 * worn.shear_traction)
     stroke = {**json.loads(worn.parameters), "sliding_amplitude": 5e-6}

@@ -223,7 +223,7 @@ def stress(
         "parameters": ds.attrs["parameters"],
         "case_id": ds.attrs["case_id"],
         "bulk_stress": bulk,
-        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()))),
+        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()), (x, y))),
     }
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
@@ -524,10 +524,22 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
 
 
 def _doubts(
-    case: Case, snapshot: xr.Dataset, surface: LoadedSurface, shallow: float
+    case: Case,
+    snapshot: xr.Dataset,
+    surface: LoadedSurface,
+    shallow: float,
+    places: tuple[Array, Array],
 ) -> Iterable[str]:
-    """Say what makes stresses doubtful that begin at a shallow depth, m."""
+    """Say what makes stresses doubtful at places along x and y, m, from a shallow depth on, m."""
     cell = max(surface.spacing)
+    window = [abs(at).max() + 0.5 * cell for at in surface.positions(whole=True)]
+    axes = zip("xy", places, window, strict=True)
+    for axis, farthest, end in ((axis, float(abs(at).max()), end) for axis, at, end in axes):
+        if farthest > end:
+            yield (
+                f"points lie outside the window of the case, at {axis} = {farthest * 1e6:.3g} µm "
+                f"beyond {end * 1e6:.3g} µm: the only loads there are those within it"
+            )
     if shallow < cell:
         yield (
             f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "
