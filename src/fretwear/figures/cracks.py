@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from fretwear.figures.axes import make_panels, parameter_label
+from fretwear.figures.axes import make_panels
 from fretwear.figures.history import CyclePlot
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
-from fretwear.study.parameters import parameter
+from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
 from fretwear.vocabulary import CRACKS, FATIGUE, FATIGUE_OUTCOMES, PointStatus
 
@@ -86,10 +86,8 @@ def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             continue
         texts, label = [str(value) for value in summary[name].values], name
         if summary[name].dtype.kind == "f":
-            largest = float(np.nanmax(np.abs(summary[name].values))) or 1.0
-            unit = parameter(name).suiting(largest).unit
-            texts = [f"{value:g}" for value in unit.of(summary[name].values)]
-            label = parameter_label(name, largest)
+            texts = [value_text(name, value) for value in summary[name].values]
+            label = parameter(name).words
         axis.set_ticks(range(len(texts)), texts)
         axis.set_label_text(label[:1].upper() + label[1:])
     for (row, column), first in np.ndenumerate(crack):
