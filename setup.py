@@ -1,12 +1,12 @@
 """The compiled kernels and the workspace; all else about the package stands in pyproject.toml."""
 
-import os
 import shutil
 from hashlib import sha256
 from pathlib import Path
 
 from pybind11.setup_helpers import Pybind11Extension
 from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
 from setuptools.errors import CompileError
@@ -14,8 +14,7 @@ from setuptools.errors import CompileError
 # Vector instructions for the loops marked for them. No option that assumes finite values, because
 # sums have to show those that are not.
 FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
-# Two builds give the same bytes: neither the folder nor the rights of new files leave a trace.
-os.umask(0o022)
+# Two builds give the same bytes: the folder leaves no trace, nor do the rights of files, see below.
 FLAGS += ["-g0", f"-ffile-prefix-map={Path.cwd()}=."]
 
 
@@ -46,12 +45,27 @@ class BuildWithWorkspace(build_py):
             shutil.copy("Snakefile", workspace)
 
 
+class ReproducibleWheel(bdist_wheel):
+    """Packs files with the same rights, whatever those of the checkout."""
+
+    def write_wheelfile(self, *given: str) -> None:
+        """Write the last file before all are packed."""
+        super().write_wheelfile(*given)
+        for path in Path(self.bdist_dir).rglob("*"):
+            if path.is_file():
+                path.chmod(0o755 if path.suffix == ".so" else 0o644)
+
+
 MECHANICS = Path("src/fretwear/mechanics")
 SOURCES = sorted([*MECHANICS.glob("*.cpp"), *MECHANICS.glob("*.h")])
 DIGEST = sha256(b"".join(source.read_bytes() for source in SOURCES)).hexdigest()
 
 setup(
-    cmdclass={"build_ext": BuildKernels, "build_py": BuildWithWorkspace},
+    cmdclass={
+        "bdist_wheel": ReproducibleWheel,
+        "build_ext": BuildKernels,
+        "build_py": BuildWithWorkspace,
+    },
     ext_modules=[
         Pybind11Extension(
             "fretwear.mechanics.kernels",
