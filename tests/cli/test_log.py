@@ -372,6 +372,8 @@ def test_a_wish_that_is_told_twice_is_one_wish():
 WATCHED = """
 import os, signal, sys, time
 from fretwear.cli import Stopped, _leave, stopping, watch
+def wait():  # a signal just before a single long sleep would be handled after it
+    for _ in range(600): time.sleep(0.1)
 try:
     with stopping():
         watch()
@@ -388,8 +390,8 @@ except Stopped as stopped:
         ("os.kill(os.getpid(), signal.SIGSEGV)", 139, "fretwear: error: crashed (SIGSEGV): "),
         ("os.kill(os.getpid(), signal.SIGKILL)", 137, "fretwear: error: killed: out of memory"),
         ("sys.exit(2)", 2, ""),
-        ("os.kill(os.getppid(), signal.SIGTERM); time.sleep(60)", 143, "stopped: by SIGTERM"),
-        ("os.kill(os.getppid(), signal.SIGKILL); time.sleep(60)", -9, "stopped: by SIGTERM"),
+        ("os.kill(os.getppid(), signal.SIGTERM); wait()", 143, "stopped: by SIGTERM"),
+        ("os.kill(os.getppid(), signal.SIGKILL); wait()", -9, "stopped: by SIGTERM"),
     ],
 )
 def test_who_watches_a_process_tells_what_it_could_not_and_ends_as_it_did(work, status, words):
