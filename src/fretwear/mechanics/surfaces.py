@@ -173,6 +173,25 @@ class Cylinder(_Straight):
         return self.radius
 
 
+_EdgeRadius = Annotated[
+    float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
+]
+_HalfWidth = Annotated[
+    float,
+    Quantity(
+        "m",
+        "$h$",
+        "half-width of the punch",
+        "mm",
+        like="2.4 mm",
+        above=0.0,
+        infinite="no end",
+        unsaid=math.inf,
+    ),
+    "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
+]
+
+
 class _Punch(Indenter):
     """A flat with a rounded edge: gap (r − b)²/2R at the distance r > b from centre or axis."""
 
@@ -227,23 +246,8 @@ class FlatPunch(_Punch, _Straight):
     flat_half_width: Annotated[
         float, Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0)
     ]
-    edge_radius: Annotated[
-        float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
-    ]
-    half_width: Annotated[
-        float,
-        Quantity(
-            "m",
-            "$h$",
-            "half-width of the punch",
-            "mm",
-            like="2.4 mm",
-            above=0.0,
-            infinite="no end",
-            unsaid=math.inf,
-        ),
-        "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
-    ] = math.inf
+    edge_radius: _EdgeRadius
+    half_width: _HalfWidth = math.inf
     kind: Literal["flat_punch"] = "flat_punch"
 
     @property
@@ -413,23 +417,8 @@ class RoundPunch(_Punch, RoundIndenter):
     flat_radius: Annotated[
         float, Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0)
     ]
-    edge_radius: Annotated[
-        float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
-    ]
-    half_width: Annotated[
-        float,
-        Quantity(
-            "m",
-            "$h$",
-            "half-width of the punch",
-            "mm",
-            like="2.4 mm",
-            above=0.0,
-            infinite="no end",
-            unsaid=math.inf,
-        ),
-        "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
-    ] = math.inf
+    edge_radius: _EdgeRadius
+    half_width: _HalfWidth = math.inf
     kind: Literal["round_punch"] = "round_punch"
 
     @property

@@ -58,6 +58,12 @@ class Coefficient(Part):
         raise NotImplementedError
 
 
+_ReferenceFrequency = Annotated[
+    float,
+    Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
+]
+
+
 @dataclass(frozen=True)
 class PowerLaw(Coefficient):
     """A coefficient K (p/p_r)^n (δ/δ_r)^m (f/f_r)^k of mean pressure, mean slip and frequency."""
@@ -82,10 +88,7 @@ class PowerLaw(Coefficient):
     frequency_exponent: Annotated[
         float, Quantity("1", "$k$", "frequency exponent", like="-0.3", unsaid=0.0)
     ] = 0.0
-    reference_frequency: Annotated[
-        float,
-        Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
-    ] = 0.0
+    reference_frequency: _ReferenceFrequency = 0.0
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -201,10 +204,7 @@ class RimAndCore(Coefficient):
     width_exponent: Annotated[
         float, Quantity("1", "$q$", "width exponent", like="-0.71", unsaid=0.0)
     ] = 0.0
-    reference_frequency: Annotated[
-        float,
-        Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
-    ] = 0.0
+    reference_frequency: _ReferenceFrequency = 0.0
 
     @property
     def problem(self) -> tuple[str, str] | None:
