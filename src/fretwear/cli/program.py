@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fretwear
-from fretwear.cli import KERNELS, Stopped, commands
+from fretwear.cli import KERNELS, Stopped, commands, stresses
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
 from fretwear.cli.common import CommandError, Status, say
 from fretwear.cli.show import compare, show
@@ -161,9 +161,9 @@ _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(compare, "fretwear compare A.nc B.nc -o comparison.png")
 _add(commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
-_add(commands.stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
-_add(commands.fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")
-_add(commands.export, "fretwear export results/demo/cases/ID.nc --to vtk")
+_add(stresses.stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
+_add(stresses.fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")
+_add(stresses.export, "fretwear export results/demo/cases/ID.nc --to vtk")
 _add(commands.schema, "fretwear schema > study.schema.json")
 _add(commands.coefficients, "fretwear coefficients Ti-6Al-4V")
 _add(commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)

@@ -1,0 +1,185 @@
+"""The commands on stresses below the surface, and on files for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from fretwear.cli.common import (
+    CaseFile,
+    CommandError,
+    aligned,
+    check_output,
+    check_results,
+    opened,
+    option,
+    say,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_DEPTH = "Depth with its unit, such as '20 um', or several with commas; may be repeated."
+_DEPTHS = "16 from 0.05 to 2 contact half-widths"
+_WHOLE = "Stresses on all cells at these depths; no parameters for cracks."
+_BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
+_FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
+_CROSSLAND = "Weight of the mean stress in the Crossland parameter."
+_DISTANCE = "Parameters by the point and the line method too, such as '40 um'."
+_DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
+_TO = "Format of the files."
+_EXPORTED = "File to write; several get names that begin like it."
+_EXPORTED_CYCLE = "A snapshot."
+_BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
+_MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
+_PHASES = "Steps of the force over a cycle."
+
+
+def stress_below(
+    file: CaseFile,
+    output: Annotated[
+        Path | None, option("-o/--output", "STRESS.nc", "File to write.", "OUT-stress.nc")
+    ] = None,
+    cycle: Annotated[
+        float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
+    ] = 0,
+    depth: Annotated[list[str] | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
+    whole: Annotated[bool, typer.Option("--whole", help=_WHOLE)] = False,
+    phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
+    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
+    fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
+    crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
+    dang_van: Annotated[float | None, option("--dang-van", "ALPHA", _DANG_VAN)] = None,
+    critical_distance: Annotated[
+        str | None, option("--critical-distance", "LENGTH", _DISTANCE)
+    ] = None,
+) -> None:
+    """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
+
+    Prints where each is largest.
+    """
+    from fretwear.subsurface import results
+
+    socie = _pair("--fatemi-socie", fatemi_socie, "k and the yield strength", "1, 1000 MPa")
+    depths = [each for text in depth or () for each in text.split(",")]
+    compute = partial(
+        results.stress,
+        cycle=cycle,
+        depths=depths or None,
+        whole=whole,
+        phases=phases,
+        bulk_stress=bulk_stress,
+        fatemi_socie=socie,
+        crossland=crossland,
+        dang_van=dang_van,
+        critical_distance=critical_distance,
+        command="fretwear stress",
+    )
+    path, stresses = _written(file, output, "stress", compute)
+    for line in (*aligned([*results.largest_values(stresses)], str.ljust), str(path)):
+        say(line)
+
+
+def fatigue_of(
+    file: CaseFile,
+    output: Annotated[
+        Path | None, option("-o/--output", "FATIGUE.nc", "File to write.", "OUT-fatigue.nc")
+    ] = None,
+    basquin: Annotated[str | None, option("--basquin", "STRENGTH,B", _BASQUIN)] = None,
+    manson_coffin: Annotated[str | None, option("--manson-coffin", "DUCTILITY,C", _MANSON)] = None,
+    depth: Annotated[
+        str | None, option("--depth", "DEPTH", "Largest depth.", "2 contact half-widths")
+    ] = None,
+    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
+    phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
+) -> None:
+    """Tell where a crack is expected at each snapshot, and whether wear or the crack comes first.
+
+    Prints the largest Smith-Watson-Topper parameter with its place and plane and, with constants of
+    the material, lives and Miner's sum of points that wear brings to the surface and removes.
+    """
+    from fretwear.subsurface import fatigue
+
+    compute = partial(
+        fatigue.fatigue,
+        depth=depth,
+        basquin=_pair("--basquin", basquin, "the strength and the exponent", "1000 MPa, -0.1"),
+        manson_coffin=_pair(
+            "--manson-coffin", manson_coffin, "ductility and exponent", "0.5, -0.6"
+        ),
+        bulk_stress=bulk_stress,
+        phases=phases,
+        command="fretwear fatigue",
+    )
+    path, lives = _written(file, output, "fatigue", compute)
+    for line in (*aligned(fatigue.fatigue_table(lives)), str(path)):
+        say(line)
+
+
+def _pair(name: str, text: str | None, what: str, example: str) -> tuple[str, str] | None:
+    """Two constants with a comma between them."""
+    first, comma, second = (text or "").partition(",")
+    if text is not None and not comma:
+        raise CommandError(f"{name} {text}: must be {what}, such as '{example}'")
+    return None if text is None else (first.strip(), second.strip())
+
+
+def _written(
+    file: Path, output: Path | None, ending: str, compute: Callable[[xr.Dataset], xr.Dataset]
+) -> tuple[Path, xr.Dataset]:
+    """Compute results of a case, print their warnings, and write them to `output`.
+
+    The file is named as the case with `ending` where there is no `output`.
+    """
+    from fretwear.subsurface.results import StressError, write_stresses
+
+    with opened(file) as (case, _):
+        path = check_output(output or file.with_name(f"{file.stem}-{ending}.nc"), ".nc")
+        try:
+            computed = compute(case)
+        except StressError as error:
+            raise CommandError(f"{file}: {error}") from error
+        write_stresses(computed, path)
+    for warning in computed.attrs["warnings"].splitlines():
+        typer.echo(f"fretwear: warning: {warning}", err=True)
+    return path, computed
+
+
+def export(
+    file: CaseFile,
+    to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
+    output: Annotated[
+        Path | None, option("-o/--output", "OUT", _EXPORTED, "beside OUT.nc, .pvd, .csv or .inp")
+    ] = None,
+    cycle: Annotated[
+        float | None, option("--cycle", "NUMBER", _EXPORTED_CYCLE, "all; abaqus: the last")
+    ] = None,
+) -> None:
+    """Write a case or its stresses as files of other programs.
+
+    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
+    """
+    check_results(file)
+
+    from fretwear.data.export import WRITERS, ExportError, at_cycle
+    from fretwear.data.safe import DataFileError
+    from fretwear.subsurface.results import open_stresses
+
+    ending, write = WRITERS[to]
+    path = check_output(output or file.with_suffix(ending), ending)
+    with ExitStack() as stack:
+        try:
+            ds = stack.enter_context(open_stresses(file))
+        except DataFileError:
+            ds = stack.enter_context(opened(file))[0].fretwear.full()
+        try:
+            written = write(ds if cycle is None else at_cycle(ds, cycle), path)
+        except ExportError as error:
+            raise CommandError(f"{file}: {error}") from error
+    for each in written:
+        say(str(each))
