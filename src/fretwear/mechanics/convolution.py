@@ -226,11 +226,18 @@ def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None)
     return target
 
 
-def dst(kind: int, field: Array, axes: tuple[int, ...]) -> Array:
-    """Discrete sine transform of a field along some axes; I to III, with the factors of `dct`."""
+def dst(kind: int, field: Array, axes: tuple[int, ...], into: Array | None = None) -> Array:
+    """Discrete sine transform of a field along some axes, I to IV, with the factors of `dct`.
+
+    It needs new memory or a given buffer, which may be the field.
+    """
     if ducc0 is not None:
-        result: Array = ducc0.fft.dst(field, axes=axes, type=kind)
+        result: Array = ducc0.fft.dst(field, axes=axes, type=kind, out=into)
         return result
     import scipy.fft
 
-    return np.asarray(scipy.fft.dstn(field, type=kind, axes=axes))
+    result = np.asarray(scipy.fft.dstn(field, type=kind, axes=axes))
+    if into is None:
+        return result
+    into[...] = result
+    return into
