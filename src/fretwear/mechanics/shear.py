@@ -254,7 +254,7 @@ class WholeShear(ShearSpace):
             if even:
                 first = np.concatenate([np.flip(first, axis), first], axis)
                 second = np.concatenate([-np.flip(second, axis), second], axis)
-        return first + 1j * second
+        return np.asarray(first + 1j * second)
 
     def _unpacked(self, field: Complex) -> Array:
         start = (
