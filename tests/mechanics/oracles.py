@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import State, WearProblem
@@ -100,14 +100,15 @@ def worst_violation(problem: WearProblem, state: State) -> float:
 
 
 def normal_contact(
-    influence: Array, shape: Array, cell: float, load: float
+    influence: Array, shape: Array, cell: float, load: float, loaded: Mask | None = None
 ) -> tuple[Array, Array, float]:
     """Pressure (Pa), gap (m) and approach (m) of a rigid shape (m) on the half-space.
 
-    All cells start in contact; cells leave while their pressure pulls, and come back while they
-    penetrate. ``cell`` is the area of a cell, m².
+    All cells start in contact, or those ``loaded``; cells leave while their pressure pulls, and
+    come back while they penetrate. ``cell`` is the area of a cell, m².
     """
-    loaded = np.ones(shape.size, dtype=bool)
+    if loaded is None:
+        loaded = np.ones(shape.size, dtype=bool)
     for _ in range(100):
         inside = np.flatnonzero(loaded)
         pressure, approach = _solve_with_total(
@@ -233,3 +234,37 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
             wear = wear + worn
             gap = gap + worn
     return Worn(wear, plastic, pressure, gap)
+
+
+def explicit_strokes(
+    problem: WearProblem, window: Grid, influence: Array, cycles: float, steps: int, places: int
+) -> Array:
+    """Euler's method over strokes under a load in phase with them: wear of flat and indenter, m.
+
+    Positions are the middles of equal parts of the stroke, and the indenter is interpolated
+    linearly. ``influence`` is that of the cells of a window and their images along y, and loads
+    are per width in a line contact.
+    """
+    (x, y), stroke, gap = (window.x, window.y), problem.loading.stroke, problem.indenter.gap
+    at = stroke * (2.0 * (np.arange(places) + 0.5) / places - 1.0)
+    ratio, worn = problem.normal.pulsating_load, np.zeros((2, *window.shape))
+    loads = problem.hertz.load * (0.5 * (1.0 + ratio) + 0.5 * (1.0 - ratio) * at / stroke)
+    least = problem.hertz.contact_radius**2 / (2.0 * problem.indenter.curvature_radius)
+    loaded = [gap(x[:, None] - place, y).ravel() < least for place in at]
+    rates = 4.0 * stroke * np.array(problem.wear_law.wear_coefficient)[::-1, None, None]
+
+    def moved(field: Array, by: float) -> Array:
+        return np.stack([np.interp(x - by, x, row) for row in field.T], axis=1)
+
+    for _ in range(steps):
+        means = np.zeros_like(worn)
+        for index, place in enumerate(at):
+            shape = gap(x[:, None] - place, y) + worn[0] + moved(worn[1], place)
+            pressure, *_ = normal_contact(
+                influence, shape.ravel(), window.unit_area, loads[index], loaded[index]
+            )
+            loaded[index] = pressure > 0.0
+            pressure = pressure.reshape(window.shape)
+            means += np.stack([pressure, moved(pressure, -place)]) / places
+        worn += rates * means * cycles / steps
+    return worn

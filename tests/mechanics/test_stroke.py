@@ -9,12 +9,13 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import Case, simulate
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb, ElasticBodies
-from fretwear.mechanics.measures import measure
+from fretwear.mechanics.measures import loop, measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.rubbing import Rubbing, positions
 from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, ReducedContact, SlipModel
@@ -580,3 +581,59 @@ def test_a_punch_must_hold_its_flat_and_its_unworn_contact():
         ended("flat_punch", sliding_amplitude="50 um", load="80000 N/mm")
     remedy = re.search(r"up to (.*) would do", str(caught.value)).group(1)
     assert ended("flat_punch", sliding_amplitude="50 um", load=remedy).hertz_radius < 2.1e-3
+
+
+@pytest.mark.parametrize(("ball", "ratio"), [(False, 0.3), (False, 0.0), (True, 0.3), (True, 0.0)])
+def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ratio):
+    """Contacts of given shapes at many positions; at a ratio of zero they open at one end."""
+    if ball:
+        problem = rubbing(0.7, (1e-14, 3e-14), 6, normal=NormalLoad(50.0, ratio))
+        cycles, steps_, places = 200.0, 60, 16
+    else:
+        problem = sliding(cells=8, normal=NormalLoad(LOAD, ratio))
+        cycles, steps_, places = 3000.0, 120, 24
+    *_, last = slide(problem, (cycles,))
+    window, modulus = last.geometry, problem.composite_modulus
+    x, y = (at.ravel() for at in np.meshgrid(window.x, window.y, indexing="ij"))
+    if ball:
+        one, image = (
+            oracles.love(x[:, None] - x, y[:, None] - side * y, problem.spacing, modulus)
+            for side in (1, -1)
+        )
+        influence = one + image
+    else:
+        column = influence_of_cell(x.size, problem.spacing[0], CYLINDER.radius, modulus)
+        index = np.arange(x.size)
+        influence = column[abs(index[:, None] - index)]
+    worn = oracles.explicit_strokes(problem, window, influence, cycles, steps_, places)
+    for found, expected in zip(last.worn, worn, strict=True):
+        assert np.abs(found - expected).sum() <= 0.01 * expected.sum()
+        assert found.max() == near(expected.max(), rel=0.01)
+    # The flat wears more where the load is large, the indenter on its other side.
+    right = [field[window.x > 0].sum() / field.sum() for field in last.worn]
+    assert right[0] > 0.51
+    assert right[1] < 0.495
+
+
+def test_a_load_that_hardly_pulsates_is_constant_and_its_mean_wears_and_dissipates():
+    """Even states are computed on one side of the middle, others on both."""
+    for problem in (sliding(), rubbing(0.5)):
+        normal = replace(problem.normal, pulsating_load=1.0 - 1e-6)
+        hardly, cycles = replace(problem, normal=normal), 0.05 / problem.loading.stroke / 50.0
+        (*_, plain), (*_, other) = (slide(each, (cycles,)) for each in (problem, hardly))
+        (along, across), middle = plain.geometry.shape, other.geometry.shape[0] // 2
+        for side in (slice(middle, middle + along), slice(middle - 1, middle - 1 - along, -1)):
+            found = other.worn[:, side, :across]
+            np.testing.assert_allclose(found, plain.worn, rtol=0, atol=1e-5 * plain.worn.max())
+        usual, same = measure(problem, plain), measure(hardly, other)
+        for name, value in vars(usual).items():
+            np.testing.assert_allclose(getattr(same, name), value, rtol=2e-3, err_msg=name)
+    opening = replace(problem, normal=replace(problem.normal, pulsating_load=0.0))
+    *_, last = slide(opening, (cycles,))
+    curve, found = loop(Workspace(opening), last), measure(opening, last)
+    # The loop has the area of the energy, and no force where the contact opens.
+    assert found.dissipated_energy == near(2 * 0.5 * 50.0 * opening.loading.stroke, rel=1e-9)
+    area = abs(trapezoid(curve.force, curve.displacement))
+    assert area == near(found.dissipated_energy, rel=1e-9)
+    assert curve.force.max() == near(0.5 * 50.0)
+    assert abs(curve.force[curve.displacement.argmin()]) < 1e-9

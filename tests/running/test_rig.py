@@ -200,6 +200,7 @@ RIDGES = {"amplitude": "1 um", "slope_x": "1 deg", "slope_y": "1 deg"}
 ENERGY = {"slow": "5e-4 mm^3/J", "fast": "1e-4 mm^3/J", "decay": "11 mm^2/W", "frequency": "10 Hz"}
 FALLING = {"wear_coefficient": None, "energy_wear_coefficient": ENERGY}
 BLOCKS = {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ratio": 0.5}]}
+PULSATING_BLOCKS = {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "pulsating_load": 0.5}]}
 
 
 @pytest.mark.parametrize("law", [{"wear_coefficient": "4.8e-14 / Pa"}, FALLING])
@@ -276,6 +277,8 @@ def test_bodies_share_wear_that_falls_with_the_power():
         ),
         (SLIDING, FALLING, ("each wears in a different place", "slow: [value of the indenter")),
         (SLIDING, BLOCKS, ("blocks", "two studies")),
+        (LINE, {"pulsating_load": 0.3}, ("pulsating_load = 0.3", "tangential_ratio does not give")),
+        (SLIDING, PULSATING_BLOCKS, ("blocks", "pulsating_load: 0.999")),
     ],
 )
 def test_mistakes_are_named_in_few_words(case, changes, parts):

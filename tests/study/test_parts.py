@@ -168,6 +168,7 @@ def examples():
         {**yielding, "displacement_ratio": 0.5},
         punched,
         {**sliding, "wear_coefficient": worn_apart},
+        {**sliding, "wear_coefficient": worn_apart, "pulsating_load": 0.3},
         {**sliding, "sliding_amplitude": None, "sliding_distance": "3.6 m", "cycles": None},
     ]
     return [study_case(**each) for each in changes]
@@ -181,6 +182,7 @@ UNSAID = {
     "plastic_limit",
     "rig_stiffness",
     "tangential_compliance",
+    "pulsating_load",
 }
 
 
@@ -213,7 +215,7 @@ def test_no_parameter_can_be_forgotten():
             part = case if leaf.kind is None else getattr(case, leaf.member)
             if leaf.kind is not None and not isinstance(part, leaf.kind):
                 continue
-            if leaf.field in UNSAID and getattr(part, leaf.field) in (0, (), math.inf, None):
+            if leaf.field in UNSAID and getattr(part, leaf.field) in (0, 1, (), math.inf, None):
                 continue
             if leaf.field == "cycles" and case.blocks:
                 continue

@@ -75,6 +75,8 @@ class Normal(Imposed):
         """Whether the load is held."""
         return self.given[0] is not None
 
+    pulsating_load: float = 1.0  # least load over the largest, in phase with the motion
+
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Unworn smooth contact, from the same contact under any load."""
         raise NotImplementedError
@@ -82,13 +84,19 @@ class Normal(Imposed):
 
 @dataclass(frozen=True)
 class NormalLoad(Normal):
-    """A constant load."""
+    """A load that is constant or changes in phase with the motion."""
 
     load: Annotated[
         float,
         Quantity("N", "$P$", "normal load", "N", above=0.0),
-        "Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
+        "Normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
+    pulsating_load: Annotated[
+        float,
+        Quantity("1", "$R_P$", "load ratio", like="0.3", at_least=0.0, at_most=1.0, unsaid=1.0),
+        "Least load over the largest, which is load, where it changes in phase with the motion: "
+        "largest at one end and least at the other; 0 where the contact opens. Default: constant.",
+    ] = 1.0
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"
 

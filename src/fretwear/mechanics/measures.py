@@ -356,7 +356,10 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
     path = np.concatenate([force[-1] - 2.0 * force, np.full(POINTS, -force[-1])])
-    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening)
+    force, displacement = (np.concatenate([half, -half[1:]]) for half in (path, falling))
+    if problem.wears_unevenly:
+        force *= problem.load_at(displacement / largest) / state.load
+    return Loop(force, displacement, opening)
 
 
 def _curve(

@@ -25,7 +25,7 @@ from fretwear.arrays import Array, Mask, Places
 from fretwear.mechanics.contact import ContactError, Exchange
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
-from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
+from fretwear.mechanics.geometry.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
@@ -45,13 +45,15 @@ _CLOSED = 1e-10
 
 
 def positions(problem: WearProblem) -> tuple[Array, Array]:
-    """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
+    """Positions of the indenter from the middle of a stroke to its end, m, and their weights.
 
     They follow from the trapezoidal rule over the stroke, doubled for a position and its image.
+    Under a load that changes with the position, they begin at the other end; where the contact
+    opens there is none.
     """
     amplitude, half_width = problem.loading.travel, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
-    if amplitude <= problem.small_stroke:
+    if amplitude <= problem.small_stroke and not problem.wears_unevenly:
         return np.zeros(1), np.full(1, 0.5)
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
     # A peak of pressure at an edge wears at each position.
@@ -60,13 +62,19 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     count = ceil(max(least, _PER_HALF_WIDTH * amplitude / half_width))
     weights = np.full(count + 1, 0.5 / count)
     weights[[0, -1]] *= 0.5
-    return np.linspace(0.0, amplitude, count + 1), weights
+    places = np.linspace(0.0, amplitude, count + 1)
+    if problem.wears_unevenly:
+        places = np.concatenate([-places[:0:-1], places])
+        weights = np.concatenate([weights[:0:-1], 2.0 * weights[:1], weights[1:]])
+        first = 0 if problem.load_at(-1.0) > 0.0 else 1
+        return places[first:], weights[first:]
+    return places, weights
 
 
 class Contacts(NamedTuple):
     """The contacts of a stage at all positions, on 2n by m cells."""
 
-    pressures: Array  # Pa, shape (positions, 2n, m); non-zero exactly where the bodies touch
+    pressures: Array  # Pa, shape (positions, nx, m); non-zero exactly where the bodies touch
     means: Array  # means over the stroke at each point of flat and indenter, Pa, shape (2, n, m)
     flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
 
@@ -84,28 +92,36 @@ class Rubbing:
     """The contacts of a stroke on equal cells.
 
     Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
-    and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
-    Between cells, the wear of the indenter is interpolated linearly; pressure acts on it by the
-    transpose. ``shape`` is the shape of the quarter, with one cell along y in a line contact.
+    and then of the indenter, while a contact off the middle of the stroke needs both sides along x;
+    so does the wear under a load that changes over the stroke. Between cells, the wear of the
+    indenter is interpolated linearly; pressure acts on it by the transpose. ``shape`` is that of
+    the wear of a body, with one cell along y in a line contact.
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
         from scipy.sparse import csr_matrix
 
-        self.load, self.limit = problem.hertz.load, problem.plastic_limit
-        half, self.rows = shape
+        self.limit, (is_even, _) = problem.plastic_limit, problem.even
+        # On how many sides of the middle of the stroke the positions are.
+        self.sides = 1.0 if is_even else 2.0
+        along_x, self.rows = shape
+        half = along_x if is_even else along_x // 2
         count, (size, _) = 2 * half, problem.spacing
         self.places, self.weights = positions(problem)
+        reach = problem.loading.travel
+        self.loads = [problem.load_at(place / reach if reach else 0.0) for place in self.places]
         modulus = problem.composite_modulus
         # Displacement by the distance along x, and by the rows of both cells.
         if problem.geometry.plane_strain:
             assert isinstance(problem.hertz, LineContact)
             edges, reference = np.arange(half + 1) * size, problem.hertz.reference
             self.geometry: Geometry = Strips(tuple(edges.tolist()), reference)
+            if not is_even:
+                self.geometry = Row(shape, problem.spacing, (False, True), reference)
             self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
             self.area, self.y = size, np.zeros(1)
         else:
-            self.geometry = Grid(shape, problem.spacing)
+            self.geometry = Grid(shape, problem.spacing, problem.even)
             love = influence_coefficients((count, 2 * self.rows), problem.spacing, modulus)
             row = np.arange(self.rows)
             self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
@@ -114,7 +130,7 @@ class Rubbing:
             np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
         )
         self.x = (np.arange(count) - half + 0.5) * size
-        self.cells, values = count * self.rows, half * self.rows
+        self.cells, values = count * self.rows, along_x * self.rows
         # A single roughness belongs to the flat; the second of two moves with the indenter.
         both = problem.roughness, problem.counterface
         if None in both:
@@ -124,8 +140,13 @@ class Rubbing:
         self.worn: list[csr_matrix] = []
         at, across = self.x[:, None], self.y[None, :]
         along, row = np.divmod(np.arange(self.cells), self.rows)
-        x = self.x[along]
-        of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
+        x = np.asarray(self.x[along], np.float64)
+
+        def places_of(x: Array) -> Array:
+            """Distances from the first edge of the wear of a body, in cells."""
+            return np.abs(x) / size if is_even else x / size + half
+
+        of_flat = np.floor(places_of(x)).astype(int) * self.rows + row
         for place in self.places:
             gap: Array = np.broadcast_to(
                 problem.indenter.gap(at - place, across), (count, self.rows)
@@ -133,13 +154,12 @@ class Rubbing:
             for surface, moved in zip(both, (at, at - place), strict=True):
                 gap = gap if surface is None else gap + surface.height(moved, across)
             self.shapes.append(gap.ravel())
-            distance = np.abs(x - place)
-            lower, part = np.divmod(distance / size - 0.5, 1.0)
+            lower, part = np.divmod(places_of(x - place) - 0.5, 1.0)
             near, far = (
-                values + np.clip(lower.astype(int) + step, 0, half - 1) * self.rows + row
+                values + np.clip(lower.astype(int) + step, 0, along_x - 1) * self.rows + row
                 for step in (0, 1)
             )
-            inside = distance < half * size
+            inside = np.abs(x - place) < half * size
             shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
             where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
             self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
@@ -151,7 +171,7 @@ class Rubbing:
         The pressure of the outermost cell falls on to zero as it does from the cell before.
         """
         wide, high, size = 0.0, 0.0, self.x[1] - self.x[0]
-        for weight, pressure in zip(self.weights, pressures, strict=True):
+        for weight, pressure in zip(self.weights / self.sides, pressures, strict=True):
             along = _outermost(pressure[:, 0]) + _outermost(pressure[::-1, 0]) + 1 - self.x.size
             wide += weight * size * along
             if self.rows > 1:
@@ -184,19 +204,19 @@ class Rubbing:
             self._inverses[place] = cells, inverse
         return inverse
 
-    def _capped(self, full: Mask, shape: Array) -> tuple[Places, Places, float]:
+    def _capped(self, full: Mask, shape: Array, load: float) -> tuple[Places, Places, float]:
         """Cells at the limit and the one between the bounds, if a contact yields all over.
 
-        The cells at the limit carry the load P less the remainder, N, on the one beside them: the
+        The cells at the limit carry a load, N, less the remainder, on the one beside them: the
         area P/p_lim that is lowest in a shape, m, under the limit on the cells that were at it.
         """
         carried = self.limit * self.area
-        count = ceil(self.load / carried) - 1
+        count = ceil(load / carried) - 1
         if count >= shape.size:
             raise ContactError("the plastic limit cannot carry the load on the cells of the stroke")
         sunk = self.displacement(np.where(full, self.limit, 0.0))
         order = np.argsort(shape + sunk, kind="stable")
-        return np.sort(order[:count]), order[count : count + 1], self.load - count * carried
+        return np.sort(order[:count]), order[count : count + 1], load - count * carried
 
     def solve(self, opening: Array, compliance: Array, start: Array) -> Contacts:
         """The contacts of all positions; a ContactError if the cells in contact do not settle.
@@ -204,7 +224,7 @@ class Rubbing:
         ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
         and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
         (2, 1, 1), not negative; ``start`` is a first guess of the pressures, Pa, shape
-        (positions, 2n, m), of which only the cells in contact and those at the limit matter.
+        (positions, nx, m), of which only the cells in contact and those at the limit matter.
 
         Both bounds at once from a distant start lead to wrong sets of cells. So if no cell of the
         start is at the limit, the contacts without a limit are solved first.
@@ -252,9 +272,10 @@ class Rubbing:
         If these carry the whole load, the cells are chosen anew, in place.
         """
         free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
-        left = self.load - self.limit * self.area * held.size if held.size else self.load
+        load = self.loads[place]
+        left = load - self.limit * self.area * held.size if held.size else load
         if not free.size or left <= 0.0:
-            held, free, left = self._capped(full, shape + self.worn[place] @ worn)
+            held, free, left = self._capped(full, shape + self.worn[place] @ worn, load)
             full[:], inside[:] = False, False
             full[held], inside[held], inside[free] = True, True, True
         # Pressure of no load for a unit displacement of each cell, and one of the load.

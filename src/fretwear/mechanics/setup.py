@@ -27,6 +27,7 @@ from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame
 
 Kind = TypeVar("Kind")
+_Phase = TypeVar("_Phase", float, Array)
 
 _USUAL_SLIP = Jaeger()
 
@@ -131,7 +132,12 @@ class Setup:
     def even(self) -> Even:
         """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
         x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
-        return all(x), all(y)
+        return all(x) and not self.wears_unevenly, all(y)
+
+    @property
+    def wears_unevenly(self) -> bool:
+        """Whether a stroke has another load on either side of its middle."""
+        return self.normal.pulsating_load < 1.0 and self.loading.travel > 0.0
 
     @property
     def wavelengths(self) -> tuple[float, float] | None:
@@ -140,6 +146,11 @@ class Setup:
             return None
         x, y = (length if isfinite(length) else 0.0 for length in rough.wavelengths)
         return x, y
+
+    def load_at(self, phase: _Phase) -> _Phase:
+        """The load, N, where the motion is at a part of its amplitude, from −1 to 1."""
+        falls = 0.5 * (1.0 - self.normal.pulsating_load) * (1.0 - phase)
+        return self.hertz.load * (1.0 - falls)
 
     # Friction and slip.
 

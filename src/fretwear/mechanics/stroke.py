@@ -8,7 +8,9 @@ of the indenter, of the shape
                                                  dw₂/dN = 4sK₂ ⟨p(x, ξ)⟩,
 
 ⟨⟩ being the mean over the stroke from −s to s, 4s the path of a cycle. Both directions and both
-sides are equivalent, so half of the positions suffice; the contact at each is even along y only.
+sides are equivalent, so half of the positions suffice; the contact at each is even along y only. A
+load in phase with the motion is a function of the position, P(ξ) = P (1 + r)/2 + P (1 − r)/2 · ξ/s:
+directions are still equivalent, but sides are not, and scars of both bodies have two of them.
 
 The contacts of a stage at all positions are one problem, `fretwear.mechanics.rubbing`.
 """
@@ -26,6 +28,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics import integrator
 from fretwear.mechanics.geometry import Geometry, Workspace
+from fretwear.mechanics.geometry.grid import fast_shape
 from fretwear.mechanics.integrator import TOLERANCE, TR_BDF2, Integrator
 from fretwear.mechanics.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact
@@ -43,7 +46,7 @@ _LARGEST_PASSES = 20
 class StrokeState(State):
     """A state of a contact that slides as a whole.
 
-    Pressure, gap and approach belong to the middle of the stroke, and wear is the sum of both
+    Pressure, gap, approach and load belong to the middle of the stroke, and wear is the sum of both
     bodies there.
     """
 
@@ -52,7 +55,7 @@ class StrokeState(State):
     worn: Array
     rates: Array  #: wear depth of each in this one cycle, m
     sunk: Array  #: plastic depth of each, m
-    #: Pressure at each position, Pa, on cells of either side along x, shape (positions, 2n, m).
+    #: Pressure at each position, Pa, on cells of either side along x, shape (positions, nx, m).
     pressures: Array
 
     @property
@@ -73,6 +76,7 @@ class StrokeState(State):
         moved = super().on(workspace, geometry)
         zeros = np.zeros(geometry.shape)
         more, rows = np.subtract(geometry.shape, old.shape)
+        more = more * self.pressures.shape[1] // old.shape[0] // 2
         return replace(
             moved,
             reduced=replace(self.reduced, pressure=zeros, gap=zeros + self.reduced.gap[0, 0]),
@@ -105,7 +109,11 @@ class _Slider(Integrator[StrokeState]):
             self._resize(*state.geometry.shape)
 
     def _resize(self, x: int, y: int) -> None:
-        """Use so many cells, and move the state to them."""
+        """Use so many cells, or more if both sides along x are computed; move the state to them."""
+        if not self.problem.even[0]:
+            ends = 0.5 * x * self.problem.spacing[0], y * self.problem.spacing[1]
+            x, fast = fast_shape(ends, self.problem.spacing, self.problem.even)
+            y = fast if y > 1 else 1
         self.rubbing = Rubbing(self.problem, (x, y))
         if self.before is not None:
             self.state = self.state.on(self.workspace, self.rubbing.geometry)
@@ -124,7 +132,8 @@ class _Slider(Integrator[StrokeState]):
         problem, hertz = self.problem, self.problem.hertz
         x, y = (0, 0) if self.before is None else self.before.geometry.shape
         reach = problem.extent[0] + float(positions(problem)[0][-1])
-        x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
+        sides = 1 if problem.even[0] else 2
+        x = max(x, sides * (ceil(reach / problem.spacing[0]) + 2 * _MARGIN))
         y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
         self._resize(x, 1 if problem.geometry.plane_strain else y)
         wide, high = problem.indenter.half_widths(hertz)
@@ -175,8 +184,9 @@ class _Slider(Integrator[StrokeState]):
         problem, rubbing = self.problem.at(cycle), self.rubbing
         if not problem.wear_law.follows_contact:
             return Means()
-        area = 2.0 * rubbing.area * float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
-        load, stroke = problem.hertz.load, problem.loading.stroke
+        touched = float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
+        area = 2.0 / rubbing.sides * rubbing.area * touched
+        load, stroke = problem.load_at(0.0), problem.loading.stroke
         force = problem.friction_law.coefficient * load
         wide, high = rubbing.half_widths(pressures)
         return Means(4.0 * force * stroke / area, load / area, stroke, wide, high)
@@ -222,8 +232,7 @@ class _Slider(Integrator[StrokeState]):
         problem, geometry = self.problem.at(cycle), self.rubbing.geometry
         bodies = self.workspace.on(geometry)
         opening, plastic = self.opens * worn.sum(axis=0), sunk.sum(axis=0)
-        # The middle of the stroke is the first position.
-        middle = contacts.pressures[0, geometry.shape[0] :]
+        middle = contacts.pressures[np.abs(self.rubbing.places).argmin(), -geometry.shape[0] :]
         separation = bodies.half_space.displacement(middle) + bodies.unworn + opening + plastic
         free = (middle > 0) & (middle < problem.plastic_limit)
         approach = float(separation[free].mean())
@@ -242,7 +251,7 @@ class _Slider(Integrator[StrokeState]):
             wear=worn.sum(axis=0),
             opening=opening,
             plastic=plastic,
-            load=problem.hertz.load,
+            load=problem.load_at(0.0),
             approach=approach,
             residual=float(residual),
             reduced=reduced,

@@ -124,11 +124,12 @@ def _alone(case: Case) -> Estimate:
     arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
     places = 1.0
     if case.loading.travel > case.small_stroke:
-        places += max(4.0, 2.0 * stroke / case.hertz_radius)
+        places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
     if geometry is Rings:
         per_convolution, arrays = SECONDS_PER_SOLUTION, 0
     elif stroke and geometry is Strips:
-        per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
+        cubed = sides_x * (cells_x / sides_x) ** 3
+        per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
     elif stroke:
         closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
         per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3

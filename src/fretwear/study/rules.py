@@ -140,6 +140,14 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, rule, "turn its axes into x and y")
 
 
+@_needing("normal loading")
+def _load_pulsates_over_a_stroke(case: Draft) -> Iterator[Problem]:
+    if case.normal.pulsating_load < 1.0 and not case.wears_unevenly:
+        rule = f"is for contacts that slide over a stroke, which {case.loading.kind} does not give"
+        hint = "write sliding_amplitude: 25 um, or leave pulsating_load out"
+        yield Problem("pulsating_load", f"{case.normal.pulsating_load:g}", rule, hint)
+
+
 @_needing(_CONTACT + "loading wear_law friction_law")
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """Over a stroke, the wear of each body moves with the body."""
@@ -381,6 +389,9 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
         rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
         yield Problem("blocks", None, rule, "run them as two studies")
+    if len({block.wears_unevenly for block in blocks if block is not None}) > 1:
+        rule = "has blocks with pulsating_load and blocks of constant load"
+        yield Problem("blocks", None, rule, "write pulsating_load: 0.999 for the latter")
     if any(isinstance(block.loading, SlidingDistance) for block in blocks if block is not None):
         rule = "cannot be combined with sliding_distance, which is that of the run"
         yield Problem("blocks", None, rule, "write sliding_amplitude")

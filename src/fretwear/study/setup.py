@@ -254,7 +254,7 @@ class Draft(Setup):
     def scar_half_width(self) -> float:
         """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
         path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
-        volume = self.combined_wear_coefficient * path * self.hertz.load
+        volume = self.combined_wear_coefficient * path * self.load_at(0.0)
         width = self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
         return min(width, self.indenter.end)
 

@@ -13,6 +13,8 @@ def unworn(case: Case) -> dict[str, float]:
     has no closed form, such as the energy of bodies other than a sphere or cylinder, is left out.
     """
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
+    if case.wears_unevenly:
+        hertz = hertz.with_load(case.load_at(0.0))  # in the middle of the stroke
     is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
     sizes = case.indenter.half_widths
     results = {

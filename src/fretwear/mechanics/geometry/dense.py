@@ -130,7 +130,7 @@ class DenseCells(Geometry):
         parts: Parts | None = None,  # noqa: ARG002
     ) -> DenseHalfSpace:
         """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
-        return DenseHalfSpace(self, modulus)
+        return DenseHalfSpace(self, self.influence(modulus))
 
     def zone(self, cells: Mask, radius: float) -> Zone:
         """The zone of some cells that reaches as far as a distance, m.
@@ -359,14 +359,14 @@ class DenseHalfSpace(HalfSpace):
 
     gives_stiffness: ClassVar[bool] = True
 
-    def __init__(self, geometry: DenseCells, composite_modulus: float) -> None:
-        self.geometry: DenseCells = geometry
+    def __init__(self, geometry: Geometry, influence: Array) -> None:
+        self.geometry, self.influence = geometry, influence
         self.team = ALONE
-        self.influence = geometry.influence(composite_modulus)
         # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
         # Influence over that, times the weights of the cells; symmetric.
-        matrix = geometry.weights * self.influence / self.self_influence
+        weights = 1.0 if geometry.weights is None else geometry.weights
+        matrix = weights * self.influence / self.self_influence
         self.matrix = 0.5 * (matrix + matrix.T)
 
     def displacement(self, pressure: Array) -> Array:

@@ -18,9 +18,18 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from fretwear.arrays import Array
-from fretwear.mechanics.geometry import CellProblem
-from fretwear.mechanics.geometry.dense import DenseCells, Distance
+from fretwear.arrays import Array, Mask
+from fretwear.mechanics.geometry import (
+    ANYWHERE,
+    WITHIN_A_CELL,
+    CellProblem,
+    Parts,
+    Way,
+    Zone,
+)
+from fretwear.mechanics.geometry.dense import DenseCells, DenseHalfSpace, Distance
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import LineContact, share_of_band
 
 if TYPE_CHECKING:
@@ -133,6 +142,66 @@ class Strips(DenseCells):
         twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
         integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
         return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
+
+
+@dataclass(frozen=True)
+class Row(Grid):
+    """Equal strips on both sides of the middle of a line contact that is not even."""
+
+    reference: float = 1.0  #: distance, m, at which displacements are zero
+    plane_strain: ClassVar[bool] = True
+
+    @property
+    def unit_area(self) -> float:
+        """Width of a strip, m."""
+        return self.spacing[0]
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-width of the row, m; none along y."""
+        return 0.5 * self.shape[0] * self.spacing[0], 0.0
+
+    @property
+    def y(self) -> Array:
+        """Zero: the strips lie on the x axis."""
+        return np.zeros(1)
+
+    def of_shape(self, shape: tuple[int, int]) -> Row:
+        """A row of another shape of the same strips."""
+        return replace(self, shape=shape)
+
+    def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
+        """The positive and the negative side: indices, and distances, m."""
+        return super().along(0)
+
+    def half_space(  # type: ignore[override]
+        self,
+        modulus: float,
+        team: Team = ALONE,  # noqa: ARG002
+        parts: Parts | None = None,  # noqa: ARG002
+    ) -> DenseHalfSpace:
+        """The elastic bodies on the strips."""
+        each = np.arange(self.shape[0])
+        column = influence_of_cell(each.size, self.spacing[0], self.reference, modulus)
+        return DenseHalfSpace(self, column[np.abs(each[:, None] - each)])
+
+    def zone(self, cells: Mask, radius: float) -> Zone:
+        """The zone of some strips, whose edges are at a distance, m, in the mean of both sides."""
+        steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
+        inner = np.where(cells[steps, 0], steps, steps + 1)
+        deviations = np.full(steps.size, ANYWHERE * self.unit_area)
+        deviations[[0, -1] if steps.size else []] *= WITHIN_A_CELL / ANYWHERE
+        area = self.integral(self.covered(cells, radius, self))
+        return Zone(area, inner, 2 * steps + 1 - inner, deviations)
+
+    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
+        """The fraction of each strip in the zone of some strips, given as for `zone`."""
+        fractions, inside = cells.astype(np.float64), np.flatnonzero(cells)
+        if inside.size:
+            ends = inside[[0, -1]]
+            beyond = 0.5 * (np.diff(ends)[0] + 1) - radius / self.spacing[0]
+            fractions[ends] = np.clip(1.0 - beyond, 0.0, 1.0)
+        return fractions
 
 
 def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
