@@ -6,6 +6,7 @@ the parameters and sections of a study file, the variables of a dataset, the com
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -107,11 +108,13 @@ def _presence(name: str) -> str:
     if isinstance(about, PartOf) and about.short:
         others = [member] if name != member else about.keys
         return "needed, or " + ", ".join(f"`{other}`" for other in others)
-    if member in required(Case) or about.must_be_written:
+    if member in required(Case):
         return "needed"
     default = getattr(Case, member)
     if isinstance(default, Part):
         default = default.kind
+    if default == math.inf or (isinstance(about, PartOf) and about.none):
+        default = "none"
     if default == ():
         return "may be left out"
     return "left out: follows from the case" if default is None else f"left out: `{default}`"

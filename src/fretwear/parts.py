@@ -48,7 +48,8 @@ Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, parameter,
 # No physical value lies beyond these; powers and quotients of values within them stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
-_NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
+_WHOLE_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
+_NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
 _BOUNDS = {
@@ -69,7 +70,6 @@ class Parameter(ABC):
     example: str = ""  # a value, as in a study file
     description: str = ""  # a sentence for the JSON Schema and the documentation
     may_be_drawn: bool = False  # whether values may be drawn from a range
-    must_be_written: bool = False  # whether a file has to give it although it has a default
     # The coordinate of a case without this part; None: the case has no such coordinate.
     absent: float | None = None
     unsaid: float | None = None  # the value that ids and coordinates leave out
@@ -183,7 +183,6 @@ class Quantity(Parameter):
     absent: float | None = None
     unsaid: float | None = None
     description: str = field(default="", kw_only=True)
-    must_be_written: bool = field(default=False, kw_only=True)
 
     @property
     def dimension(self) -> Dimension:
@@ -209,8 +208,12 @@ class Quantity(Parameter):
         try:
             number = self._parsed(value, units_required)
         except QuantityError as error:
-            rule = f"{error.rule}, or none" if self.infinite else error.rule
-            raise QuantityError(rule, error.hint) from error
+            rule, hint, expected = error.rule, error.hint, self.dimension.expectation
+            if self.infinite:
+                rule = rule.replace(expected, f"{expected} or none", 1)
+                words = (self.infinite, "inf", "infinite", "infinity")
+                hint = "write none for no limit" if value in words else hint
+            raise QuantityError(rule, hint) from error
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
             raise QuantityError(f"must be {self.range_text()}")
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
@@ -292,18 +295,20 @@ class WholeNumber(Plain):
 
     def read(self, value: object, units_required: bool) -> int:
         """Return an int; ``1e4``, which YAML may read as text, is accepted."""
-        number = math.nan
-        with suppress(QuantityError):
+        number, hint = math.nan, ""
+        try:
             number = parse_quantity(value, NUMBER, units_required=units_required)
-        if not number.is_integer():
-            raise QuantityError(f"must be a whole number such as {self.example}")
+        except QuantityError as error:
+            hint = error.hint
+        if not number.is_integer() or (isinstance(value, str) and "%" in value):
+            raise QuantityError(f"must be a whole number such as {self.example}", hint)
         if not self.at_least <= number <= self.at_most:
             raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
         return int(number)
 
     def schema(self) -> Schema:
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
-        return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [self.usual]}
+        return {"anyOf": [number, _WHOLE_SCHEMA], "examples": [self.usual]}
 
 
 @dataclass(frozen=True)
@@ -578,13 +583,18 @@ def read_fields(
     `rule` is the message for unknown names.
     """
     problems, values = Problems(), dict[str, object]()
+    unknown, missing = [n for n in raw if n not in fields], [n for n in needed if n not in raw]
+    if misnamed := len(unknown) == len(missing) == 1:
+        remedy = f"write {missing[0]} for it"
+        problems.add(f".{unknown[0]}", raw[unknown[0]], rule, remedy)
     for name, form in fields.items():
         with problems.at(f".{name}", raw.get(name)):
             if name in raw:
                 values[name] = form.read_given(name, raw[name], units_required)
-            elif name in needed:
+            elif name in needed and not misnamed:
                 raise QuantityError("is missing", form.such_as(name))
-    problems.unknown("", raw, [*fields], rule)
+    if not misnamed:
+        problems.unknown("", raw, [*fields], rule)
     problems.raise_any()
     return values
 
@@ -639,6 +649,12 @@ class Part:
     def parameters(cls) -> Mapping[str, Parameter]:
         """The parameters of a kind by name, without ``kind``."""
         return declared(cls)
+
+    @classmethod
+    def such(cls, names: Collection[str]) -> str:
+        """A mapping of this kind with examples of some parameters, as in a study file."""
+        given = (f", {n}: {about.example}" for n, about in cls.parameters().items() if n in names)
+        return f"{{kind: {cls.kind}{''.join(given)}}}"
 
     @property
     def problem(self) -> tuple[str, str] | None:

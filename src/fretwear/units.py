@@ -47,6 +47,11 @@ _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)
 # As tribologists type it: mm3/Nm, mm3 N-1 m-1.
 _POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _MAX_LENGTH = 60
+_THOUSANDS = re.compile(r"\s*\d{1,3}(?:[ '_\u2009\u202f]\d{3})+(?!\d)")
+# Legible but never meant: the unit meant, and what was written.
+_MISTYPED = {"Mm": ("mm", "a thousand kilometres"), "mPa": ("MPa", "a thousandth of a pascal")}
+# Powers of ten by which a value may differ from the example in its unit.
+_NEAR = 2.0
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 
 
@@ -285,14 +290,19 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
             hint = "write a decimal point, not a comma" if comma else ""
             raise QuantityError(dimension.expectation, hint)
         given, unit = match["number"], match["unit"].strip()
+        if parts := _THOUSANDS.match(text):
+            whole = re.sub(r"\D", "", parts[0]) + text[parts.end() :]
+            raise QuantityError(dimension.expectation, f"write {whole.strip()}, without separators")
     if dimension.is_plain_number:
-        if unit:
+        if unit not in ("", PERCENT.name):
             raise QuantityError(f"{dimension.expectation}, without a unit")
-        return _finite(float(given), dimension)
+        return _finite(float(Decimal(given) / 100 if unit else given), dimension)
     if not unit:
-        usual = dimension.example.split(" ", 1)[1]
         rule = f"needs a unit: it is {dimension.name} such as {dimension.example}"
-        raise QuantityError(rule, f"did you mean '{given} {usual}'?")
+        raise QuantityError(rule, f"did you mean '{given} {_likely_unit(given, dimension)}'?")
+    if unit in _MISTYPED:
+        rule = f"{dimension.expectation}, but {unit!r} is {_MISTYPED[unit][1]}"
+        raise QuantityError(rule, f"did you mean '{given} {_MISTYPED[unit][0]}'?")
     if unit.casefold().rstrip("0123456789") in _HARDNESS_SCALES and dimension.si_unit == "Pa":
         rule = f"{dimension.expectation}, but {unit} is a scale of hardness"
         hint = f"one HV or HB is about 9.81 MPa: write '{_GRAVITY * float(given):.4g} MPa'"
@@ -313,6 +323,19 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         rule = f"{dimension.expectation}, but {unit!r} is {given_dimension.name}"
         raise QuantityError(rule, hint)
     return _finite(float(Decimal(given) * factor), dimension)
+
+
+def _likely_unit(given: str, dimension: Dimension) -> str:
+    """Return the unit in which a number comes nearest to a usual value; the usual unit if near."""
+    number, usual = dimension.example.split(" ", 1)
+    of_example = float(_unit(usual)[0]) * float(number)
+
+    def farness(unit: str) -> float:
+        apart = abs(float(given)) * float(_unit(unit)[0]) / of_example
+        return abs(math.log10(apart)) if apart > 0.0 else math.inf
+
+    others = (unit.typed or unit.name for unit in reversed(dimension.units))
+    return usual if farness(usual) <= _NEAR else min((usual, *others), key=farness)
 
 
 def _finite(number: float, dimension: Dimension) -> float:

@@ -32,6 +32,7 @@ FRETWEAR = (sys.executable, "-m", "fretwear")
 @pytest.mark.parametrize("beginning", [4, None])
 def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk, beginning):
     case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
+    Path("out").mkdir()
     result = desk.call("run", "tiny.yaml", "--case", case_id[:beginning], "-o", "out/one.nc")
     assert result.stdout.startswith("out/one.nc: ")
     with fretwear.open_case("out/one.nc") as case:

@@ -137,7 +137,16 @@ def test_the_studies_that_come_with_the_package_are_listed(desk):
     assert measured.startswith("measured ")
     assert measured.endswith("pip install 'fretwear[surfaces]'")
     assert desk.files() == ["tiny.yaml"]
-    assert "there are demo, " in desk.call("init", "new", "--study", "dmo", status=2).stderr
+
+
+def test_a_study_that_cannot_be_read_is_not_offered(desk, monkeypatch, tmp_path):
+    desk.write("base: [", "studies/broken.yaml")
+    desk.write(tiny_study() | {"title": "Whole"}, "studies/whole.yaml")
+    monkeypatch.setattr("fretwear.running.workflow.workspace", lambda: tmp_path)
+    said = desk.call("init", "--list")
+    assert said.stdout == "whole  Whole\n"
+    assert "warning: not listed: " in said.stderr
+    assert "is not YAML" in said.stderr
 
 
 @pytest.mark.slow
@@ -174,6 +183,7 @@ def place(tmp_path_factory):
     desk = Desk(tmp_path_factory.mktemp("mistakes"))
     study = desk.write(tiny_study(), "studies/tiny.yaml")
     good = desk.folder / "results/tiny/cases/good.nc"
+    good.parent.mkdir(parents=True)
     desk.call("run", study, "--case", "P25N", "-o", good)
     content = good.read_bytes()
     (desk.folder / "cut.nc").write_bytes(content[: len(content) // 2])
@@ -227,6 +237,9 @@ MISTAKES = {
         "lower tangential_load",
     ),
     "another file format": ("run studies/tiny.yaml --case P25 -o a.h5", "such as a.nc"),
+    "a folder that is not there": ("run studies/tiny.yaml --case P25 -o no/a.nc", "mkdir -p no"),
+    "a study that does not come": ("init --study dmeo", "did you mean 'demo'"),
+    "points that are not two": ("batch studies/tiny.yaml --points 1:2", "such as 1-12"),
     "a folder to write to": ("run studies/tiny.yaml --case P25 -o results", "results/x.nc"),
     "a file as a folder": ("plot results/tiny/cases/good.nc -o note.txt/a.png", "is not a folder"),
     "another picture format": ("plot results/tiny/cases/good.nc -o a.bmp", "such as a.png"),

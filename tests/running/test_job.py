@@ -41,6 +41,7 @@ def run(start, tmp_path):
     """Start `fretwear run` of one case to a file, which takes a second or two."""
     long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES, "error_estimate": False}
     write_study(tmp_path / "one.yaml", {"base": {**BASE, **long}})
+    (tmp_path / "out").mkdir()
     return lambda: start("run", "one.yaml", "-o", "out/a.nc", start_new_session=True)
 
 

@@ -314,6 +314,7 @@ def test_a_run_that_is_stopped_while_it_writes_ends_when_its_file_is_whole(tmp_p
     study = {"base": {**BASE, "cell": "1.5 um", "error_estimate": False}}
     study["output"] = {"cycles": [*range(1, 90)]}
     write_study(tmp_path / "one.yaml", study)
+    (tmp_path / "out").mkdir()
     process = start("run", "one.yaml", "-o", "out/a.nc")
     wait_for(lambda: list((tmp_path / "out").glob(".a.nc.*.tmp")), process)
     process.send_signal(signal.SIGTERM)

@@ -136,21 +136,25 @@ def init(
     """
     from fretwear.data.safe import atomic_path, why_not_writable
     from fretwear.running.workflow import workspace
+    from fretwear.study.problems import StudyError
+    from fretwear.study.study import load_study
+    from fretwear.units import did_you_mean
 
     studies = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
     if list_:
-        from fretwear.study.yamlfile import read_document
-
-        extra = "pip install 'fretwear[surfaces]'"
-        rows = [
-            (name, str(read_document(file).data["title"]), extra if _surfaces(file) else "")
-            for name, file in studies.items()
-        ]
+        rows = []
+        for name, path in studies.items():
+            extra = "pip install 'fretwear[surfaces]'" if _surfaces(path) else ""
+            try:
+                rows.append((name, load_study(path).title, extra))
+            except StudyError as error:
+                typer.echo(f"fretwear: warning: not listed: {error}", err=True)
         for line in aligned(rows, str.ljust, indent=""):
             say(line)
         return
     if study not in studies:
-        raise CommandError(f"--study {study}: there are {', '.join(studies)}")
+        hint = did_you_mean(study, studies) or f"there are {', '.join(studies)}"
+        raise CommandError(f"--study {study}: is not a study that comes with fretwear\n    {hint}")
     if problem := why_not_writable(folder):
         raise CommandError(problem)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
@@ -158,8 +162,8 @@ def init(
     chosen = studies[study]
     for file in (*root.glob("profiles/*/config*.yaml"), chosen, *_surfaces(chosen)):
         contents[file.relative_to(root)] = file.read_bytes()
-    for name, content in contents.items():
-        file = folder / name
+    for relative, content in contents.items():
+        file = folder / relative
         if file.exists() or file.is_symlink():
             say(f"{file}: exists already, unchanged")
             continue
@@ -293,8 +297,8 @@ def batch(
         match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
         first, last = (int(match[1]), int(match[2])) if match else (0, 0)
         if not 1 <= first <= last <= study.size:
-            rule = f"the points of {study.file} are 1 to {study.size}"
-            raise CommandError(f"--points {points}: {rule}, first and last such as 1-12")
+            rule = f"must be two of the points 1 to {study.size} of {study.file}, such as 1-12"
+            raise CommandError(f"--points {points}: {rule}")
     if supervised:
         from fretwear.cli import supervise
 

@@ -170,6 +170,8 @@ def check_output(path: Path, *endings: str) -> Path:
     from fretwear.data.safe import why_not_writable
 
     problem = why_not_writable(path.parent)
+    if not path.parent.exists() and not problem:
+        problem = f"{path}: there is no folder {path.parent}\n    mkdir -p {path.parent} makes it"
     if path.is_dir():
         problem = f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}"
     elif path.suffix.lower() not in endings:

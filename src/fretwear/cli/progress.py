@@ -27,7 +27,7 @@ import fretwear
 from fretwear.cli.common import CommandError, finite, say
 from fretwear.data.safe import Unfailing
 from fretwear.study.problems import printable
-from fretwear.units import LENGTH, duration_text, format_quantity
+from fretwear.units import LENGTH, duration_text, number_text, readable_unit, with_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -338,9 +338,11 @@ def left_text(seconds: float) -> str:
 
 
 def _numbers_text(step: Step) -> str:
-    half_width = format_quantity(step.measures.contact_half_width_x, LENGTH, 4)
+    half_width = step.measures.contact_half_width_x
+    unit = readable_unit(half_width, LENGTH.si_unit)
     error = f"{100.0 * step.state.error_estimate:.2g} %"
-    return f"step {step.state.step}, error {error}, half-width {half_width}"
+    width = with_unit(number_text(unit.of(half_width), 4), unit)
+    return f"step {step.state.step}, error {error}, half-width {width}"
 
 
 def _time_left(cases: Mapping[str, Case], clock: Callable[[], float]) -> TimeLeft:

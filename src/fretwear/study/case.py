@@ -138,7 +138,7 @@ class Case(Draft):
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)
         values = read_values(given, "", problems, units_required=False)
-        problems += missing_parameters(given, in_file=False, blocks=values.get("blocks", ()))
+        problems += missing_parameters(given, blocks=values.get("blocks", ()))
         if problems:
             raise CaseError(problems)
         given_by_member = by_member({**values, "output_cycles": snapshots})

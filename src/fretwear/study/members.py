@@ -23,10 +23,21 @@ from fretwear.parts import (
     read_fields,
     required,
 )
-from fretwear.problems import Problem, Problems
+from fretwear.problems import Problem, Problems, in_words
 from fretwear.units import QuantityError, listed, nearest
 
 _CYCLES = "cycles"
+_OTHER_KINDS = {
+    "sphere": "ball",
+    "cylinder": "roller line",
+    "wavy": "sinusoidal sine waves",
+    "self_affine": "fractal gaussian random",
+    "measured": "file scan",
+    "latin_hypercube": "lhs latin random monte_carlo",
+    "grid": "factorial full_factorial product",
+    "zip": "paired",
+}
+"""Words that users may write for a kind of a part."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +51,6 @@ class PartOf(Parameter):
     none: str = ""
     example: str = ""
     description: str = ""
-    must_be_written: bool = False
     is_second: bool = False  # second part of its family, whose name its parameters bear
     may_be_partial: bool = True  # whether some fields may be given elsewhere, such as varied ones
     varied: tuple[str, ...] = ()  # the varied fields, which are not read with the others
@@ -109,20 +119,34 @@ class PartOf(Parameter):
             return None
         if isinstance(value, str) and value in self.kinds:
             value = {"kind": value}
-        if not isinstance(value, Mapping) and self.varied:
+        # Varied fields tell the kind of the others.
+        usual = [*self.kinds.values()]
+        usual = [kind for kind in usual if {*self.varied} <= kind.parameters().keys()] or usual
+        lacking = required(usual[0]).difference(self.varied)
+        if self.varied and (not isinstance(value, Mapping) or (lacking and not value)):
             whole = self.words.replace(" ", "_")
             what = f"the other parts of the {whole}, because {whole}.{self.varied[0]} is varied"
-            raise QuantityError(f"must give {what}", self.such_as(whole))
+            remedy = f"such as {whole}: {usual[0].such(lacking)}"
+            told = Problem("", value or None, f"must give {what}", remedy)
+            raise QuantityError(told.rule, inside=[told])
         if not isinstance(value, Mapping):
             whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
             names = [*self.kinds] if any(not required(kind) for kind in self.kinds.values()) else []
             choices = names or [*(["none"] if self.none else []), whole]
-            raise QuantityError(f"must be {listed(choices, 'or')}", self.such_as(self.words), names)
-        name = value.get("kind", next(iter(self.kinds)))
+            remedy = self.such_as(self.words)
+            if self.none and value in (0, self.none):
+                remedy = f"write none for {self.none} bodies"
+            elif meant := self._meant(value):
+                remedy = f"such as {self.words}: {meant.such(required(meant))}"
+                remedy = remedy if required(meant) else f"did you mean {meant.kind!r}?"
+                names = []
+            raise QuantityError(f"must be {listed(choices, 'or')}", remedy, names)
+        name = value.get("kind", usual[0].kind)
         if name not in [*self.kinds]:
-            rule = f"must be {listed(self.kinds, 'or')}"
-            unknown = Problem(".kind", name, rule, valid_words=[*self.kinds])
-            raise QuantityError(rule, inside=[unknown])
+            rule, meant = f"must be {listed(self.kinds, 'or')}", self._meant(name)
+            remedy = f"did you mean {meant.kind!r}?" if meant else ""
+            words = () if meant else (*self.kinds,)
+            raise QuantityError(rule, inside=[Problem(".kind", name, rule, remedy, None, words)])
         kind = self.kinds[name]
         fields = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
@@ -130,6 +154,12 @@ class PartOf(Parameter):
         if not self.varied and part.problem is not None:
             raise QuantityError("", inside=[Problem("", None, *part.problem)])
         return part
+
+    def _meant(self, word: object) -> type[Part] | None:
+        """The kind that people also call by a word, if any."""
+        called = in_words(word).casefold().replace(" ", "_")
+        meant = (n for n in self.kinds if called in _OTHER_KINDS.get(n, "").split())
+        return self.kinds.get(next(meant, ""))
 
     def schema(self) -> Schema:
         choices: list[Schema] = [{"const": "none"}] if self.none else []

@@ -17,19 +17,33 @@ from fretwear.units import nearest
 
 _Value = TypeVar("_Value")
 
-_HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
-_RA = (
-    "write roughness: {kind: wavy, amplitude: ..., slope_x: ..., slope_y: ...}; Ra is 0.41 and Rq "
-    "0.5 of this amplitude"
-)
 _OTHER_NAMES = {
-    **dict.fromkeys(("hardness", "hv", "hb", "hrc", "vickers_hardness"), _HARDNESS),
-    **dict.fromkeys(("ra", "rq", "sa", "sq", "rz", "rms_roughness"), _RA),
-    "mu": "write friction",
-    "stroke": "write displacement_amplitude: half of the stroke",
-    "normal_load": "write load",
+    word: (name, remedy)
+    for words, name, remedy in (
+        ("hardness hv hb hrc vickers_hardness", "plastic_limit", "about the hardness"),
+        ("yield_stress yield_strength", "plastic_limit", "about three times the yield stress"),
+        (
+            "ra rq sa sq rz rms_roughness",
+            "roughness",
+            "{kind: wavy, amplitude: ..., slope_x: ..., "
+            "slope_y: ...}; Ra is 0.41 and Rq 0.5 of this amplitude",
+        ),
+        ("stroke", "displacement_amplitude", "half of the stroke"),
+        ("displacement amplitude u", "displacement_amplitude", ""),
+        ("diameter", "radius", "half of the diameter"),
+        ("r", "radius", ""),
+        ("e young modulus", "youngs_modulus", ""),
+        ("nu v", "poisson_ratio", ""),
+        ("p force normal_load normal_force", "load", ""),
+        ("q tangential_force", "tangential_load", ""),
+        ("mu cof friction_coefficient", "friction", ""),
+        ("k kw k_w archard", "wear_coefficient", ""),
+        ("n n_cycles number_of_cycles", "cycles", ""),
+        ("dx spacing mesh grid", "cell", ""),
+    )
+    for word in words.split()
 }
-"""Words that tribologists may write instead of the name of a parameter, each with a remedy."""
+"""Words that users may write for a parameter: its name, and what to write there if that differs."""
 
 
 # A key with which another one has a default.
@@ -192,12 +206,18 @@ def read_values(
                 values[key] = parameters[key].read_given(key, value, units_required)
                 continue
             whole, _, part = key.partition(".")
-            remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
+            remedy = ""
+            if other := _other_name(key):
+                remedy = f"write {': '.join(filter(None, other))}"
             if key in leaves():
                 remedy = f"write {whole}: {{{part}: ...}}"
             rule, meant = "is not a case parameter", () if remedy else (*parameters,)
             problems.append(Problem(place, value, rule, remedy, written=key, valid_words=meant))
     return values
+
+
+def _other_name(key: str) -> tuple[str, str] | None:
+    return _OTHER_NAMES.get(key.casefold().replace(" ", "_"))
 
 
 def with_parts_of_distance(
@@ -243,15 +263,14 @@ def make_member(member: str, values: Mapping[str, object]) -> object:
     raise KeyError(member)
 
 
-def missing_parameters(
-    given: Iterable[str], *, in_file: bool, blocks: Sequence[Block] = ()
-) -> Iterator[Problem]:
+def missing_parameters(given: Iterable[str], blocks: Sequence[Block] = ()) -> Iterator[Problem]:
     """Yield required keys that are missing, and alternative keys that exclude each other.
 
-    Every key given counts, valid or not, and a misspelt key stands for the one meant. A file must
-    state some keys that have a default in Python. Keys that all blocks give may be missing.
+    Every key given counts, valid or not, and a misspelt key, or another name, stands for the one
+    meant. Keys that all blocks give may be missing.
     """
     given = set(given)
+    given |= {other[0] for key in given if (other := _other_name(key))}
     for part in IN_BLOCKS.values():
         given |= part.completed(dict.fromkeys(given & part.keys.keys()), blocks).keys()
     unknown = [key for key in given if key not in parameter_names()]
@@ -262,12 +281,12 @@ def missing_parameters(
         if member in given:
             for name in sorted(given.intersection(about.keys)):
                 rule = f"is redundant: {member} is given too"
-                yield Problem(name, None, rule, "give one of the two")
+                remedy = f"write it inside {member}, as in {about.example}"
+                yield Problem(name, None, rule, remedy)
             continue
-        must_be_given = member in required(Draft) or (in_file and about.must_be_written)
         # Blocks that could not be read may give the member.
         unread = member in IN_BLOCKS and not (blocks or given.intersection(about.keys))
-        if not must_be_given or ("blocks" in given and (member == "cycles" or unread)):
+        if member not in required(Draft) or ("blocks" in given and (member == "cycles" or unread)):
             continue
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
@@ -281,13 +300,13 @@ def missing_parameters(
 def schema_required() -> list[dict[str, object]]:
     """Return conditions of a JSON Schema for the keys required in `base` or `vary`."""
     conditions: list[dict[str, object]] = []
-    for problem in missing_parameters((), in_file=True):
+    for problem in missing_parameters(()):
         about = members()[member := member_of(problem.key)]
         names = [problem.key] if problem.key == member else [problem.key, member]
         if isinstance(about, Inline):
             names = [*about.leading] if problem.key in about.leading else [problem.key]
         names += ["blocks"] if member == "cycles" else []
-        by_material = [MATERIAL] if problem.key in (*PROPERTIES, "plastic_limit") else []
+        by_material = [MATERIAL] if problem.key in PROPERTIES else []
         places = [
             {
                 "anyOf": [

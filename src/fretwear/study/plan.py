@@ -18,7 +18,7 @@ from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
-from fretwear.study.parameters import coordinate
+from fretwear.study.parameters import coordinate, value_text
 from fretwear.study.problems import as_cell
 from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
@@ -229,7 +229,11 @@ class Plan:
         return sum(cost.file_bytes for cost in self.estimates.values())
 
     def derived(self) -> Iterator[tuple[str, str]]:
-        """Iterate over derived quantities of the study: words and value."""
+        """Iterate over what the study leaves out, and derived quantities: words and value."""
+        left = [n for n in ("roughness", "plastic_limit") if n not in self.study.parts_by_member]
+        if left:
+            words = (value_text(name, getattr(Case, name) or "none") for name in left)
+            yield f"without {' and '.join(left)}", ", ".join(words)
         cases = self.study.cases().values()
         # A pair [indenter, flat] counts as the wear of both together.
         archard = [case for case in cases if isinstance(case.wear_law, Archard)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ from fretwear.study.parameters import (
 from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
 
 MAX_POINTS = 200_000
+
+_ENDS = re.compile(r"\s*(\d.*?)\s*(?:to|\.\.+|–)\s*(\d.*?)\s*")
 
 
 @dataclass(frozen=True)
@@ -177,6 +180,16 @@ def read_axes(
         if not vary:
             rule = "is missing: a sampled design needs something to vary"
             problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
+        from_lists = [axis for axis in axes if axis.drawn_from is None]
+        combinations = math.prod(len(axis.values) for axis in from_lists)
+        if axes == from_lists and len(axes) == len(vary) and combinations < design.points:
+            several = f"only {combinations} combination{'s' * (combinations != 1)} of values"
+            rule = f"has {several} for the {design.points} points of design: {design.kind}"
+            remedy = "design: grid runs each combination"
+            for axis in [axis for axis in axes if parameter_of(axis.name).may_be_drawn][:1]:
+                ends = f"{{from: {axis.labels[0]}, to: {axis.labels[-1]}}}"
+                remedy = f"a range is written {axis.name}: {ends}; {remedy}"
+            problems.add("vary", None, rule, remedy)
         return tuple(design.drawn(axes) if axes else ())
     if design is None:
         return ()
@@ -208,8 +221,10 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
             raise QuantityError(f"must be a list of values of {name}", hint)
         return Axis(name, (), (), _read_range(name, raw, design))
     if not isinstance(raw, list):
-        hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
-        if isinstance(design, Sampled):
+        hint = f"write [{in_words(raw)}]" if isinstance(raw, str | int | float) else ""
+        if _ENDS.fullmatch(in_words(raw)):
+            hint = "list the values; a sampled design takes {from: 10 N, to: 100 N}"
+        elif isinstance(design, Sampled):
             hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
         raise QuantityError("must be a list of values", hint)
     if not raw:
@@ -244,6 +259,9 @@ def _read_range(name: str, raw: Mapping[str, object], design: Design | None) -> 
         raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
     quantity, scales = parameter_of(name), Choice("", "", ("linear", "log"))
     keys = {"from": quantity, "to": quantity, "scale": scales}
+    if not {"from", "to"} & raw.keys():
+        hint = f"such as {name}: {{from: {quantity.example}, to: ...}}"
+        raise QuantityError("must be a list, or a range with from and to", hint)
     read = read_fields(raw, keys, ("from", "to"), True) if quantity.may_be_drawn else {}
     low, high, scale = read.get("from"), read.get("to"), read.get("scale")
     if not isinstance(low, float) or not isinstance(high, float):

@@ -62,7 +62,6 @@ class Draft(Setup):
             like="4500 MPa",
             above=0.0,
             infinite="elastic",
-            must_be_written=True,
         ),
         "Highest pressure, about three times the yield stress; none: elastic.",
     ] = math.inf
@@ -73,7 +72,6 @@ class Draft(Setup):
             "roughness",
             none="smooth",
             example="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
-            must_be_written=True,
         ),
         "Roughness of the surfaces; none: smooth.",
     ] = None

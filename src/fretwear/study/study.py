@@ -9,11 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from fretwear.mechanics.surface_files import Located
 from fretwear.parts import Choice, Part, keys_schema, required
-from fretwear.problems import Problem, Problems
+from fretwear.problems import Problem, Problems, in_words
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.members import Block, PartOf
@@ -109,6 +109,19 @@ class Study:
     @cached_property
     def _points(self) -> tuple[Point, ...]:
         return tuple(Point(self, index) for index in self.indices)
+
+    @property
+    def unused(self) -> list[str]:
+        """Sentences on values of `base` that varied ones replace."""
+        sentences, base = list[str](), _mapping(self.content.get("base"))
+        for axis in self.axes:
+            given = {axis.key: base.get(axis.key)}
+            if "." in axis.name:
+                given = {f"{axis.key}.{n}": v for n, v in _mapping(given[axis.key]).items()}
+            if (value := given.get(axis.name)) is not None:
+                text = f"base.{axis.name} = {in_words(value)}"
+                sentences.append(f"{text} is not used, because {axis.name} is varied")
+        return sentences
 
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
         """Return the points in order, or those from a first to a last number, counted from 1."""
@@ -262,7 +275,7 @@ def _checked(
     before, problems = [*problems, *wrong], Problems()
     sections = _read_sections(_located(content, file.parent), problems)
     axes = read_axes(sections.vary, sections.design, problems)
-    fixed = _read_base(sections, axes, problems)
+    fixed = _read_base(sections, axes, content, problems)
     asked, snapshots = sections.output.get("cycles", "auto"), None
     with problems.at("output.cycles", asked):
         fixed["output_cycles"] = snapshots = read_snapshots(asked, in_file=True)
@@ -319,7 +332,12 @@ def _read_sections(raw: Mapping[str, object], problems: Problems) -> _Sections:
     for name, given in raw.items():
         if name not in SECTIONS:
             valid = () if name in parameter_names() else SECTIONS
-            hint = f"known are {', '.join(valid)}" if valid else f"put it under base: base.{name}"
+            where = "vary" if isinstance(given, list) else "base"
+            hint = (
+                f"known are {', '.join(valid)}"
+                if valid
+                else f"put it under {where}: {where}.{name}"
+            )
             rule = "is not a section of a study"
             problems.add(name, given, rule, hint, valid_words=valid, written=name)
         elif name != "seeds":
@@ -354,12 +372,18 @@ def _read_section(name: str, given: object) -> object:
     if given is None:
         raise QuantityError("is empty", "leave it out, or fill it")
     if not isinstance(given, Mapping):
-        raise QuantityError("must hold keys with values, one to a line")
+        hint = "write output: {cycles: [0, 1000]}" if name == "output" else ""
+        if isinstance(given, list) and all(isinstance(item, Mapping) for item in given):
+            hint = "leave out the dashes"
+        raise QuantityError("must hold keys with values, one to a line", hint)
     return given
 
 
 def _read_base(
-    sections: _Sections, axes: tuple[Axis, ...], problems: Problems
+    sections: _Sections,
+    axes: tuple[Axis, ...],
+    content: Mapping[str, object],
+    problems: Problems,
 ) -> dict[str, object]:
     """Read the fixed values; of a part with varied fields, read the other fields.
 
@@ -378,7 +402,13 @@ def _read_base(
     for axis in axes:
         of_points = [*axis.values] if axis.name == "blocks" else of_points
     blocks = [block for of_point in of_points for block in of_point]
-    for problem in missing_parameters({*base, *varied}, in_file=True, blocks=blocks):
+    # What stands in the wrong place is told already, and not missing.
+    misplaced = {name for name in content if name not in SECTIONS}
+    misplaced |= {key for name in misplaced for key in _mapping(content[name])}
+    missing = missing_parameters({*base, *varied, *misplaced}, blocks)
+    if not isinstance(content.get("base", {}), Mapping):
+        missing = iter(())
+    for problem in missing:
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
     read_names = {axis.name for axis in axes}
@@ -387,8 +417,11 @@ def _read_base(
             continue
         of_kind = [*part.parameters()]
         for foreign in (name for name in fields if name not in of_kind):
-            name, rule = f"{whole}.{foreign}", f"is not a parameter of {part.kind}"
+            name, rule = f"{whole}.{foreign}", f"{foreign} is not a parameter of {part.kind}"
             given, remedy = sections.vary[name], f"it has {', '.join(of_kind)}"
+            about = cast("PartOf", parameter_of(whole))
+            if having := [n for n, kind in about.kinds.items() if foreign in kind.parameters()]:
+                remedy += f"; kind: {having[0]} has {foreign}"
             problems.add(f"vary.{name}", given, rule, remedy, valid_words=of_kind, written=foreign)
         if not all(name in of_kind and f"{whole}.{name}" in read_names for name in fields):
             del read[whole]
@@ -431,8 +464,9 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
         """Whether the first block gives the value, and nothing fixed does."""
         return name in dict(blocks[0].values if blocks else ()) and name not in study.fixed
 
-    broken_rules: dict[str, list[Problem]] = {}
-    for _, relevant, tried in trials:
+    # By subject, then by rule and key: the problem at each combination of the other values.
+    broken_rules: dict[str, dict[tuple[int, str], list[tuple[Problem, str]]]] = {}
+    for trial, (_, relevant, tried) in enumerate(trials):
         for positions, problem in tried.items():
             if problem is None or (skip and relevant):
                 continue
@@ -449,13 +483,16 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                     key = f"vary.blocks{at}[0].{problem.key}"
                 else:
                     others.append(f"{axis.name} = {axis.labels[position]}")
-            at = f" (at {', '.join(others)})" if others else ""
-            placed = replace(problem, key=key, rule=f"{problem.rule}{at}")
-            broken_rules.setdefault(problem.key, []).append(placed)
-    for subject, several in broken_rules.items():
-        problems += several[:_LISTED_PER_RULE]
-        if (more := len(several) - _LISTED_PER_RULE) > 0:
-            alike = f"is wrong in the same way at {more} more combinations of the varied values"
+            placed = replace(problem, key=key), ", ".join(others)
+            broken_rules.setdefault(problem.key, {}).setdefault((trial, key), []).append(placed)
+    for subject, by_key in broken_rules.items():
+        for (problem, at), *more in [*by_key.values()][:_LISTED_PER_RULE]:
+            also = f", and at {len(more)} more combinations" if more[1:] else ""
+            also = f", and at {more[0][1]}" if more and not more[1:] else also
+            where = f" (at {at}{also})" if at else ""
+            problems.append(replace(problem, rule=f"{problem.rule}{where}"))
+        if (left := len(by_key) - _LISTED_PER_RULE) > 0:
+            alike = f"is wrong in the same way for {left} more of the varied values"
             problems.add(f"vary ({subject})", None, alike)
 
 

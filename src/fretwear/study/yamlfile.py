@@ -127,6 +127,8 @@ def read_document(file: Path) -> Document:
         return document
     except YAMLError as error:
         problem = _not_yaml(error, text)
+        if file.suffix not in ENDINGS:
+            problem = Problem("", None, "is not a study file, whose name ends in .yaml")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         rule = f"is not UTF-8 text (line {line}, byte {error.start})"
@@ -171,7 +173,8 @@ def _instead_of(file: Path) -> str:
 def _studies_in(folder: Path) -> list[Path]:
     """Return the study files of a folder; none if it cannot be read."""
     try:
-        return sorted(path for path in folder.iterdir() if path.suffix in ENDINGS)
+        files = (path for path in folder.iterdir() if path.suffix in ENDINGS)
+        return sorted(path for path in files if not path.name.startswith("."))
     except OSError:
         return []
 
@@ -193,6 +196,8 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
     elif lacking := [i for i in near if not _ENTRY.match(lines[i])]:
         number = lacking[-1]
         hint = f"a colon and a space must follow the key: {lines[number].strip()!r}"
+    elif re.search(r"\]\s*[^\s,#\]}]", line):
+        hint = "each value of a list has its unit: [10 N, 20 N]"
     elif "mapping values" in reason and line.count(": ") > 1:
         hint = "put a value with a colon in it in quotes"
     elif "',' or" in reason:
