@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from benchmarks.pages import ROOT, Data, percent, table
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
 import fretwear
@@ -98,6 +99,11 @@ def equality(axes: Any, points: Sequence[Data]) -> None:
     axes.plot(ends, ends, color=MUTED, lw=0.8)
     axes.fill_between(ends, ends / 1.3, 1.3 * ends, color=MUTED, alpha=0.12, lw=0)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+    few = (1.0, 2.0, 5.0) if ends[1] < 50.0 * ends[0] else (1.0,)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=few))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
 
 
 def mark(axes: Any, points: Sequence[Data], index: int, label: str) -> None:

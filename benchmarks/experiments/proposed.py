@@ -35,8 +35,7 @@ def text_proposed(data: Data) -> str:
     return f"""\
 No published experiment in partial slip was found that states geometry, load, friction, cycles and
 the profile of a scar in numbers: maps and volumes of partial slip are common, profiles are drawn
-over micrometres of roughness. The tests of Fouvry and others under a load that pulsates with the
-slip are not computed here: the normal load of a cycle is constant in the program.
+over micrometres of roughness.
 
 The test that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the
 same steel, dry, 50 N, a tangential force of ±20 N, 30 000 cycles, the loop recorded in every

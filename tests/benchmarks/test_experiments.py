@@ -19,6 +19,7 @@ TESTS = {
     "vanpeteghem2011": [
         r for r in rows("vanpeteghem2011") if r["condition"] == "constant" and r["test"] != "7"
     ],
+    "pulsating": rows("pulsating"),
 }
 
 
@@ -29,7 +30,8 @@ def test_a_study_has_the_conditions_and_the_energy_of_its_tests(name):
     assert len(cases) == len(tests)
     length = column(tests, "L_mm") * 1e-3 if name == "fouvry2017" else 8e-3
     energies = [
-        4 * case.friction * case.load * case.sliding_amplitude * case.cycles for case in cases
+        4 * case.friction * case.load_at(0.0) * case.sliding_amplitude * case.cycles
+        for case in cases
     ]
     np.testing.assert_allclose(np.array(energies) * length, column(tests, "SigmaEd_J"), rtol=1e-3)
     assert [case.frequency for case in cases] == column(tests, "f_Hz").tolist()
@@ -53,8 +55,10 @@ def test_what_falls_short_is_what_the_page_explains():
         )
         for section in PAGE.sections
     }
-    # A half-width that finite elements have at their nodes; the scatter about a power law.
+    # A half-width that finite elements have at their nodes; 16 of 23 tests, which are 69.6 %; the
+    # scatter about a power law.
     assert {name: count for name, count in failing.items() if count} == {
         "cruzado2010": 1,
+        "pulsating": 1,
         "baydoun2019": 4,
     }
