@@ -125,13 +125,19 @@ def test_a_new_folder_has_workflow_settings_study_and_gitignore_and_keeps_what_i
     assert "snakemake --cores 2 --config study=measured" in said
     assert Path("new/studies/surfaces/ground.nc").is_file()
     assert Path("new/Snakefile").read_text() == "mine"
+    # That of an experiment comes with what was measured.
+    said = desk.call("init", "new", "--study", "experiments/cruzado2010").stdout
+    assert "--config study=experiments/cruzado2010, or change studies/experiments/cruzado" in said
+    assert Path("new/studies/experiments/cruzado2010.csv").is_file()
     assert not Path("elsewhere").exists()
 
 
 def test_the_studies_that_come_with_the_package_are_listed(desk):
     said = desk.call("init", "--list").stdout
-    for file in (workspace() / "studies").glob("*.yaml"):
-        assert file.stem in said
+    folder = workspace() / "studies"
+    named = [line.split()[0] for line in said.splitlines()]
+    assert {folder / f"{name}.yaml" for name in named} == {*folder.rglob("*.yaml")}
+    assert named.index("self_affine") < named.index("experiments/cruzado2010")
     assert "Loads, friction, roughness and plastic limits" in said
     (measured,) = (line for line in said.splitlines() if "pip install" in line)
     assert measured.startswith("measured ")

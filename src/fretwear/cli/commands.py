@@ -140,7 +140,10 @@ def init(
     from fretwear.study.study import load_study
     from fretwear.units import did_you_mean
 
-    studies = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
+    all_studies = workspace() / "studies"
+    # Those of published experiments, in a folder of their own, come last.
+    files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
+    studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
     if list_:
         rows = []
         for name, path in studies.items():
@@ -160,7 +163,8 @@ def init(
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
     root = workspace()
     chosen = studies[study]
-    for file in (*root.glob("profiles/*/config*.yaml"), chosen, *_surfaces(chosen)):
+    measured = [file for file in [chosen.with_suffix(".csv")] if file.exists()]
+    for file in (*root.glob("profiles/*/config*.yaml"), chosen, *measured, *_surfaces(chosen)):
         contents[file.relative_to(root)] = file.read_bytes()
     for relative, content in contents.items():
         file = folder / relative
