@@ -38,13 +38,23 @@ def measure_baydoun() -> Data:
         for r, condition in zip(tests, conditions, strict=True)
     ]
     # The law by hand: α µ P 4δ N at the pressure P/A of the whole block.
-    by_hand = []
-    for each in points:
-        p, s, f, n = (REFERENCE | {each["label"]: each["x"]}).values()
-        path, factor = 4e-6 * s * n, (p / 100) ** 0.6 * (s / 100) ** 0.7 * f**-0.3
-        worn = 4.383e-5 * 0.7 * 25.0 * p * path * factor
-        by_hand.append(each | {"computed": worn})
-    return {"points": points, "scatter": scatter, "by_hand": logarithm(by_hand)}
+    ratios = np.array([tuple((REFERENCE | {p["label"]: p["x"]}).values()) for p in points])
+    ratios /= [*REFERENCE.values()]
+    worn = 4.383e-5 * 0.7 * 25.0 * 100.0 * 4e-6 * 100.0 * 20000.0 * ratios[:, :2].prod(axis=1)
+    worn *= ratios[:, 3] * (ratios[:, :3] ** (0.6, 0.7, -0.3)).prod(axis=1)
+    measured = np.array([each["measured"] for each in points])
+    off = np.log(measured / worn)
+    # The best coefficient and exponents that these tests leave to any such law.
+    terms = np.column_stack([np.ones(off.size), np.log(ratios[:, :3])])
+    left = off - terms @ np.linalg.lstsq(terms, off)[0]
+    variance = np.mean((measured - measured.mean()) ** 2)
+    return {
+        "points": points,
+        "scatter": scatter,
+        "by_hand": rms(off),
+        "determination": float(1.0 - np.mean((worn - measured) ** 2) / variance),
+        "least": rms(left),
+    }
 
 
 def logarithm(points: Iterable[Data]) -> float:
@@ -84,9 +94,14 @@ Three repeats scatter by {100 * data["scatter"]:.0f} %.
 {table(titles, lines)}
 
 The misfit is that of the law and not of the contact: evaluated by hand at the mean pressure of the
-whole block it has {data["by_hand"]:.2f}. In decades it is
-{logarithm(data["points"]) / math.log(10):.2f}. The test at 10 MPa, where the volume is read off
-near the foot of the axis, has the largest part; without it {logarithm(others):.2f} are left.
+whole block it has {data["by_hand"]:.2f}, and a coefficient of determination of
+{data["determination"]:.2f} for the volumes, which is the 0.93 that the authors state: load, area
+and energy are understood as they meant them. Theirs is the fit of large volumes; logarithms weigh
+small ones alike. No coefficient and exponents would do better than {data["least"]:.2f} in these
+tests, so 0.25 is out of reach of any power law of pressure, amplitude and frequency. In decades the
+misfit is {logarithm(data["points"]) / math.log(10):.2f}. The test at 10 MPa, where the volume is
+read off near the foot of the axis, has the largest part; without it {logarithm(others):.2f} are
+left.
 
 {{figure}}
 """
