@@ -170,9 +170,9 @@ def _texts(rows: list[Mapping[str, float]]) -> Data:
 def measured(name: str, case: Case, true: Case) -> Data:
     """A case, its twin and its truth."""
     # Time of the shortest of several runs, since most are short.
-    runs = [(values(case), values(case.coarser, case.times_coarser))]
+    runs = [(values(case), values(case.on_cells(case.times_coarser), case.times_coarser))]
     while sum(of_run[-1] for both in runs for of_run in both) < QUICK:
-        runs.append((values(case), values(case.coarser, case.times_coarser)))
+        runs.append((values(case), values(case.on_cells(case.times_coarser), case.times_coarser)))
     (result, spread, _), (twin, *_) = runs[0]
     seconds, beside = (min(both[which][-1] for both in runs) for which in (0, 1))
     finer = 1.0 if wear_problem(true).geometry is Grid else 1.0 / FINER

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.study.doubts import doubts
+from fretwear.study.doubts import Unreached, doubts
 from fretwear.units import ContactFrame
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
@@ -93,7 +93,9 @@ def labelled_case(
     scalars: Mapping[str, ArrayLike],
     errors: Mapping[str, ArrayLike] | None = None,
     *,
+    computed: Case | None = None,
     trouble: str = "",
+    unreached: Unreached | None = None,
     beyond_friction: float = 0.0,
     symmetry: str = "even_xy",
     command: str = "fretwear.simulate",
@@ -108,7 +110,8 @@ def labelled_case(
     available `BODY_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole
     contact, and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by
     the names of the scalars, or empty; `trouble` says why they are missing although the case asks
-    for them, and `beyond_friction` is the share of the stick zone in which shear had to be cut.
+    for them, and `beyond_friction` is the share of the stick zone in which shear had to be cut. A
+    case that asks for an accuracy was `computed` on cells of its own, and may not have reached it.
 
     Raises a ValueError if variables are missing, unknown or of the wrong shape, or have values that
     `Variable.allows` refuses.
@@ -127,7 +130,7 @@ def labelled_case(
         **_columns(of_scalars, scalars, dims[:1], shape[:1]),
         **_columns(of_errors, by_name, dims[:1], shape[:1]),
     }
-    for name, (value, units, words) in case.scalar_coordinates().items():
+    for name, (value, units, words) in (computed or case).scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
         coordinates[name] = Column((), values, Variable(name, units, words=words).attributes)
     # The largest relative error of each scalar, over the cycles at which it exceeds a trace.
@@ -146,7 +149,9 @@ def labelled_case(
         CODE_DIGEST.name: code_digest(),
         ARITHMETIC.name: arithmetic,
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, doubts(case, relative, trouble, beyond_friction))),
+        "warnings": "\n".join(
+            map(str, doubts(computed or case, relative, trouble, beyond_friction, unreached))
+        ),
     }
     return Labelled(variables, coordinates, attributes)
 

@@ -86,8 +86,8 @@ class Checkpoint:
             self.record = read_checkpoint(path, identity_of(case)) or self.record
         except DataFileError as error:
             tell(str(error))
-        self._saved_steps = len(self.record.history)
-        if self._saved_steps:
+        self._note_saved()
+        if self.record.history:
             tell(f"{path}: resuming after cycle {self._saved_cycle}")
             if arithmetic() not in self.record.arithmetic:
                 before = "; then ".join(self.record.arithmetic)
@@ -100,14 +100,14 @@ class Checkpoint:
         return self
 
     def __exit__(self, kind: object, error: object, traceback: object) -> None:
-        if error is not None and len(self.record.history) > self._saved_steps:
+        if error is not None and self._reached > self._saved_at:
             try:
                 self.save()
             except DataFileError as failure:
                 # The interruption is what matters; a full disk must not hide it.
                 if str(failure) != str(error):
                     self._tell(str(failure))
-        if error is not None and self._saved_steps and self.path.exists():
+        if error is not None and self._saved_cycle and self.path.exists():
             resumes = f"the same command resumes after cycle {self._saved_cycle}"
             self._tell(f"{self.path}: kept; {resumes}")
 
@@ -121,11 +121,12 @@ class Checkpoint:
     def save(self) -> None:
         """Write the run record to the file; see `write_checkpoint`."""
         write_checkpoint(self.path, self.record, identity_of(self._case))
-        self._saved, self._saved_steps = self._clock(), len(self.record.history)
+        self._saved = self._clock()
+        self._note_saved()
 
     def discard(self) -> None:
         """Remove the file: the result is stored."""
-        self._saved_steps = len(self.record.history)
+        self._note_saved()
         try:
             self.path.unlink(missing_ok=True)
             remove_stale_temporaries(self.path.parent, self.path.name)
@@ -134,8 +135,14 @@ class Checkpoint:
             self._tell(f"{self.path}: not removed: {error.strerror}")
 
     @property
-    def _saved_cycle(self) -> str:
-        return f"{self.record.history[self._saved_steps - 1]['cycle']:.6g}"
+    def _reached(self) -> tuple[int, int]:
+        """Finished runs on wider cells, and steps of the present one."""
+        return len(self.record.rounds), len(self.record.history)
+
+    def _note_saved(self) -> None:
+        history = self.record.history
+        self._saved_at = self._reached
+        self._saved_cycle = f"{history[-1]['cycle']:.6g}" if history else ""
 
 
 def identity_of(case: Case) -> dict[str, object]:

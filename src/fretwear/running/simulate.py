@@ -20,6 +20,7 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import (
+    Loop,
     Measures,
     fractions,
     loop,
@@ -32,6 +33,15 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team, arithmetic
+from fretwear.running.accuracy import (
+    Round,
+    columns_of,
+    estimated_errors,
+    measured_order,
+    next_width,
+    relative_errors,
+    unreached,
+)
 from fretwear.running.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
@@ -41,20 +51,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MARGIN = 1.15
-
-# Standard deviations in an estimated error, chosen on half of the cases of the verification page.
-_DEVIATIONS = 2.0
-# Values below this part of the largest have just begun to grow, and do not represent the others.
-_TRACE = 0.01
-# Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
-# in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
-# or jumps by a row of asperities: the upper quartile over all of these scalars measures how well
-# the edges are resolved.
-_OF_EDGES = ("area", "half_width", "stick")
-# Words in the names of scalars that add up over steps or follow from the worn shape, and their
-# standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
-# grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
-_OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
 
 
 @dataclass(frozen=True)
@@ -83,6 +79,8 @@ class RunRecord:
     arithmetic: list[str] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
+    # Finished runs on wider cells, the widest first, of a case that asks for an accuracy.
+    rounds: list[Round] = field(default_factory=list)
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
@@ -92,6 +90,11 @@ class RunRecord:
         self.history.append(numbers | vars(step.measures))
         if keep_fields:
             self.snapshots.append(state)
+
+    def begin_anew(self, finished: Round) -> None:
+        """Begin a run on narrower cells after one that has finished."""
+        self.rounds.append(finished)
+        self.snapshots, self.history, self.last = [], [], None
 
 
 class DoubtfulResultWarning(UserWarning):
@@ -201,13 +204,46 @@ def run(
     A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
     checkpoints: a resumed run starts its twin anew.
     """
-    record, before = record or RunRecord(), doubts(case)
+    record = record or RunRecord()
+    before = doubts(case) if case.asked_accuracy is None else ()
     if arithmetic() not in record.arithmetic:
         record.arithmetic.append(arithmetic())
     for doubt in before:
         warn(str(doubt))
-    problem = wear_problem(case, threads=threads)
-    twin = _scalars_of_twin(case, threads) if case.error_estimate else iter(())
+    while (width := next_width(case, record.rounds)) is not None:
+        computed = _run_on_cells(case, width, record, observers, threads)
+        if next_width(case, [*record.rounds, computed.round]) is None:
+            break
+        record.begin_anew(computed.round)
+    return _labelled(case, computed, record, command, warn, len(before))
+
+
+@dataclass(frozen=True)
+class _Computed:
+    """What a run on cells of one width has computed at its snapshots."""
+
+    case: Case  # on these cells
+    workspace: Workspace
+    round: Round
+    scalars: Mapping[str, NDArray[np.float64]]
+    errors: Mapping[str, NDArray[np.float64]]
+    loops: Sequence[Loop]
+    trouble: str  # why there are no errors although they are asked for
+
+
+def _run_on_cells(
+    asked: Case, width: float, record: RunRecord, observers: Sequence[Observer], threads: int
+) -> _Computed:
+    """Run a case to the end of its record on cells of some width over the default.
+
+    The run on wider cells from which errors are estimated is the last one of the record or, if
+    there is none, runs alongside. It is not stored in checkpoints: a resumed run starts it anew.
+    """
+    case = asked.on_cells(width)
+    times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
+    twin = iter(record.rounds[-1].rows if record.rounds else ())
+    if case.error_estimate and not record.rounds:
+        twin = _scalars_of_twin(asked, times * width, threads)
     coarser: list[dict[str, float]] = []
     trouble = ""
 
@@ -218,6 +254,7 @@ def run(
         except (ContactError, WearError) as error:
             trouble = str(error) or type(error).__name__
 
+    problem = wear_problem(case, None, threads, width * asked.coarseness)
     workspace, snapshots = Workspace(problem), record.snapshots
     with _without_threads_of_blas(case):
         for state in _states(case, problem, record.last):
@@ -230,16 +267,32 @@ def run(
         loops = [loop(workspace, state) for state in snapshots]
         of_both = zip(snapshots, loops, strict=True)
         rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
-        fields = _snapshot_fields(workspace, snapshots)
-    scalars, columns = _columns(rows), _columns(record.history)
-    errors = {}
+    scalars = columns_of(rows)
+    errors: dict[str, NDArray[np.float64]] = {}
     if coarser and not trouble:
-        spread = _columns([scatter(state) for state in snapshots])
-        of_case = case.times_coarser, spread, case.tolerance
-        errors = estimated_errors(scalars, _columns(coarser), *of_case)
+        spread = columns_of([scatter(state) for state in snapshots])
+        order = measured_order(record.rounds, rows, width)
+        of_case = times, spread, case.tolerance, order
+        errors = estimated_errors(scalars, columns_of(coarser), *of_case)
         states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
+    finished = Round(width, rows, relative_errors(scalars, errors))
+    return _Computed(case, workspace, finished, scalars, errors, loops, trouble)
+
+
+def _labelled(
+    asked: Case,
+    computed: _Computed,
+    record: RunRecord,
+    command: str,
+    warn: Callable[[str], None],
+    warned: int,
+) -> Result:
+    """Label the results of a finished run, and warn of doubts but those that it was `warned` of."""
+    case, problem, snapshots = computed.case, computed.workspace.problem, record.snapshots
+    fields = _snapshot_fields(computed.workspace, snapshots)
+    scalars, errors, columns = computed.scalars, computed.errors, columns_of(record.history)
     steps_at, of_steps = columns.pop("cycle"), columns.pop("error_estimate")
     spent = np.diff(columns.pop("convolutions"), prepend=0)
     plane = snapshots[-1].geometry.plane(problem.spacing)
@@ -253,25 +306,27 @@ def run(
     )
     cycles = [state.cycle for state in snapshots]
     dataset = labelled_case(
-        case,
+        asked,
         plane.x,
         plane.y,
         cycles,
         fields,
         scalars,
         errors,
-        trouble=trouble,
+        computed=case,
+        trouble=computed.trouble,
+        unreached=unreached(asked, [*record.rounds, computed.round]),
         beyond_friction=max(map(share_beyond_friction, snapshots)),
         symmetry=symmetry,
         command=command,
         arithmetic="; then ".join(record.arithmetic),
     )
-    for text in dataset.attrs["warnings"].splitlines()[len(before) :]:
+    for text in dataset.attrs["warnings"].splitlines()[warned:]:
         warn(text)
     history = labelled_history(steps_at, columns, of_steps, spent, case.frame)
     curves = {
-        "force": np.array([curve.force for curve in loops]),
-        "displacement": np.array([curve.displacement for curve in loops]),
+        "force": np.array([curve.force for curve in computed.loops]),
+        "displacement": np.array([curve.displacement for curve in computed.loops]),
     }
     return Result((dataset, history, labelled_loops(cycles, curves, case.frame)))
 
@@ -293,12 +348,12 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     return evolve(problem, stops, case.tolerance, start)
 
 
-def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
-    """Yield every scalar of the same case on wider cells at each snapshot."""
-    coarseness = case.times_coarser * case.coarseness
-    problem = wear_problem(case.coarser, None, threads, coarseness)
+def _scalars_of_twin(asked: Case, width: float, threads: int) -> Iterator[dict[str, float]]:
+    """Yield every scalar of a case on cells of some width over the default at each snapshot."""
+    case = asked.on_cells(width)
+    problem = wear_problem(case, None, threads, width * asked.coarseness)
     workspace = Workspace(problem)
-    for state in _states(case.coarser, problem):
+    for state in _states(case, problem):
         if state.cycle in case.output_cycles:
             yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
 
@@ -322,66 +377,6 @@ def _wear_of_each(problem: WearProblem, state: State) -> dict[str, NDArray[np.fl
     else:
         each = [share * state.wear for share in problem.wear_law.shares or ()]
     return dict(zip(("indenter", "flat"), each, strict=False))
-
-
-def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def estimated_errors(
-    scalars: Mapping[str, NDArray[np.float64]],
-    coarser: Mapping[str, NDArray[np.float64]],
-    times: float,
-    spread: Mapping[str, NDArray[np.float64]],
-    tolerance: float,
-) -> dict[str, NDArray[np.float64]]:
-    """Estimate how far results are from the limit of infinitely narrow cells and short steps.
-
-    The scalars by name at the snapshots, shape (n,), belong to a run and to its twin, whose cells
-    are some times wider. The estimates have the same names, shapes and units.
-
-    Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
-    times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
-    standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
-    between. The difference of two runs at one snapshot may be small by chance: the median over the
-    snapshots of the difference relative to the value counts if it is larger. It is the median of
-    logarithms, so that a hard snapshot beside an easy one does not count for both. A value missing
-    in one of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
-
-    A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
-    relative error is no smaller than before. Two runs that agree again merely cross.
-
-    Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
-    not move from one snapshot to the next: the standard deviations that edges within cells cause,
-    `fretwear.mechanics.measures.scatter`, are a lower bound. So is a share of the tolerance for
-    values that steps add up after the first snapshot: cells and steps may err in opposite
-    directions.
-    """
-    apart, sizes, usual = {}, {}, {}
-    for name, values in scalars.items():
-        fine, wide = (np.nan_to_num(np.abs(run)) for run in (values, coarser[name]))
-        apart[name] = np.where(np.isnan(values), np.nan, np.abs(fine - wide))
-        sizes[name] = np.maximum(fine, wide)
-        counts = fine > _TRACE * fine.max()
-        differs = counts & (apart[name] > 0)
-        logarithms = np.log(apart[name][differs] / sizes[name][differs])
-        usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
-    of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
-    typical = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
-    usual.update((name, max(usual[name], typical)) for name in of_edges)
-    part = _DEVIATIONS / math.sqrt(times**2 - 1.0)
-    estimates = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
-    for name, deviations in spread.items():
-        estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
-    for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
-        least = _DEVIATIONS * _STEPPING * tolerance * np.abs(scalars[name][1:])
-        estimates[name][1:] = np.maximum(estimates[name][1:], least)
-    for name, errors in estimates.items():
-        size = np.abs(scalars[name])
-        for now, falls in enumerate(size[1:] < size[:-1], start=1):
-            if falls:
-                errors[now] = max(errors[now], errors[now - 1] * size[now] / size[now - 1])
-    return estimates
 
 
 def wear_problem(

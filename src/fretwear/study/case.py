@@ -49,6 +49,8 @@ _UNSAID_AT_DEFAULT = (
     "bulk_stress",
     "blocks",
     "error_estimate",
+    "accuracy",
+    "budget",
 )
 
 _SNAPSHOT = WholeNumber(
@@ -199,19 +201,34 @@ class Case(Draft):
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 
     @property
+    def asked_accuracy(self) -> float | None:
+        """The accuracy by which the cells are chosen; None if they are given."""
+        return self.accuracy if self.cell is None else None
+
+    @property
     def times_coarser(self) -> float:
         """How many times wider the cells of the coarser run are, from which errors are estimated.
 
-        Details to be resolved and scars of a stroke allow cells only twice as wide.
+        Details to be resolved and scars of a stroke allow cells only twice as wide, and so do cells
+        that are wide already because an accuracy allows it.
         """
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())
-        return 3.0 if plain and not self.loading.stroke else 2.0
+        return 3.0 if plain and not self.loading.stroke and self.asked_accuracy is None else 2.0
 
-    @property
-    def coarser(self) -> Self:
-        """The case on cells wider by `times_coarser`, with a tolerance larger by its square."""
-        times, (dx, dy) = self.times_coarser, self.grid_spacing
-        changed = {"cell": (times * dx, times * dy), "tolerance": times**2 * self.tolerance}
+    def on_cells(self, times: float) -> Self:
+        """The case on cells some times wider, with a tolerance larger by the square.
+
+        Graded cells have no width of their own, and a tolerance that is written beside an accuracy
+        stays as it is.
+        """
+        if times == 1.0:
+            return self
+        changed: dict[str, object] = {}
+        if self.asked_accuracy is None or self.tolerance == Case.tolerance:
+            changed["tolerance"] = times**2 * self.tolerance
+        if not self.is_graded:
+            dx, dy = self.grid_spacing
+            changed["cell"] = (times * dx, times * dy)
         return self.of(vars(self) | changed)
 
     def canonical_parameters(self) -> dict[str, object]:
@@ -219,10 +236,13 @@ class Case(Draft):
 
         Two cases with the same physics have the same canonical parameters: these have no units, one
         form for Q/(µP) and Q, one value for a pair of equal values, a smooth surface for a zero
-        amplitude, and the value of the default spacing.  `Case(**...)` takes them back.
+        amplitude, and the value of the default spacing unless an accuracy is asked for.
+        `Case(**...)` takes them back.
         """
-        plain = self.of(vars(self) | {"cell": self.grid_spacing, "loading": self.plain_loading})
-        unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
+        cell = self.grid_spacing if self.asked_accuracy is None else None
+        plain = self.of(vars(self) | {"cell": cell, "loading": self.plain_loading})
+        unsaid = {"cell"} if cell is None else set()
+        unsaid |= {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
         unsaid |= {"cycles"} if self.blocks else set()
         canonical: dict[str, object] = {}
         for member, about in members().items():

@@ -43,6 +43,8 @@ _MOST_OF_FIRST_CYCLE = 6.0
 # for a point contact over a stroke, whose matrices are dense.
 LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = LEAST_COARSENESS, 0.5
 LEAST_TOLERANCE = 1e-5
+# Largest budget that is worth writing to reach an accuracy.
+GREATEST_BUDGET = 300.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,28 @@ class Doubt:
 
     def __str__(self) -> str:
         return f"The contact {self.what} ({self.detail}); {self.remedy}"
+
+
+@dataclass(frozen=True)
+class Unreached:
+    """An accuracy that a case has not reached."""
+
+    accuracy: float  # asked for
+    result: str  # words of the result with the largest estimated error
+    error: float  # this error, relative
+    times: float  # time of a run that would reach it, over that of a run on default cells
+
+    def doubt(self) -> Doubt:
+        """Say what was reached, and how to go on."""
+        reached = f"{self.result}: {100.0 * self.error:.2g} %"
+        accept = f"accept an accuracy of {math.ceil(100.0 * self.error)} %"
+        if self.times < GREATEST_BUDGET:
+            reached += f"; the accuracy would take about {self.times:.0f} times as long as usual"
+            accept = f"write budget: {math.ceil(1.1 * self.times)}, or {accept}"
+        else:
+            reached += "; errors hardly fall on narrower cells"
+        what = f"is computed less accurately than the {100.0 * self.accuracy:.2g} % asked for"
+        return Doubt(what, reached, accept)
 
 
 def _lengths(**lengths: float) -> str:
@@ -239,12 +263,13 @@ def doubts(
     errors: Mapping[str, float] | None = None,
     trouble: str = "",
     beyond_friction: float = 0.0,
+    unreached: Unreached | None = None,
 ) -> tuple[Doubt, ...]:
     """Return the reasons to doubt the results of a valid case; usually there are none.
 
     Findings of a run are included: the largest estimated relative error of each result, by its
-    words, or why errors could not be estimated, and the share of the stick zone in which friction
-    cannot bear the shear of the slip model.
+    words, or why errors could not be estimated, the share of the stick zone in which friction
+    cannot bear the shear of the slip model, and an accuracy that was not reached.
     """
     checks = (_of_cells, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
     reasons = [doubt for check in checks for doubt in check(case)]
@@ -262,7 +287,9 @@ def doubts(
             Doubt(what, detail, "write slip_model: jaeger for the shear of this surface")
         )
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
-    if error > LARGE_ERROR:
+    if unreached is not None:
+        reasons.append(unreached.doubt())
+    elif error > LARGE_ERROR and case.accuracy is None:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
         reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
     return tuple(reasons)
@@ -273,7 +300,10 @@ def finer(case: Case, error: float) -> str:
 
     Errors are estimated from a run with wider cells and a tolerance larger by the square of that
     factor, so both are reduced alike. If that would take too long, the text states the error left.
+    A case that asks for an accuracy has chosen its cells within its budget.
     """
+    if case.asked_accuracy is not None:
+        return "a larger budget"
     of_scar = case.loading.stroke and case.geometry is Grid
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)

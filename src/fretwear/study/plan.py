@@ -20,7 +20,7 @@ from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate, value_text
 from fretwear.study.problems import as_cell
-from fretwear.study.spacing import greatest_contact_radius, stick_shrinks
+from fretwear.study.spacing import LEAST_COARSENESS, greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
@@ -68,6 +68,12 @@ BYTES_PER_FIELD_CELL = 7 * 4 + 2
 COMPRESSED_SHARE = 0.6
 
 
+WIDEST = 2.0
+"""Width of the cells with which a case begins that asks for an accuracy, over the default."""
+MOST_MEMORY = 2 * 1024**3
+NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
+
+
 @dataclass(frozen=True)
 class Estimate:
     """The expected cost of a case."""
@@ -96,10 +102,18 @@ def estimate(case: Case) -> Estimate:
     the stick zone shrinks, or carries the load at the plastic limit. The coarser run for error
     estimates is included.
     """
+    if case.asked_accuracy is not None:
+        runs = [_on_cells(case, width) for width in (2.0 * WIDEST, WIDEST, 1.0)]
+        largest = _on_cells(case, affordable_width(case))
+        return replace(
+            runs[-1],
+            seconds=sum(run.seconds for run in runs) - 2 * (SECONDS_TO_START + SECONDS_PER_CASE),
+            memory_bytes=largest.memory_bytes,
+        )
     alone = _alone(case)
     if not case.error_estimate:
         return alone
-    twin = _alone(case.coarser)
+    twin = _alone(case.on_cells(case.times_coarser))
     dense = DENSE_COARSER if case.geometry is not Grid else 1.0
     beside = twin.seconds - SECONDS_TO_START - SECONDS_PER_CASE
     return replace(
@@ -109,8 +123,37 @@ def estimate(case: Case) -> Estimate:
     )
 
 
-def _alone(case: Case) -> Estimate:
+def affordable_width(case: Case) -> float:
+    """Width of the narrowest cells over the default that the budget of a case allows.
+
+    A run on them takes as long as the budget says, relative to default cells, or its memory comes
+    to `MOST_MEMORY`.
+    """
+    usual = _on_cells(case, 1.0)
+    start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
+    allowed = start + case.budget * (usual.seconds - start)
+    width = 1.0
+    while width > LEAST_COARSENESS:
+        narrower = max(width / NARROWER, LEAST_COARSENESS)
+        expected = _on_cells(case, narrower)
+        if expected.seconds > allowed or expected.memory_bytes > most:
+            break
+        width = narrower
+    return width
+
+
+def seconds_on_cells(case: Case, width: float) -> float:
+    """Return the time, s, of a run on cells of some width over the default, without its start."""
+    return _on_cells(case, width).seconds - SECONDS_TO_START - SECONDS_PER_CASE
+
+
+def _on_cells(case: Case, width: float) -> Estimate:
+    return _alone(case.on_cells(width), width * case.coarseness if case.is_graded else 1.0)
+
+
+def _alone(case: Case, coarseness: float | None = None) -> Estimate:
     """The cost of a case without the coarser run."""
+    coarseness = coarseness or case.coarseness
     (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
     reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
     sides_x, sides_y = (2 - is_even for is_even in case.even)
@@ -145,7 +188,7 @@ def _alone(case: Case) -> Estimate:
         mean = 0.5 * (min(cells, unworn) + cells)
         per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
     # A finer cell narrows rings and strips.
-    finer = case.coarseness**-2
+    finer = coarseness**-2
     per_convolution, arrays = (
         finer * per_convolution,
         arrays + int((finer - 1.0) * MEMORY_OF_GRADED),

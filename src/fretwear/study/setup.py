@@ -138,6 +138,17 @@ class Draft(Setup):
         Flag("", "estimate of errors"),
         "Whether a run on cells twice as wide tells the error of every result.",
     ] = True
+    accuracy: Annotated[
+        float | None,
+        Quantity("1", "accuracy", "accuracy", like="0.02", at_least=0.001, at_most=0.2),
+        "Largest relative error of wear, contact and stick zone, and energy. Runs on ever narrower "
+        "cells find the cell and the tolerance that it needs.",
+    ] = None
+    budget: Annotated[
+        float,
+        Quantity("1", "budget", "budget", like="10", at_least=1.0, at_most=1000.0),
+        "How many times longer than on default cells a case may take to reach its accuracy.",
+    ] = 10.0
     output_cycles: tuple[int, ...] = ()
 
     @classmethod

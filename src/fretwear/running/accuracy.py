@@ -1,0 +1,224 @@
+"""Errors estimated from runs on wider cells, and how wide cells may be for an accuracy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.study.case import Case
+from fretwear.study.doubts import Unreached
+from fretwear.study.plan import WIDEST, affordable_width, seconds_on_cells
+from fretwear.vocabulary import RESULTS
+
+# Standard deviations in an estimated error, chosen on half of the cases of the verification page.
+_DEVIATIONS = 2.0
+# Values below this part of the largest have just begun to grow, and do not represent the others.
+_TRACE = 0.01
+# Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
+# in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
+# or jumps by a row of asperities: the upper quartile over all of these scalars measures how well
+# the edges are resolved.
+_OF_EDGES = ("area", "half_width", "stick")
+# Words in the names of scalars that add up over steps or follow from the worn shape, and their
+# standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
+# grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
+_OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
+
+
+# Results that an accuracy is asked for, where a case has them.
+ASKED = (
+    "wear_volume",
+    "maximum_wear_depth",
+    "contact_half_width_x",
+    "contact_half_width_y",
+    "stick_half_width_x",
+    "stick_half_width_y",
+    "contact_area",
+    "stick_area",
+    "dissipated_energy",
+)
+# Orders of convergence lie between these: edges that fall somewhere in a cell, and smooth fields.
+_LEAST_ORDER, _MOST_ORDER, _USUAL_ORDER = 0.5, 1.5, 1.0
+# An error that falls by less than this from one run to the next does not fall with the cells.
+_FALLING = 1.2
+# Share of the accuracy that the next run aims at.
+_AIM = 0.8
+# Ratios of the widths of two runs from which errors are estimated.
+_LEAST_RATIO, _MOST_RATIO = 1.6, 4.0
+_MOST_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Round:
+    """A finished run on cells of one width."""
+
+    width: float  # of its cells over the default
+    rows: list[dict[str, float]]  # every scalar at each snapshot
+    # The largest relative error of each result that an accuracy is asked for; none if unknown.
+    errors: dict[str, float]
+
+    @property
+    def error(self) -> float:
+        """The largest relative error."""
+        return max(self.errors.values(), default=math.inf)
+
+
+def columns_of(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
+    """Return the values by name of rows that have the same names."""
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
+    """Return the width of cells over the default for the next run of a case; None: it is done.
+
+    A case that asks for an accuracy begins on cells wider by `WIDEST`, and goes on with default
+    ones if it has not reached the accuracy. If these do not reach it either, the cells become as
+    narrow as the last errors and the order at which they have fallen let expect, within the budget.
+    Errors that have not fallen cannot be helped by narrower cells: the half-width of a rough
+    contact jumps by a row of asperities.
+    """
+    if case.asked_accuracy is None:
+        return None if rounds else 1.0
+    if not rounds:
+        return WIDEST
+    last, earlier = rounds[-1], rounds[-2].errors if len(rounds) > 1 else {}
+    falling = [
+        error
+        for name, error in last.errors.items()
+        if _FALLING * error <= earlier.get(name, math.inf)
+    ]
+    error = max(falling, default=0.0) if last.errors else math.inf
+    if error <= case.asked_accuracy or len(rounds) >= _MOST_ROUNDS:
+        return None
+    ratio = (error / (_AIM * case.asked_accuracy)) ** (1.0 / _order(rounds))
+    ratio = min(max(ratio, _LEAST_RATIO), _MOST_RATIO) if len(rounds) > 1 else WIDEST
+    width = max(last.width / ratio, affordable_width(case))
+    return width if width <= last.width / _LEAST_RATIO else None
+
+
+def _order(rounds: Sequence[Round]) -> float:
+    """The order of convergence that the last runs show; 1 if there are too few."""
+    *earlier, last = rounds
+    return measured_order(earlier, last.rows, last.width)
+
+
+def relative_errors(
+    scalars: Mapping[str, NDArray[np.float64]], errors: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float]:
+    """Return the largest relative errors of the results in `ASKED`.
+
+    Values that have just begun to grow do not count, and the energy of a contact that wears in
+    counts relative to its largest value.
+    """
+    relative: dict[str, float] = {}
+    for name in (name for name in ASKED if name in errors):
+        values, apart = (np.nan_to_num(np.abs(of[name])) for of in (scalars, errors))
+        counts = values > _TRACE * values.max()
+        if counts.any():
+            sizes = values.max() if name == "dissipated_energy" else values[counts]
+            relative[name] = float((apart[counts] / sizes).max())
+    return relative
+
+
+def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
+    """Return what a case has reached instead of its accuracy, and what that would cost."""
+    accuracy, last = case.asked_accuracy, rounds[-1]
+    if accuracy is None or last.error <= accuracy:
+        return None
+    width = last.width * (_AIM * accuracy / last.error) ** (1.0 / _order(rounds))
+    times = seconds_on_cells(case, width) / seconds_on_cells(case, 1.0)
+    name = max(last.errors, key=lambda name: last.errors[name], default="")
+    words = RESULTS[name].words if name else "no estimate"
+    return Unreached(accuracy, words, last.error, times)
+
+
+def estimated_errors(
+    scalars: Mapping[str, NDArray[np.float64]],
+    coarser: Mapping[str, NDArray[np.float64]],
+    times: float,
+    spread: Mapping[str, NDArray[np.float64]],
+    tolerance: float,
+    order: float = 1.0,
+) -> dict[str, NDArray[np.float64]]:
+    """Estimate how far results are from the limit of infinitely narrow cells and short steps.
+
+    The scalars by name at the snapshots, shape (n,), belong to a run and to its twin, whose cells
+    are some times wider. The estimates have the same names, shapes and units.
+
+    Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
+    times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
+    standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
+    between. The difference of two runs at one snapshot may be small by chance: the median over the
+    snapshots of the difference relative to the value counts if it is larger. It is the median of
+    logarithms, so that a hard snapshot beside an easy one does not count for both. A value missing
+    in one of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
+
+    A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
+    relative error is no smaller than before. Two runs that agree again merely cross.
+
+    Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
+    not move from one snapshot to the next: the standard deviations that edges within cells cause,
+    `fretwear.mechanics.measures.scatter`, are a lower bound. So is a share of the tolerance for
+    values that steps add up after the first snapshot: cells and steps may err in opposite
+    directions.
+    """
+    apart, sizes, usual = _differences(scalars, coarser)
+    of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
+    typical = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
+    usual.update((name, max(usual[name], typical)) for name in of_edges)
+    part = _DEVIATIONS / math.sqrt(times ** (2.0 * order) - 1.0)
+    estimates = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
+    for name, deviations in spread.items():
+        estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
+    for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
+        least = _DEVIATIONS * _STEPPING * tolerance * np.abs(scalars[name][1:])
+        estimates[name][1:] = np.maximum(estimates[name][1:], least)
+    for name, errors in estimates.items():
+        size = np.abs(scalars[name])
+        for now, falls in enumerate(size[1:] < size[:-1], start=1):
+            if falls:
+                errors[now] = max(errors[now], errors[now - 1] * size[now] / size[now - 1])
+    return estimates
+
+
+def measured_order(
+    rounds: Sequence[Round], rows: Sequence[Mapping[str, float]], width: float
+) -> float:
+    """Return the order at which results of a run and of two on wider cells converge.
+
+    It is the median over the results in `ASKED`, at least 1/2 and at most 3/2, and 1 if there are
+    not two runs on wider cells.
+    """
+    if len(rounds) < 2:
+        return _USUAL_ORDER
+    runs = [columns_of(run.rows) for run in rounds[-2:]] + [columns_of(rows)]
+    widths = [*(run.width for run in rounds[-2:]), width]
+    before, now = (_differences(fine, wide)[2] for wide, fine in pairwise(runs))
+    ratios = [before[name] / now[name] for name in ASKED if before.get(name) and now.get(name)]
+    if not ratios:
+        return _USUAL_ORDER
+    ratio, (wide, middle, narrow) = float(np.median(ratios)), widths
+    orders = np.linspace(_LEAST_ORDER, _MOST_ORDER, 61)
+    expected = (wide**orders - middle**orders) / (middle**orders - narrow**orders)
+    return float(np.interp(ratio, expected, orders))
+
+
+def _differences(
+    scalars: Mapping[str, NDArray[np.float64]], coarser: Mapping[str, NDArray[np.float64]]
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.float64]], dict[str, float]]:
+    """Differences of two runs by name, larger values, and usual ratios of the two."""
+    apart, sizes, usual = {}, {}, {}
+    for name, values in scalars.items():
+        fine, wide = (np.nan_to_num(np.abs(run)) for run in (values, coarser[name]))
+        apart[name] = np.where(np.isnan(values), np.nan, np.abs(fine - wide))
+        sizes[name] = np.maximum(fine, wide)
+        counts = fine > _TRACE * fine.max()
+        differs = counts & (apart[name] > 0)
+        logarithms = np.log(apart[name][differs] / sizes[name][differs])
+        usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
+    return apart, sizes, usual

@@ -1,0 +1,148 @@
+"""Cases that ask for an accuracy: which cells they get, what is told, and how they resume."""
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear.mechanics.state import State
+from fretwear.running.accuracy import ASKED, Round, measured_order, next_width
+from fretwear.running.batch import Checkpoint
+from fretwear.running.simulate import RunRecord, run
+from fretwear.study.case import CaseError
+from fretwear.study.plan import affordable_width, estimate
+
+from ..studies import near
+from .conftest import make_case
+
+WAVES = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "2 deg", "slope_y": "1 deg"}
+SNAPSHOTS = [0, 10, 300, 3000]
+
+
+def make(**changes):
+    given = {"cycles": 3000, "output_cycles": SNAPSHOTS, "accuracy": 0.02, "cell": None}
+    return make_case(**given | changes)
+
+
+def finished(width, order, at=1.0):
+    """A run whose results have errors that grow with a power of the width of cells."""
+    rows = [dict.fromkeys(ASKED, value + 1e-3 * at * width**order) for value in (1.0, 3.0)]
+    return Round(width, rows, dict.fromkeys(ASKED, at * width**order))
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    record = RunRecord()
+    return make(), record, run(make(), record=record).dataset
+
+
+def test_a_smooth_contact_keeps_an_accuracy_on_cells_wider_than_usual(smooth):
+    case, record, ds = smooth
+    narrow = fretwear.simulate(case.replace(accuracy=None, tolerance=0.0025), quarter=True)
+    assert [each.width for each in record.rounds] == []
+    assert ds.attrs["warnings"] == ""
+    assert float(ds.tolerance) == near(0.04)  # of the run, where the case asked for none
+    for name in ASKED:
+        apart = np.abs(ds[name] - narrow[name]).values
+        assert (apart <= 0.02 * np.abs(narrow[name]).max().item()).all(), name
+        counts = (narrow[name] > 0.01 * narrow[name].max()).values
+        assert (apart <= ds[f"{name}_error"].values + 1e-3 * narrow[name].values)[counts].all(), (
+            name
+        )
+
+
+def test_the_id_says_what_was_asked_for_and_the_dataset_what_came_out(smooth):
+    case, _, ds = smooth
+    assert ds.attrs["case_id"] == case.case_id == ds.fretwear.case.case_id
+    assert ds.fretwear.case.accuracy == case.accuracy
+    assert case.case_id != make(accuracy=None).case_id
+    assert float(ds.accuracy) == 0.02
+    assert "cell" not in case.canonical_parameters()
+    assert "accuracy" not in make(accuracy=None).canonical_parameters()
+
+
+def test_a_written_cell_overrules_an_accuracy_and_a_tolerance_stays_as_written():
+    written = make(cell=["2 um", "2 um"], accuracy=0.001)
+    assert written.asked_accuracy is None
+    assert next_width(written, []) == 1.0
+    assert next_width(written, [finished(1.0, 1.0)]) is None
+    assert make(tolerance=0.003).on_cells(2.0).tolerance == 0.003
+
+
+def test_cells_become_narrower_by_what_measured_errors_and_their_order_need():
+    case = make(roughness=WAVES)
+    assert next_width(case, []) == 2.0
+    assert next_width(case, [finished(2.0, 1.0, at=0.005)]) is None
+    wide, usual = finished(2.0, 1.5, at=0.04), finished(1.0, 1.5, at=0.04)
+    assert next_width(case, [wide]) == 1.0
+    wider = finished(4.0, 1.5, at=0.04)
+    assert measured_order([wider, wide], usual.rows, 1.0) == near(1.5, rel=0.02)
+    assert measured_order([wide], usual.rows, 1.0) == 1.0
+    assert next_width(case, [wide, usual]) == near(max(0.4, affordable_width(case)), rel=1e-6)
+    assert next_width(case, [wider, wide, usual]) is None
+
+
+def test_errors_that_do_not_fall_call_for_no_narrower_cells():
+    case = make(roughness=WAVES)
+    wide, usual = finished(2.0, 1.5, at=0.002), finished(1.0, 1.5, at=0.002)
+    for each in (wide, usual):
+        each.errors["contact_half_width_x"] = 0.14
+    assert next_width(case, [wide]) == 1.0
+    assert next_width(case, [wide, usual]) is None
+
+
+def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached():
+    case = make(roughness=WAVES, accuracy=0.001, budget=1.0, cycles=100, output_cycles=[])
+    told, record = [], RunRecord()
+    ds = run(case, record=record, warn=told.append).dataset
+    assert [each.width for each in record.rounds] == [2.0]
+    assert float(ds.cell_x) == near(case.grid_spacing[0])
+    (doubt,) = told
+    assert doubt in ds.attrs["warnings"]
+    assert "less accurately than the 0.1 % asked for" in doubt
+    reached = float(doubt.split(": ")[1].split(" %")[0])
+    errors = [float((ds[f"{n}_error"] / ds[n].max()).max()) for n in ASKED if float(ds[n].max())]
+    assert reached >= 99.0 * max(errors)
+
+
+@pytest.mark.parametrize("at", [(0, 4), (1, 2)])
+def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
+    case = make(roughness=WAVES, accuracy=0.05, budget=1.5, cycles=100, output_cycles=[10])
+    whole = run(case).dataset
+    path, told = tmp_path / "case.checkpoint", []
+
+    def kill(_):
+        record = checkpoint.record
+        if (len(record.rounds), len(record.history)) == at:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), Checkpoint(path, case, told.append) as checkpoint:
+        run(case, [checkpoint, kill], record=checkpoint.record)
+    kept = Checkpoint(path, case, told.append).record
+    assert (len(kept.rounds), len(kept.history)) == at
+    assert isinstance(kept.last, State)
+    resumed = run(case, record=kept).dataset
+    for name in ("wear_depth", "wear_volume", "wear_volume_error", "stick_area_error"):
+        np.testing.assert_array_equal(resumed[name], whole[name])
+
+
+@pytest.mark.parametrize(
+    ("given", "rule"),
+    [
+        ({"accuracy": 0.0}, "accuracy = 0.0: must be at least 0.001 and at most 0.2"),
+        ({"accuracy": 1e-9}, "at least 0.001"),
+        ({"accuracy": 2.0}, "at most 0.2"),
+        ({"budget": 0.5}, "budget = 0.5: must be at least 1"),
+    ],
+)
+def test_accuracies_and_budgets_that_nothing_could_keep_are_refused(given, rule):
+    with pytest.raises(CaseError, match=rule):
+        make(**given)
+
+
+def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
+    case = make(roughness=WAVES)
+    usual, asked = estimate(case.replace(accuracy=None)), estimate(case)
+    assert 1.0 < asked.seconds / usual.seconds < 1.3
+    assert asked.memory_bytes > usual.memory_bytes
+    assert affordable_width(make(roughness=WAVES, budget=1.0)) == 1.0
+    assert affordable_width(case) < affordable_width(make(roughness=WAVES, budget=3.0)) < 1.0
