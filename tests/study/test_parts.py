@@ -152,7 +152,7 @@ def examples():
         {**no_load, "tangential_ratio": 0.8},
         {**rig, "displacement_ratio": 0.8},
         {**rig, **held},
-        {"debris_fraction": 0.85, "frequency": "5 Hz", "bulk_stress": "80 MPa"},
+        {"debris_fraction": 0.85, "frequency": "5 Hz", "bulk_stress": "80 MPa", "accuracy": 0.02},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
         {"wear_coefficient": LAW},
@@ -183,6 +183,7 @@ UNSAID = {
     "rig_stiffness",
     "tangential_compliance",
     "pulsating_load",
+    "accuracy",
 }
 
 

@@ -122,6 +122,13 @@ def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
         yield Problem("tangential_compliance", None, rule, hint)
 
 
+@_needing("accuracy error_estimate")
+def _accuracy_needs_estimates(case: Draft) -> Iterator[Problem]:
+    if case.accuracy is not None and not case.error_estimate:
+        rule = "leaves out the estimates by which an accuracy is kept"
+        yield Problem("error_estimate", False, rule, "give one of the two")
+
+
 @_needing("indenter cell")
 def _line_has_one_spacing(case: Draft) -> Iterator[Problem]:
     if case.cell is not None and case.cell[0] != case.cell[1] and "y" not in case.frame.axes:
