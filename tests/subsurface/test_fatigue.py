@@ -8,7 +8,7 @@ import pytest
 
 import fretwear
 from fretwear.subsurface.fatigue import fatigue_table
-from fretwear.subsurface.results import StressError
+from fretwear.subsurface.inputs import StressError
 from fretwear.vocabulary import FATIGUE_OUTCOMES
 
 from ..studies import near, steel

@@ -10,8 +10,8 @@ import xarray as xr
 import fretwear
 from fretwear.subsurface import results
 from fretwear.subsurface.cracks import PointLoops
+from fretwear.subsurface.inputs import StressError, surface_of
 from fretwear.subsurface.results import (
-    StressError,
     largest_values,
     open_stresses,
     write_stresses,
@@ -65,7 +65,7 @@ def test_no_traction_exceeds_friction_at_the_edge_of_stick_of_worn_bodies():
     """Contacts of the stored shape differ a little from those of which its cells are means."""
     case = steel(cycles=3000, cell=CELL, error_estimate=False)
     last = fretwear.simulate(case, quarter=True).isel(cycle=-1)
-    surface, _ = results._surface(last, case, 3000)
+    surface, _ = surface_of(last, case, 3000)
     shears = surface.over_half_a_loop(8)
     assert (abs(shears[1:]) <= surface.friction * surface.pressure).all()
 
@@ -73,9 +73,7 @@ def test_no_traction_exceeds_friction_at_the_edge_of_stick_of_worn_bodies():
 def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):
     blocks = [{"cycles": 1000, "friction": 0.5}, {"cycles": 500, "friction": 0.7}]
     case = steel(cycles=None, friction=None, cell=CELL, blocks=blocks)
-    found = [
-        results._surface(worn.isel(cycle=0), case, cycle)[0].friction for cycle in (0, 1000, 1500)
-    ]
+    found = [surface_of(worn.isel(cycle=0), case, cycle)[0].friction for cycle in (0, 1000, 1500)]
     assert found == [0.5, 0.5, 0.7]
 
 

@@ -327,7 +327,7 @@ def batch(
         raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
     if study.stress is not None:
         from fretwear.subsurface.fatigue import stored_fatigue
-        from fretwear.subsurface.results import StressError
+        from fretwear.subsurface.inputs import StressError
 
         for case_id in outcome.case_ids:
             case = folder / "cases" / f"{case_id}.nc"

@@ -136,7 +136,8 @@ def _written(
 
     The file is named as the case with `ending` where there is no `output`.
     """
-    from fretwear.subsurface.results import StressError, write_stresses
+    from fretwear.subsurface.inputs import StressError
+    from fretwear.subsurface.results import write_stresses
 
     with opened(file) as (case, _):
         path = check_output(output or file.with_name(f"{file.stem}-{ending}.nc"), ".nc")

@@ -18,15 +18,9 @@ from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.merge import Besides
 from fretwear.data.safe import DataFileError
 from fretwear.study.stresses import StressOutput
+from fretwear.subsurface.inputs import StressError, read_quantity, usual_depths
 from fretwear.subsurface.life import StrainLife, summed_damage
-from fretwear.subsurface.results import (
-    StressError,
-    open_stresses,
-    read_quantity,
-    stress,
-    usual_depths,
-    write_stresses,
-)
+from fretwear.subsurface.results import open_stresses, stress, write_stresses
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
