@@ -88,7 +88,7 @@ def test_values_for_people():
     ("value", "dimension", "parts"),
     [
         ("50 GPa", FORCE, ["must be a force such as 50 N", "'GPa' is a pressure"]),
-        ("5 m^2", LENGTH, ["a length", "'m^2' is another quantity"]),
+        ("5 m^2", LENGTH, ["a length", "'m^2' is an area"]),
         ("50", FORCE, ["needs a unit", "did you mean '50 N'"]),
         ("7e-4 mm3/N m", COMPLIANCE, ["is another quantity", "mean '7e-4 mm3/(N m)'?"]),
         ("5.7", ANGLE, ["needs a unit", "'5.7 deg'"]),

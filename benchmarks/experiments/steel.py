@@ -134,7 +134,7 @@ def measure_mccoll() -> Data:
     depth = {n: 1e6 * float(case["wear_depth_flat"].sel(cycle=n).max()) for n in (5000, 18000)}
     x, flat = scar(case, "wear_depth_flat")
     profile = rows("mccoll2004")
-    at, measured = column(profile, "x_mm"), -column(profile, "y_um")
+    at, measured = column(profile, "x_mm"), -column(profile, "height_um")
     outside = np.abs(at) > 0.32
     base, rough = float(measured[outside].mean()), float(measured[outside].std())
     computed = np.interp(np.abs(at), x, flat, right=0.0)

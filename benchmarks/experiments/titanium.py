@@ -289,7 +289,7 @@ def measure_arnaud() -> Data:
     shapes: Data = {}
     for which, name in (("U", "arnaud2021_u"), ("W", "arnaud2021_w")):
         measured = rows(name)
-        x, depth = column(measured, "x_mm"), 1e3 * column(measured, "measured_mm")
+        x, depth = column(measured, "x_mm"), 1e3 * column(measured, "depth_mm")
         computed = {}
         for case in solved(name):
             at, worn = scar(case)

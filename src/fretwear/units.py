@@ -187,8 +187,11 @@ DIMENSIONS = (
     *(LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE),
     Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS),
     Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),)),
+    Dimension("an area", "m2", "m^2", "0.5 mm^2", (Unit("mm²", 1e-6, "mm^2"),)),
+    Dimension("a volume", "m3", "m^3", "1.2e-3 mm^3", (Unit("mm³", 1e-9, "mm^3"),)),
+    Dimension("an energy", "J", "J", "2 mJ", (Unit("mJ", 1e-3), Unit("J"))),
 )
-"""Every kind of quantity that a parameter may be, except plain numbers."""
+"""Every kind of quantity that a parameter or a measured value may be, except plain numbers."""
 
 BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
 

@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fretwear
-from fretwear.cli import KERNELS, Stopped, commands, stresses
+from fretwear.cli import KERNELS, Stopped, commands, fits, stresses
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
 from fretwear.cli.common import CommandError, Status, say
 from fretwear.cli.show import compare, show
@@ -158,6 +158,7 @@ _add(commands.init, "fretwear init my-study")
 _add(commands.plan, "fretwear plan studies/demo.yaml")
 _add(commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")
+_add(fits.fit_scar, "fretwear fit studies/mine.yaml")
 _add(commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(compare, "fretwear compare A.nc B.nc -o comparison.png")
 _add(commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")

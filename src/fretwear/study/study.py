@@ -15,6 +15,7 @@ from fretwear.mechanics.surface_files import Located
 from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.problems import Problem, Problems, in_words
 from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
+from fretwear.study.fits import FitRequest, read_free, with_sought
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (
@@ -39,7 +40,7 @@ from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
-SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
+SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output", "fit")
 OPTION = "--set"
 SEEDS = "roughness.seed"
 """The parameter that the section `seeds` varies."""
@@ -70,6 +71,7 @@ class Study:
     content: Mapping[str, object]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     stress: StressOutput | None = None  # what is asked for of stresses; None: nothing
+    fit: FitRequest | None = None  # what is sought, and what was measured; None: nothing
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
@@ -255,10 +257,23 @@ def select_case(
         raise StudyError(study.file, [Problem("--case" if case_id else "", case_id, rule, hint)])
     point = points[matching[0]]
     if case_id and assignments:
-        content = {**study.content}
-        for axis, position in zip(study.axes, point.index, strict=True):
-            assign(content, axis.name, axis.written[position])
-        point = _checked(study.file, content, assignments).points()[0]
+        point = _checked(study.file, content_of(point), assignments).points()[0]
+    assert point.case is not None
+    return point.case
+
+
+def content_of(point: Point) -> dict[str, object]:
+    """The plain content of a study that has a single point."""
+    content = {**point.study.content}
+    for axis, position in zip(point.study.axes, point.index, strict=True):
+        assign(content, axis.name, axis.written[position])
+    content.pop("fit", None)
+    return content
+
+
+def case_of_content(file: Path, content: Mapping[str, object]) -> Case:
+    """The case of the plain content of a study of a single point; `StudyError` if it is invalid."""
+    (point,) = _checked(file, content, ()).points()
     assert point.case is not None
     return point.case
 
@@ -273,6 +288,7 @@ def _checked(
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
     content, wrong = override(given, assignments)
     before, problems = [*problems, *wrong], Problems()
+    content, fit = _with_fit(content, file.parent, problems)
     sections = _read_sections(_located(content, file.parent), problems)
     axes = read_axes(sections.vary, sections.design, problems)
     fixed = _read_base(sections, axes, content, problems)
@@ -293,15 +309,31 @@ def _checked(
             problems.add("vary.indenter", None, rule, "make two studies of it")
     title = sections.title or file.stem
     # If the design cannot be read, fixed values are still checked.
-    study = Study(
-        file, title, axes, sections.design or Combinations(), fixed, content, sections.batch, stress
-    )
+    design = sections.design or Combinations()
+    study = Study(file, title, axes, design, fixed, content, sections.batch, stress, fit)
     _try_rules(study, problems, skip=sections.invalid == "skip")
     if not (before or problems) and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
+    if fit is not None and not (before or problems):
+        fit.check([point.case for point in study.points()], problems)
     if before or problems:
         raise StudyError(file, _in_order([*before, *problems], lines or {}, assignments))
     return study
+
+
+def _with_fit(
+    content: dict[str, object], folder: Path, problems: Problems
+) -> tuple[dict[str, object], FitRequest | None]:
+    """The content with values of `base` for what is sought, and what the section `fit` asks for."""
+    if "fit" not in content:
+        return content, None
+    given, fit = _located(content["fit"], folder), None
+    # What can be read is filled in even if there are problems elsewhere in the section.
+    free = read_free(_mapping(given).get("free"), Problems())
+    base, vary = (_mapping(content.get(section)) for section in ("base", "vary"))
+    with problems.at("fit", content["fit"]):
+        fit = FitRequest.read(given)
+    return {**content, "base": with_sought(free, base, vary, problems)}, fit
 
 
 def _located(value: object, folder: Path) -> Any:
@@ -340,7 +372,7 @@ def _read_sections(raw: Mapping[str, object], problems: Problems) -> _Sections:
             )
             rule = "is not a section of a study"
             problems.add(name, given, rule, hint, valid_words=valid, written=name)
-        elif name != "seeds":
+        elif name not in ("seeds", "fit"):
             with problems.at(name, given):
                 sections[name] = _read_section(name, given)
     problems.unknown("output", sections.get("output", {}), ("cycles", "stress"))
@@ -600,6 +632,7 @@ def study_schema() -> dict[str, object]:
         "output": keys_schema(
             {"cycles": SNAPSHOTS_SCHEMA, "stress": StressOutput.section_schema()}
         ),
+        "fit": FitRequest.section_schema(),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

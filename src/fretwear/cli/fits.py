@@ -1,0 +1,68 @@
+"""The command ``fretwear fit``: parameters from what was measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fretwear.cli.commands import logged
+from fretwear.cli.common import (
+    CommandError,
+    Results,
+    StudyFile,
+    aligned,
+    check_output,
+    option,
+    say,
+    study_and_results,
+)
+
+if TYPE_CHECKING:
+    from fretwear.cli.progress import Log
+
+_OUTPUT = "File to write, for ArviZ."
+_JSON = "File to write with values, intervals, correlations and warnings."
+_PROCESSES = "Runs side by side."
+
+
+@logged
+def fit_scar(
+    log: Log,
+    file: StudyFile,
+    output: Annotated[
+        Path | None, option("-o/--output", "FIT.nc", _OUTPUT, "results/ and fit.nc")
+    ] = None,
+    json_: Annotated[
+        Path | None, option("--json", "FIT.json", _JSON, "beside FIT.nc, .json")
+    ] = None,
+    results: Results = None,
+    processes: Annotated[
+        int, typer.Option("--processes", metavar="NUMBER", min=1, help=_PROCESSES)
+    ] = 1,
+) -> None:
+    """Find parameters from measured scars, with intervals, and say what the data cannot tell.
+
+    The section fit of the study names the parameters and the measurements. An interrupted fit
+    resumes from the runs it has kept beside its file.
+    """
+    study, folder = study_and_results(file, results)
+    path = check_output(output or folder / "fit.nc", ".nc")
+    beside = check_output(json_ or path.with_suffix(".json"), ".json")
+
+    from fretwear.fitting import results as fits
+
+    try:
+        found = fits.fit(
+            study, folder=path.with_suffix(".runs"), processes=processes, tell=log.note
+        )
+    except fits.FitError as error:
+        raise CommandError(str(error)) from error
+    found.write(path)
+    found.write_json(beside)
+    for line in aligned(found.table()):
+        say(line)
+    for warning in found.warnings:
+        log.note(f"warning: {warning}")
+    log.result(path, f"{found.runs} runs", runs=found.runs)

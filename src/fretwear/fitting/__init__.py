@@ -1,0 +1,6 @@
+"""Parameters of a case from measured scars: best values, intervals, and what the data cannot tell.
+
+A measurement is compared with the results of runs; noise, base line and the numerical error of the
+program enter its likelihood. The parameters are sought by Gauss–Newton steps on their logarithms,
+and their intervals follow from the profile likelihood.
+"""

@@ -1,0 +1,285 @@
+"""Measurements beside predictions: whitened residuals, with the base line taken out of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.fitting.noise import Noise, estimated_noise
+from fretwear.fitting.runs import Prediction
+from fretwear.study.fits import BASELINE, Measurement
+
+_MOST_POINTS, _ROOM = 4001, 0.5
+_SHIFTS, _STEPS = 41, 12
+_CLOSE = 1e-6
+# A profile is unworn where the prediction is shallower than this part of its depth.
+_UNWORN, _FEWEST_UNWORN = 0.01, 12
+# Displacements of a loop without a noise of their own are known to this part of the amplitude.
+_FIRM = 1e-3
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A measurement, its noise, and the numerical error of what is compared with it.
+
+    A *signal* is what a run predicts for it on a fixed grid, shape (g,): depths along the line, the
+    points of a loop, or a number. *Nuisances* are what is found beside it without a run: offset,
+    tilt and shift of the base line; with Gaussian priors, the relative numerical errors of depth
+    and width.
+    """
+
+    measurement: Measurement
+    cycle: float
+    noise: Noise | None  # of a profile
+    deviations: tuple[float, float] = (0.0, 0.0)  # of depth and width, relative; of a number, both
+    grid: Array | None = None  # positions of the signal of a profile
+
+    @classmethod
+    def of(cls, measurement: Measurement, cycle: float, prediction: Prediction) -> Comparison:
+        """Begin with a measurement and the first prediction, which tells how fine a grid is."""
+        grid, noise = None, None
+        if measurement.is_profile:
+            x, depth = measurement.readings or (np.zeros(0), np.zeros(0))
+            cells, _ = prediction.profiles[f"{measurement.quantity} {measurement.along}"]
+            reach = _ROOM * (x[-1] - x[0])
+            count = (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
+            points = int(np.clip(count, 401, _MOST_POINTS))
+            grid = np.linspace(x[0] - reach, x[-1] + reach, points)
+            # A first guess: readings that scatter by a part of the depth.
+            size = measurement.noise or 0.05 * float(np.ptp(depth))
+            noise = Noise(size, measurement.correlation_length or 0.0)
+        return cls(measurement, cycle, noise, grid=grid).with_errors(prediction)
+
+    def with_errors(self, prediction: Prediction) -> Comparison:
+        """The comparison with the numerical errors of a prediction."""
+
+        def relative(*names: str) -> float:
+            name = next((name for name in names if name in prediction.numbers), "")
+            value = prediction.number(name, self.cycle) if name else 0.0
+            return prediction.deviation(name, self.cycle) / value if value else 0.0
+
+        of = self.measurement
+        if of.is_profile:
+            volume = of.quantity.replace("depth", "volume")
+            found = relative(volume, "wear_volume"), relative(f"contact_half_width_{of.along}")
+        elif of.is_loop:
+            found = relative("tangential_force"), relative("tangential_displacement")
+        else:
+            found = (prediction.deviation(of.quantity, self.cycle),) * 2
+        return replace(self, deviations=found)
+
+    def signal(self, prediction: Prediction) -> Array:
+        """What a run predicts for the measurement, shape (g,)."""
+        of, row = self.measurement, prediction.row(self.cycle)
+        if of.is_profile:
+            x, depths = prediction.profiles[f"{of.quantity} {of.along}"]
+            assert self.grid is not None
+            return np.asarray(np.interp(self.grid, x, depths[row], left=0.0, right=0.0))
+        if of.is_loop:
+            return np.concatenate([curve[row] for curve in prediction.loops])
+        return np.array([prediction.number(of.quantity, self.cycle)])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the nuisances: of the base line, then of numerical errors."""
+        of = self.measurement
+        if of.is_profile:
+            return tuple(n for n in BASELINE if n in of.baseline) + self._errors
+        if of.is_loop:
+            return tuple(n for n in ("offset", "shift") if n in of.baseline) + self._errors
+        return ()
+
+    @property
+    def _errors(self) -> tuple[str, ...]:
+        pairs = zip(("depth", "width"), self.deviations, strict=True)
+        return tuple(name for name, deviation in pairs if deviation > 0.0)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings."""
+        return 1 if self.measurement.readings is None else self.measurement.readings[0].size
+
+    def modelled(self, signal: Array, nuisances: Array) -> Array:
+        """The readings that a signal and a base line would give, shape (n,).
+
+        A profile is (1 + ε) w((x − s)/(1 + ω)) + offset + tilt (x − x̄), with the shift s and the
+        relative numerical errors ε and ω.
+        """
+        of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        if of.readings is None:
+            return signal
+        assert self.grid is not None
+        x = of.readings[0]
+        places = (x - known.get("shift", 0.0)) / (1.0 + known.get("width", 0.0))
+        worn = (1.0 + known.get("depth", 0.0)) * np.interp(places, self.grid, signal)
+        fitted: Array = worn + known.get("offset", 0.0) + known.get("tilt", 0.0) * (x - x.mean())
+        return fitted
+
+    def residuals(self, signal: Array, nuisances: Array) -> Array:
+        """Whitened residuals, shape (n + k,); the last k are those of numerical errors."""
+        of, names = self.measurement, self.names
+        priors = dict(zip(("depth", "width"), self.deviations, strict=True))
+        of_errors = [
+            value / priors[name]
+            for name, value in zip(names, nuisances, strict=True)
+            if name in priors
+        ]
+        if of.is_profile:
+            assert of.readings is not None
+            assert self.noise is not None
+            x, depth = of.readings
+            missed = (depth - self.modelled(signal, nuisances))[:, None]
+            return np.concatenate([self.noise.whitened(x, missed)[:, 0], of_errors])
+        if of.is_loop:
+            return np.concatenate([self._off_the_loop(signal, nuisances), of_errors])
+        assert of.value is not None
+        assert of.error is not None
+        size = np.hypot(of.error, self.deviations[0])
+        return np.array([(of.value - signal[0]) / size])
+
+    def _off_the_loop(self, signal: Array, nuisances: Array) -> Array:
+        """Distance of the measured points of a loop from the predicted one, in units of noise."""
+        of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        assert of.readings is not None
+        where, force = np.split(signal, 2)
+        where = (1.0 + known.get("width", 0.0)) * where + known.get("shift", 0.0)
+        force = (1.0 + known.get("depth", 0.0)) * force + known.get("offset", 0.0)
+        scale = of.noise or _FIRM * float(np.ptp(of.readings[0])), of.force_noise or 1.0
+        points = np.column_stack(of.readings) / scale
+        corners = np.column_stack([where, force]) / scale
+        ends = np.roll(corners, -1, axis=0)
+        sides = ends - corners
+        from_corner = points[:, None] - corners
+        lengths = np.maximum((sides**2).sum(axis=1), 1e-300)
+        along = np.clip((from_corner * sides).sum(axis=2) / lengths, 0.0, 1.0)
+        gaps = from_corner - along[:, :, None] * sides
+        squares = (gaps**2).sum(axis=2)
+        nearest = squares.argmin(axis=1)
+        rows = np.arange(nearest.size)
+        turned = np.column_stack([-sides[:, 1], sides[:, 0]])[nearest]
+        sign = np.sign((gaps[rows, nearest] * turned).sum(axis=1))
+        result: Array = sign * np.sqrt(squares[rows, nearest])
+        return result
+
+    @cached_property
+    def steps(self) -> Array:
+        """Steps of the nuisances for their derivatives, and to scale them."""
+        of = self.measurement
+        assert of.readings is not None
+        x, depth = of.readings
+        wide, deep = float(np.ptp(x)), float(np.ptp(depth))
+        sizes = {"offset": 0.01 * deep, "tilt": 0.01 * deep / wide, "shift": 2e-3 * wide}
+        return np.array([{**sizes, "depth": 1e-3, "width": 1e-3}[name] for name in self.names])
+
+    def slopes(self, signal: Array, nuisances: Array) -> Array:
+        """Derivatives of the residuals by the nuisances, shape (n + k, m)."""
+        columns = []
+        for place, step in enumerate(self.steps if self.names else ()):
+            ahead, behind = nuisances.copy(), nuisances.copy()
+            ahead[place] += step
+            behind[place] -= step
+            change = self.residuals(signal, ahead) - self.residuals(signal, behind)
+            columns.append(change / (2.0 * step))
+        rows = self.residuals(signal, nuisances).size
+        return np.column_stack(columns) if columns else np.zeros((rows, 0))
+
+    def settled(self, signal: Array, start: Array | None = None) -> Array:
+        """The nuisances with the least sum of squares for a signal.
+
+        Without a start, the shift is sought over the whole width first.
+        """
+        names = self.names
+        nuisances = np.zeros(len(names)) if start is None else start.copy()
+        if start is None and "shift" in names:
+            assert self.measurement.readings is not None
+            x, at = self.measurement.readings[0], names.index("shift")
+            reach = _ROOM * (x[-1] - x[0])
+            trials = []
+            for shift in np.linspace(-reach, reach, _SHIFTS):
+                nuisances[at] = shift
+                trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
+            nuisances = min(trials, key=lambda each: self.misfit(signal, each))
+        return self._improved(signal, nuisances, _STEPS)
+
+    def _improved(
+        self, signal: Array, nuisances: Array, steps: int, fixed: int | None = None
+    ) -> Array:
+        """Take Gauss–Newton steps, each halved until it reduces the sum of squares."""
+        free = [place for place in range(nuisances.size) if place != fixed]
+        if not free:
+            return nuisances
+        best = self.misfit(signal, nuisances)
+        for _ in range(steps):
+            slopes = self.slopes(signal, nuisances)[:, free] * self.steps[free]
+            rest = self.residuals(signal, nuisances)
+            step = np.zeros_like(nuisances)
+            step[free] = -np.linalg.lstsq(slopes, rest, rcond=1e-10)[0] * self.steps[free]
+            if fixed is not None:
+                return nuisances + step
+            before = best
+            for _ in range(5):
+                if (now := self.misfit(signal, nuisances + step)) < best:
+                    best, nuisances = now, nuisances + step
+                    break
+                step = 0.5 * step
+            if before - best < _CLOSE * max(before, 1.0):
+                break
+        return nuisances
+
+    def misfit(self, signal: Array, nuisances: Array) -> float:
+        """Sum of squares of the residuals."""
+        rest = self.residuals(signal, nuisances)
+        return float(rest @ rest)
+
+    def by_signal(self, signal: Array, nuisances: Array, change: Array) -> Array:
+        """Change of the residuals with a small change of the signal, shape (n + k,)."""
+        if self.measurement.is_loop:
+            ahead = self.residuals(signal + change, nuisances)
+            return 0.5 * (ahead - self.residuals(signal - change, nuisances))
+        return self.residuals(signal + change, nuisances) - self.residuals(signal, nuisances)
+
+    def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
+        """Readings that a signal would give, with noise, shape (n,)."""
+        of, fitted = self.measurement, self.modelled(signal, nuisances)
+        if of.readings is None:
+            return fitted + generator.normal(scale=of.error or 0.0, size=fitted.size)
+        if self.noise is None:
+            return fitted
+        return fitted + self.noise.drawn(of.readings[0], generator)
+
+    def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
+        """The comparison with the noise of the readings beside the scar, and a doubt about it."""
+        of = self.measurement
+        known = of.noise is not None and of.correlation_length is not None
+        if not of.is_profile or known:
+            return self, ""
+        assert of.readings is not None
+        x, depth = of.readings
+        worn = self.modelled(signal, nuisances * ~np.isin(self.names, ("offset", "tilt")))
+        unworn, doubt = worn < _UNWORN * max(signal.max(), 1e-300), ""
+        if unworn.sum() < _FEWEST_UNWORN:
+            unworn = np.ones(x.size, bool)
+            doubt = f"has {int((worn < _UNWORN * signal.max()).sum())} readings beside the scar"
+        rest = (depth - worn)[unworn]
+        trend = np.vander(x[unworn] - x.mean(), 2)
+        return replace(self, noise=self._estimated(x[unworn], rest, trend)), doubt
+
+    def with_noise_of_residuals(self, signal: Array, nuisances: Array) -> Comparison:
+        """The comparison with noise that is as large, and as correlated, as all residuals."""
+        of = self.measurement
+        if not of.is_profile:
+            return self
+        assert of.readings is not None
+        x, depth = of.readings
+        trend = np.vander(x - x.mean(), 2)
+        return replace(
+            self, noise=estimated_noise(x, depth - self.modelled(signal, nuisances), trend)
+        )
+
+    def _estimated(self, x: Array, rest: Array, trend: Array) -> Noise:
+        of = self.measurement
+        found = estimated_noise(x, rest, trend, of.correlation_length)
+        return found if of.noise is None else Noise(of.noise, found.length)

@@ -1,0 +1,153 @@
+"""Runs of a fit: what measurements need of each, kept in a folder, so that a fit resumes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.data.dataset import line_near_the_middle, mirrored
+from fretwear.data.safe import read_data, write_text
+from fretwear.running.simulate import run
+from fretwear.study.case import Case
+from fretwear.version import code_digest
+from fretwear.vocabulary import BODY_SCALARS, CYCLE, X, Y, scalars_of
+
+_MOST_BYTES = 200_000_000
+# A process of its own takes this long to start, s.
+_WORTH_A_PROCESS = 0.7
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What measurements are compared with, of one run at its snapshots, in SI units."""
+
+    cycles: Array
+    numbers: Mapping[str, Array]  # scalars by name, over the cycles
+    errors: Mapping[str, Array]  # their estimated errors, two standard deviations; may be empty
+    profiles: Mapping[str, tuple[Array, Array]]  # by "field x": positions, depths over the cycles
+    loops: tuple[Array, Array]  # displacement, force, shape (cycles, phases)
+
+    def row(self, cycle: float) -> int:
+        """The index of a snapshot."""
+        return int(np.flatnonzero(self.cycles == cycle)[0])
+
+    def number(self, name: str, cycle: float) -> float:
+        """A scalar at a snapshot."""
+        return float(self.numbers[name][self.row(cycle)])
+
+    def deviation(self, name: str, cycle: float) -> float:
+        """The standard deviation of a scalar by numerical errors; 0 if it was not estimated."""
+        if name not in self.errors:
+            return 0.0
+        error = 0.5 * float(self.errors[name][self.row(cycle)])
+        return error if np.isfinite(error) else 0.0
+
+    @classmethod
+    def of(cls, case: Case, profiles: Iterable[tuple[str, str]]) -> Prediction:
+        """Run a case; `profiles` are the fields that are measured and their directions."""
+        result = run(case)
+        whole, loops = mirrored(result.dataset), result.loops
+        names = [scalar.name for scalar in (*scalars_of(case.frame), *BODY_SCALARS)]
+        there = {n: np.asarray(whole[n].values, float) for n in names if n in whole}
+        numbers = {n: v for n, v in there.items() if v.ndim == 1}
+        errors = {n: whole[f"{n}_error"].values for n in numbers if f"{n}_error" in whole}
+        lines = {}
+        for name, along in profiles:
+            field = whole[name]
+            if along == Y.name:
+                field = field.sel({X.name: 0.0}, method="nearest").transpose(CYCLE.name, Y.name)
+            else:
+                field = line_near_the_middle(field)
+            lines[f"{name} {along}"] = whole[along].values, field.values.astype(float)
+        curves = loops["displacement"].values, loops["force"].values
+        return cls(whole[CYCLE.name].values, numbers, errors, lines, curves)
+
+    def packed(self) -> dict[str, Any]:
+        """The prediction as lists, for JSON."""
+        content = dict(vars(self))
+        return json.loads(json.dumps(content, default=lambda array: array.tolist()))  # type: ignore[no-any-return]
+
+    @classmethod
+    def unpacked(cls, content: Mapping[str, Any]) -> Prediction:
+        """The prediction from what `packed` returned."""
+
+        def arrays(table: Mapping[str, Any]) -> dict[str, Array]:
+            return {name: np.array(values, float) for name, values in table.items()}
+
+        lines = {n: (np.array(x), np.array(w)) for n, (x, w) in content["profiles"].items()}
+        curves = np.array(content["loops"][0]), np.array(content["loops"][1])
+        numbers, errors = arrays(content["numbers"]), arrays(content["errors"])
+        return cls(np.array(content["cycles"]), numbers, errors, lines, curves)
+
+
+class Runs:
+    """Runs cases, each once; a folder keeps what they predict."""
+
+    def __init__(
+        self,
+        profiles: Iterable[tuple[str, str]],
+        folder: Path | None = None,
+        processes: int = 1,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.profiles = sorted(profiles)
+        self.folder, self.processes, self.tell = folder, processes, tell
+        self.done: dict[str, Prediction] = {}
+        self.computed = 0  # runs that were made
+        self.seconds = 0.0  # of the last run
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Runs:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def __call__(self, cases: Sequence[Case]) -> list[Prediction]:
+        """Return what cases predict; those that are not known yet are run side by side."""
+        names = [self._name(case) for case in cases]
+        new = {n: c for n, c in zip(names, cases, strict=True) if not self._known(n)}
+        for name, prediction in zip(new, self._run([*new.values()]), strict=True):
+            self.done[name] = prediction
+            self.computed += 1
+            if self.folder is not None:
+                write_text(self.folder / f"{name}.json", json.dumps(prediction.packed()))
+        return [self.done[name] for name in names]
+
+    def _name(self, case: Case) -> str:
+        rest = [case.output_cycles, case.error_estimate, self.profiles, code_digest()]
+        digest = hashlib.sha256(json.dumps(rest).encode()).hexdigest()[:8]
+        return f"{case.case_id}-{digest}"
+
+    def _known(self, name: str) -> bool:
+        if name not in self.done and self.folder is not None:
+            with suppress(OSError, ValueError, LookupError, TypeError):
+                stored = json.loads(read_data(self.folder / f"{name}.json", _MOST_BYTES))
+                self.done[name] = Prediction.unpacked(stored)
+        return name in self.done
+
+    def _run(self, cases: Sequence[Case]) -> Iterable[Prediction]:
+        from time import perf_counter
+
+        if len(cases) < 2 or self.processes < 2 or 0.0 < self.seconds < _WORTH_A_PROCESS:
+            for case in cases:
+                started = perf_counter()
+                prediction = Prediction.of(case, self.profiles)
+                self.seconds = perf_counter() - started
+                yield prediction
+            return
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self.processes, mp_context=context)
+        yield from self._pool.map(Prediction.of, cases, [self.profiles] * len(cases))

@@ -1,0 +1,539 @@
+"""The section ``fit`` of a study: what is sought, and what was measured."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.surface_files import Source, SourceFile, read_topography
+from fretwear.parts import (
+    Choice,
+    Either,
+    Flag,
+    Mapped,
+    Parameter,
+    Part,
+    Quantity,
+    Schema,
+    Several,
+    WholeNumber,
+    is_list,
+    keys_schema,
+    read_fields,
+)
+from fretwear.problems import Problems
+from fretwear.study.case import Case
+from fretwear.study.parameters import base_names, parameter_names, parameter_of
+from fretwear.study.setup import MAX_CYCLES
+from fretwear.units import (
+    BY_SI_UNIT,
+    LINE_CONTACT,
+    ContactFrame,
+    Dimension,
+    Given,
+    QuantityError,
+    Unit,
+    did_you_mean,
+    exact_text,
+    listed,
+    parse_quantity,
+)
+from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, X, Y
+
+MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
+"""Fields that are measured along a line."""
+BASELINE = ("offset", "tilt", "shift")
+"""What is free of the base line of a profile: height and slope, and its place along the line."""
+_LOOPS = "loop"
+_NUMBERS = {each.name: each for each in (*SCALARS, *BODY_SCALARS)}
+_QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
+_BODIES = ("indenter", "flat")
+_TEXTS = (".csv", ".txt", ".dat")
+_FEWEST, _MOST_LINES = 5, 200_000
+_EXAMPLE = "{file: scar.csv, quantity: wear_depth_flat, cycle: 18000}"
+_FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
+_COLUMN = re.compile(r"\s*(?P<name>[A-Za-z]+)[\s_]*[(\[/]?\s*(?P<unit>[^)\]\s]+)?\s*[)\]]?\s*")
+_LENGTH, _FORCE = BY_SI_UNIT["m"], BY_SI_UNIT["N"]
+# pint does not tell an energy per length from a force.
+_ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (Unit("J/m"),))
+# A scar whose readings have the wrong sign is this many times deeper above its base line.
+_WRONG_WAY = 3.0
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter that is sought within a range, in SI units."""
+
+    name: str  # as in a study file, dotted within a part, a pair or a law
+    low: float
+    high: float
+    about: Quantity  # its unit, words and symbol
+    logarithmic: bool  # whether it is sought on its logarithm
+    each: bool = False  # whether every test has its own value
+
+    @property
+    def middle(self) -> float:
+        """The middle of its range."""
+        ends = self.low, self.high
+        return float(np.sqrt(np.prod(ends)) if self.logarithmic else np.mean(ends))
+
+    def text(self, value: float) -> str:
+        """The value as study files have it."""
+        unit = self.low.si_unit if isinstance(self.low, Given) else self.about.si_unit
+        return exact_text(value, BY_SI_UNIT[unit])
+
+    def given_in(self, base: Mapping[str, object]) -> float | None:
+        """Its value in the plain keys of `base`, or None if they do not have it."""
+        whole, *path = self.name.split(".")
+        value: Any = base.get(whole)
+        if not path and is_list(value):
+            with suppress(QuantityError):
+                return sum(self.about.read(each, True) for each in value)
+            return None
+        for step in path:
+            if isinstance(value, Mapping):
+                value = value.get(step)
+            elif is_list(value) and step in (places := _places(parameter_of(whole))):
+                value = value[places.index(step)]
+            elif step not in _places(parameter_of(whole)):
+                return None
+        with suppress(QuantityError):
+            return self.about.read(value, True)
+        return None
+
+    def placed(self, base: Mapping[str, object], sought: float) -> tuple[str, object]:
+        """The key of `base` that has it, and the value of that key with another value in its place.
+
+        Where `base` has a pair, the value is the sum of both, whose shares stay.
+        """
+        whole, *path = self.name.split(".")
+        text, given = self.text(sought), base.get(whole)
+        if not path and is_list(given):
+            parts = [self.about.read(each, True) for each in given]
+            return whole, [self.text(sought * part / sum(parts)) for part in parts]
+
+        def put(value: object, about: Parameter, path: Sequence[str]) -> object:
+            if not path:
+                return text
+            step, *further = path
+            if step in (places := _places(about)):
+                values = [*value] if is_list(value) else [value or text] * len(places)
+                at = places.index(step)
+                values[at] = put(values[at], about, further)
+                return values
+            inner = value if isinstance(value, Mapping) else {}
+            below = _below(about, step) or about
+            return {**inner, step: put(inner.get(step), below, further)}
+
+        return whole, put(given, parameter_of(whole), path)
+
+
+@dataclass(frozen=True)
+class Measurement(Part):
+    """One measured profile, loop or number of a test, in SI units."""
+
+    quantity: Annotated[
+        str,
+        Choice("", "measured quantity", _QUANTITIES),
+        "A field along a line, a scalar, or loop: force against displacement.",
+    ]
+    file: Annotated[
+        Source | None,
+        SourceFile("", "file", example="scar.csv"),
+        "Its profile or loop: a text with two columns and their units in its first line, or a map "
+        "of an instrument.",
+    ] = None
+    cycle: Annotated[
+        int | None,
+        WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 18000),
+        "When it was measured; by default at the last cycle.",
+    ] = None
+    test: Annotated[
+        int,
+        WholeNumber("", "test", 1, 1000, 1),
+        "Number of the point of the study that it belongs to.",
+    ] = 1
+    along: Annotated[str, Choice("", "direction", ("x", "y")), "Direction of the line."] = "x"
+    line: Annotated[
+        float | None,
+        Quantity("m", "", "place of the line", "um", "120 um", at_least=0.0),
+        "Where the line lies in a map, from its edge; by default in its middle.",
+    ] = None
+    noise: Annotated[
+        float | None,
+        Quantity("m", "$σ$", "noise", "um", "50 nm", above=0.0),
+        "Standard deviation of the readings; by default that beside the scar.",
+    ] = None
+    correlation_length: Annotated[
+        float | None,
+        Quantity("m", "", "correlation length", "um", "10 um", at_least=0.0),
+        "Distance over which the noise is correlated; by default that beside the scar.",
+    ] = None
+    force_noise: Annotated[
+        float | None,
+        Quantity("N", "", "noise of forces", "N", "0.2 N", above=0.0),
+        "Standard deviation of the forces of a loop.",
+    ] = None
+    #: what is free of the base line of a profile
+    baseline: tuple[str, ...] = BASELINE
+    #: readings: positions and depths of a profile, displacements and forces of a loop
+    readings: tuple[Array, Array] | None = None
+    value: Given | None = None  #: of a number, with its unit
+    error: float | None = None  #: standard deviation of the value
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether it is measured along a line."""
+        return self.quantity in MEASURED_FIELDS
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it is force against displacement."""
+        return self.quantity == _LOOPS
+
+    def variable(self, frame: ContactFrame) -> Variable:
+        """The scalar that it is, in a point or a line contact."""
+        return _NUMBERS[self.quantity].in_frame(frame)
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """The section ``fit``: free parameters and measurements."""
+
+    free: tuple[FreeParameter, ...]
+    data: tuple[Measurement, ...]
+
+    @classmethod
+    def read(cls, given: object) -> FitRequest:
+        """Read the section; one `QuantityError` lists all problems."""
+        if not isinstance(given, Mapping):
+            raise QuantityError("must have free and data", _FREE_EXAMPLE)
+        problems = Problems()
+        problems.unknown("", given, ("free", "data"), "is not known")
+        free = read_free(given.get("free"), problems)
+        listed_data = given.get("data")
+        if not is_list(listed_data) or not listed_data:
+            problems.add(".data", listed_data, "must be a list of measurements", f"- {_EXAMPLE}")
+            listed_data = ()
+        data = []
+        for number, each in enumerate(listed_data):
+            with problems.at(f".data[{number}]", each):
+                data.append(_read_measurement(each))
+        problems.raise_any()
+        return cls(free, (*data,))
+
+    def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
+        """Add the problems of the measurements with the cases of the points of the study."""
+        for number, each in enumerate(self.data):
+            place = f"fit.data[{number}]"
+            if each.test > len(cases):
+                rule = f"is none of the {len(cases)} points of the study"
+                problems.add(f"{place}.test", each.test, rule, "fretwear plan numbers them")
+                continue
+            if (case := cases[each.test - 1]) is None:
+                problems.add(f"{place}.test", each.test, "is an invalid point of the study")
+                continue
+            if each.cycle is not None and each.cycle > case.cycles:
+                rule = f"is beyond the {case.cycles} cycles of its test"
+                problems.add(f"{place}.cycle", each.cycle, rule)
+            has_bodies = case.wear_law.shares is not None
+            if each.quantity.endswith(("_indenter", "_flat")) and not has_bodies:
+                rule = "is of one body, but the wear coefficient is one for both together"
+                remedy = "write wear_coefficient: [indenter, flat] under base"
+                problems.add(f"{place}.quantity", each.quantity, rule, remedy)
+            if each.value is not None and each.value.si_unit != each.variable(case.frame).si_unit:
+                rule = f"must have the unit of a {case.frame.name} contact"
+                remedy = f"in SI {each.variable(case.frame).si_unit}"
+                problems.add(f"{place}.value", each.value, rule, remedy)
+            lacks = each.quantity in _NUMBERS and _NUMBERS[each.quantity].across
+            if (each.along == Y.name or lacks) and Y.name not in case.frame.axes:
+                problems.add(place, None, "lies along y, which a line contact lacks")
+
+    @classmethod
+    def section_schema(cls) -> Schema:
+        """The JSON Schema of the section."""
+        anything: Schema = {"type": ["string", "number"]}
+        ends = {"from": anything, "to": anything, "each": {"type": "boolean"}}
+        ends["scale"] = {"enum": ["linear", "log"]}
+        pair = {"type": "array", "items": anything, "minItems": 2, "maxItems": 2}
+        fields = {name: about.described() for name, about in Measurement.parameters().items()}
+        baseline = {"type": "array", "items": {"enum": [*BASELINE]}}
+        words = "What is free of the base line: offset, tilt and shift, or some of them."
+        fields["baseline"] = {"description": words, **baseline}
+        fields["value"] = {"description": "A measured number.", **anything}
+        words = "Its standard deviation, in its unit or in %."
+        fields["error"] = {"description": words, **anything}
+        words = "The parameters that are sought, each with a range: [low, high]."
+        one = {"anyOf": [pair, keys_schema(ends, ["from", "to"])]}
+        free = {"description": words, "type": "object", "additionalProperties": one}
+        data = {"type": "array", "items": keys_schema(fields, ["quantity"]), "minItems": 1}
+        data["description"] = "What was measured."
+        return keys_schema({"free": free, "data": data}, ["free", "data"])
+
+
+def read_free(ranges: object, problems: Problems) -> tuple[FreeParameter, ...]:
+    """Read the ranges of the section, and collect the problems of those that are wrong."""
+    if not isinstance(ranges, Mapping) or not ranges:
+        problems.add(".free", ranges, "must hold ranges of parameters", _FREE_EXAMPLE)
+        return ()
+    free = []
+    for name, ends in ranges.items():
+        with problems.at(f".free.{name}", ends):
+            free.append(_read_range(name, ends))
+    return (*free,)
+
+
+def with_sought(
+    free: Sequence[FreeParameter],
+    base: Mapping[str, object],
+    vary: Mapping[str, object],
+    problems: Problems,
+) -> dict[str, object]:
+    """The plain keys of `base` with a value within its range for what is sought, if missing."""
+    filled = dict(base)
+    for each in free:
+        whole, _, further = each.name.partition(".")
+        if whole in vary or each.name in vary:
+            rule = "is varied too: every test has its own value already"
+            remedy = "leave it out of vary and write each: true beside its range"
+            problems.add(f"fit.free.{each.name}", None, rule, remedy)
+        elif further in _places(parameter_of(whole)) and not is_list(filled.get(whole, [])):
+            rule = "is of one body, but base has one value for both together"
+            remedy = f"write {whole}: [indenter, flat] under base"
+            problems.add(f"fit.free.{each.name}", None, rule, remedy)
+        elif not further and is_list(filled.get(whole)) and _places(parameter_of(whole)) != _BODIES:
+            rule = "has two values in base"
+            problems.add(f"fit.free.{each.name}", None, rule, f"write {whole}.1 or {whole}.2")
+        elif each.given_in(filled) is None and each.name not in filled:
+            key, value = each.placed(filled, each.middle)
+            filled[key] = value
+    return filled
+
+
+def _places(about: Parameter) -> tuple[str, ...]:
+    """The names of the values of a pair, such as indenter and flat."""
+    forms = about.forms if isinstance(about, Either) else ()
+    several = (form for form in forms if isinstance(form, Several) and form.places)
+    return next((tuple(end for end, _ in form.places) for form in several), ())
+
+
+def _below(about: Parameter, step: str) -> Parameter | None:
+    """The parameter of a key within a law."""
+    for form in about.forms if isinstance(about, Either) else ():
+        if isinstance(form, Mapped) and step in form.fields:
+            return form.fields[step]
+    return None
+
+
+def _parameter_at(name: str) -> Parameter | None:
+    """The single quantity of a name, which may lead into a pair or a law."""
+    whole, *path = name.split(".")
+    if name in parameter_names():
+        about: Parameter | None = parameter_of(name)
+    else:
+        about = parameter_of(whole) if whole in base_names() else None
+        for step in path:
+            if about is not None and step not in _places(about):
+                about = _below(about, step)
+    while isinstance(about, Either):
+        about = about.single
+    return about
+
+
+def _read_range(name: str, given: object) -> FreeParameter:
+    about = _parameter_at(name)
+    if about is None:
+        hint = did_you_mean(name, parameter_names())
+        raise QuantityError("is not a case parameter", hint)
+    if not isinstance(about, Quantity):
+        raise QuantityError("is no quantity that could be sought within a range")
+    keys = given if isinstance(given, Mapping) else {}
+    if is_list(given) and len(given) == 2:
+        keys = dict(zip(("from", "to"), given, strict=True))
+    if not keys:
+        like = f"[{about.example}, {about.example}]"
+        raise QuantityError("must be a range of two values", f"such as {name}: {like}")
+    forms: dict[str, Parameter] = {"from": about, "to": about, "each": Flag("", "each")}
+    forms["scale"] = Choice("", "", ("linear", "log"))
+    read = read_fields(keys, forms, ("from", "to"), True)
+    low, high = read["from"], read["to"]
+    if not low < high < np.inf:
+        raise QuantityError("must have a lower end below its upper end, both finite")
+    if read.get("scale") == "log" and low <= 0.0:
+        raise QuantityError("must begin above 0 on a logarithmic scale")
+    logarithmic = read.get("scale", "log" if low > 0.0 else "linear") == "log"
+    return FreeParameter(name, low, high, about, logarithmic, read.get("each", False))
+
+
+def _read_measurement(given: object) -> Measurement:
+    if not isinstance(given, Mapping):
+        raise QuantityError("must be a mapping", _EXAMPLE)
+    problems, read, fields = Problems(), dict[str, Any](), Measurement.parameters()
+    others = ("baseline", "value", "error")
+    problems.unknown("", given, [*fields, *others], "is not known")
+    with problems.at("", given):
+        rest = {name: value for name, value in given.items() if name in fields}
+        read = read_fields(rest, fields, ("quantity",), units_required=True)
+    if "baseline" in given:
+        with problems.at(".baseline", given["baseline"]):
+            read["baseline"] = _read_baseline(given["baseline"])
+    problems = Problems(
+        replace(each, valid_words=_QUANTITIES) if each.key == ".quantity" else each
+        for each in problems
+    )
+    problems.raise_any()
+    found = Measurement.unchecked(**read)
+    if found.quantity in _NUMBERS:
+        for name in ("file", "noise", "correlation_length", "baseline", "line", "force_noise"):
+            if name in given:
+                rule = f"does not apply to the number {found.quantity}"
+                problems.add(f".{name}", given[name], rule, "it has value and error")
+        for name in ("value", "error"):
+            if name not in given:
+                problems.add(f".{name}", None, "is missing", "such as value: 2.7 um, error: 5 %")
+        problems.raise_any()
+        vars(found).update(_read_number(given, _NUMBERS[found.quantity], problems))
+    else:
+        for name in ("value", "error"):
+            if name in given:
+                problems.add(f".{name}", given[name], "does not apply to readings of a file")
+        if found.file is None:
+            problems.add(".file", None, "is missing", "such as file: scar.csv")
+        if found.is_loop and found.force_noise is None:
+            problems.add(".force_noise", None, "is missing", "such as force_noise: 0.2 N")
+        problems.raise_any()
+        with problems.at(".file", given["file"]):
+            vars(found)["readings"] = _readings(found)
+    problems.raise_any()
+    return found
+
+
+def _read_baseline(given: object) -> tuple[str, ...]:
+    words = given if is_list(given) else () if given == "none" else (given,)
+    if wrong := [word for word in words if word not in BASELINE]:
+        hint = did_you_mean(wrong[0], BASELINE)
+        raise QuantityError(f"must be a list of {listed(BASELINE, 'or')}, or none", hint)
+    return tuple(name for name in BASELINE if name in words)
+
+
+def _read_number(
+    given: Mapping[str, object], about: Variable, problems: Problems
+) -> dict[str, float]:
+    """A measured value and its standard deviation, which may be in percent."""
+    units = dict.fromkeys((LINE_CONTACT.unit(about.si_unit), about.si_unit))
+    read, known = dict[str, float](), BY_SI_UNIT[about.si_unit]
+    with problems.at(".value", given["value"]):
+        for unit in units:  # what the value of a line contact or a point contact has
+            known = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}[unit]
+            try:
+                number = parse_quantity(given["value"], known, units_required=True)
+            except QuantityError:
+                if unit == about.si_unit:
+                    raise
+            else:
+                read["value"] = Given(number, unit)
+                break
+    with problems.at(".error", error := given["error"]):
+        share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None
+        if share and "value" in read:
+            read["error"] = abs(read["value"]) * float(share[1]) / 100.0
+        elif not share:
+            read["error"] = parse_quantity(error, known, units_required=True)
+        if not read.get("error", 1.0) > 0.0:
+            raise QuantityError("must be larger than 0", "such as 5 %")
+    return read
+
+
+def _readings(about: Measurement) -> tuple[Array, Array]:
+    """Positions and depths of a profile, m, or displacements, m, and forces, N, of a loop."""
+    assert about.file is not None
+    path = Path(about.file.path)
+    if path.suffix.lower() not in _TEXTS:
+        if about.is_loop:
+            raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
+        x, depth = _line_of_map(about)
+    else:
+        x, depth = _columns(path, is_loop=about.is_loop)
+    if about.is_loop:
+        return x, depth
+    if (np.diff(x) < 0.0).all():
+        x, depth = x[::-1], depth[::-1]
+    for place, (before, after) in enumerate(pairwise(x), start=2):
+        if after == before:
+            raise QuantityError(f"has the position {after:g} m twice, at reading {place}")
+        if after < before:
+            rule = f"is not sorted: reading {place} goes back to x = {after:g} m"
+            raise QuantityError(rule, "give the readings of one line in order")
+    ends = max(2, x.size // 10)
+    flat = np.r_[0:ends, x.size - ends : x.size]
+    over = depth - np.polyval(np.polyfit(x[flat], depth[flat], 1), x)
+    if x.size >= 10 and -over.min() > _WRONG_WAY * max(over.max(), 1e-30):
+        rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
+        raise QuantityError(rule, "name the column height if it holds heights")
+    return x, depth
+
+
+def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
+    """Two columns of a text in SI units, the names and units of which are in its first line."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise QuantityError(f"cannot be read as text: {error}") from error
+    if len(lines) > _MOST_LINES:
+        raise QuantityError(f"has {len(lines):,} lines, more than the {_MOST_LINES:,} allowed")
+    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    names = ("displacement (um)", "force (N)") if is_loop else ("x (um)", "depth (um)")
+    example = f"such as {', '.join(names)}"
+    heads = [_COLUMN.fullmatch(cell) for cell in re.split(r"[,;\t]", rows[0][1])] if rows else []
+    if len(heads) < 2 or None in heads[:2]:
+        raise QuantityError("must name two columns with their units in its first line", example)
+    sign, scales = 1.0, []
+    second = ("force",) if is_loop else ("depth", "wear", "height", "z")
+    allowed = (("displacement",) if is_loop else ("x", "y", "position"), second)
+    for head, valid, known in zip(
+        heads, allowed, (_LENGTH, _FORCE if is_loop else _LENGTH), strict=False
+    ):
+        assert head is not None
+        name = head["name"].casefold()
+        if name not in valid:
+            raise QuantityError(f"has a column {name!r}, not {listed(valid, 'or')}", example)
+        if head["unit"] is None:
+            raise QuantityError(f"has no unit for its column {name!r}", example)
+        scales.append(parse_quantity(f"1 {head['unit']}", known, units_required=True))
+        sign = -1.0 if name in ("height", "z") else sign
+    table = []
+    for number, line in rows[1:]:
+        cells = re.split(r"[,;\t]\s*|\s+", line.strip())
+        try:
+            values = [float(cell) for cell in cells[:2]]
+        except ValueError:
+            values = []
+        if len(values) != 2:
+            raise QuantityError(f"has no two numbers in line {number}: {line.strip()[:40]!r}")
+        if not np.isfinite(values).all():
+            raise QuantityError(f"has a missing value in line {number}", "leave that line out")
+        table.append(values)
+    if len(table) < _FEWEST:
+        raise QuantityError(f"has {len(table)} readings; at least {_FEWEST} are needed")
+    x, depth = (np.array(table) * scales).T
+    return x, sign * depth
+
+
+def _line_of_map(about: Measurement) -> tuple[Array, Array]:
+    """Positions and depths along a line of a map of heights, m."""
+    assert about.file is not None
+    surface = read_topography(about.file, False)
+    heights = surface.heights if about.along == X.name else surface.heights.T
+    along, across = (surface.x, surface.y) if about.along == X.name else (surface.y, surface.x)
+    place = 0.0 if about.line is None else about.line - 0.5 * (across[-1] - across[0])
+    if abs(place) > abs(across[-1]) * (1.0 + 1e-9):
+        raise QuantityError(f"has no line at {about.line:g} m: it is {2 * across[-1]:g} m wide")
+    return along, -heights[:, int(abs(across - place).argmin())]

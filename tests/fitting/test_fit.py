@@ -1,0 +1,123 @@
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.fitting.results import FitError, fit
+from fretwear.study.study import load_study
+
+from ..studies import near, write_study
+
+
+def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
+    """K of each body 1.09e-13 / Pa within 4.5 %, debris 0.948: a fit by hand, of 20 runs."""
+    low, high = titanium.interval("wear_coefficient", 0.9)
+    assert low < 2 * 1.09e-13 < high
+    assert np.log(high / low) / (2 * 1.645) == pytest.approx(0.045, abs=0.015)
+    low, high = titanium.interval("debris_fraction", 0.9)
+    assert low < 0.948 < high
+    assert titanium.p_value > 0.05
+    (scar,) = titanium.measurements
+    offset = scar.correlation[titanium.names.index("wear_coefficient"), 0]
+    assert offset == pytest.approx(-0.85, abs=0.1)
+    assert any("offset" in warning for warning in titanium.warnings)
+
+
+def test_intervals_end_where_chi_square_has_risen_by_their_quantile(titanium):
+    """Along a profile; the draws from the posterior have about the same quantiles."""
+    emulator = titanium.emulator
+    for place, name in enumerate(titanium.names):
+        for level, rise in ((0.68, 0.989), (0.95, 3.841)):
+            for u in titanium.profiles[place].ends_at(level):
+                misfit = float(emulator.misfit(emulator.at(u)))
+                assert misfit - titanium.misfit == pytest.approx(rise, rel=0.1, abs=0.0)
+        draws = titanium.unknowns[place].value(titanium.draws[..., place])
+        ends = np.quantile(draws, (0.16, 0.84))
+        low, high = titanium.interval(name, 0.68)
+        assert ends == pytest.approx((low, high), abs=0.25 * (high - low))
+
+
+def test_a_fit_resumes_from_the_runs_that_it_kept(titanium):
+    assert titanium.runs == 0
+    assert len([*titanium.study.file.parent.glob("runs/*.json")]) <= 40
+
+
+def test_the_files_have_the_conventions_of_arviz(titanium, tmp_path):
+    titanium.write(tmp_path / "fit.nc")
+    titanium.write_json(tmp_path / "fit.json")
+    stored = json.loads((tmp_path / "fit.json").read_text())
+    told = stored["parameters"]["debris_fraction"]
+    assert {"value", "low", "high", "level", "unit"} <= told.keys()
+    assert told["low"] < told["value"] < told["high"]
+    assert stored["correlation"]["wear_coefficient"]["wear_coefficient"] == near(1.0)
+    for group in ("posterior", "prior"):
+        with xr.open_dataset(tmp_path / "fit.nc", group=group) as draws:
+            assert dict(draws.sizes) == {"chain": 4, "draw": 1000}
+            assert draws["wear_coefficient"].attrs["units"] == "Pa-1"
+    with (
+        xr.open_dataset(tmp_path / "fit.nc", group="observed_data") as data,
+        xr.open_dataset(tmp_path / "fit.nc", group="posterior_predictive") as predicted,
+    ):
+        inside = np.abs(data["data_1"] - predicted["data_1"].mean(("chain", "draw")))
+        assert (inside < 3.0 * predicted["data_1"].std(("chain", "draw"))).all()
+    arviz = pytest.importorskip("arviz")
+    opened = arviz.from_netcdf(str(tmp_path / "fit.nc"))
+    assert {"posterior", "prior", "observed_data"} <= {*map(str.strip, map(str, opened.groups()))}
+
+
+def test_a_study_without_measurements_is_refused(tmp_path):
+    with pytest.raises(FitError, match="has no section fit"):
+        fit(write_study(tmp_path / "plain.yaml", {"base": LINE}))
+
+
+LINE = {
+    "indenter": {"kind": "cylinder", "radius": "80 mm"},
+    "youngs_modulus": "119 GPa",
+    "poisson_ratio": 0.287,
+    "load": "1066 N/mm",
+    "sliding_amplitude": "75 um",
+    "friction": 0.6,
+    "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"],
+    "plastic_limit": "none",
+    "roughness": "none",
+    "cycles": 500,
+}
+
+
+def study_of(tmp_path, free, *data, **base):
+    content = {"base": LINE | base, "fit": {"free": free, "data": [*data]}}
+    return load_study(write_study(tmp_path / "numbers.yaml", content))
+
+
+def test_archards_law_gives_coefficient_and_error_of_a_volume(tmp_path):
+    """V = 4 K P δ N per length of a contact that slides as a whole: 2 % of V are 2 % of K."""
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    study = study_of(tmp_path, {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, number)
+    found = fit(study)
+    assert found.values["wear_coefficient"] == near(2e-13, rel=2e-3)
+    low, high = found.interval("wear_coefficient", 0.68)
+    assert np.log(high / low) / 2 == pytest.approx(0.02, abs=0.002)
+    assert found.runs <= 20
+    assert any("only the product" in warning for warning in found.warnings)
+
+
+def test_a_range_that_does_not_hold_the_best_value_is_told(tmp_path):
+    number = {"quantity": "wear_volume", "value": "0.06 mm^2", "error": "2 %"}
+    study = study_of(tmp_path, {"wear_coefficient": ["1e-13 / Pa", "2e-13 / Pa"]}, number)
+    found = fit(study)
+    assert any("end of its range" in warning for warning in found.warnings)
+    assert any("no values within the ranges explain" in warning for warning in found.warnings)
+
+
+def test_coefficient_and_slip_are_known_together_only(tmp_path):
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    free = {
+        "wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"],
+        "sliding_amplitude": ["50 um", "100 um"],
+    }
+    found = fit(study_of(tmp_path, free, number))
+    (told,) = (warning for warning in found.warnings if "together only" in warning)
+    assert "wear_coefficient · sliding_amplitude^1" in told

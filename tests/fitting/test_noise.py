@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+
+from fretwear.fitting.noise import Noise, estimated_noise
+
+X = np.sort(np.random.default_rng(3).uniform(0.0, 300e-6, 80))
+
+
+@pytest.mark.parametrize("length", [0.0, 5e-6, 40e-6])
+def test_whitening_is_the_inverse_root_of_the_covariance(length):
+    noise = Noise(30e-9, length)
+    apart = np.abs(X[:, None] - X)
+    correlation = np.exp(-apart / length) if length else np.eye(X.size)
+    columns = noise.whitened(X, np.eye(X.size))
+    inverse = np.linalg.inv(30e-9**2 * correlation)
+    assert np.allclose(columns.T @ columns, inverse, rtol=1e-6, atol=1e-9 * np.abs(inverse).max())
+    sign, determinant = np.linalg.slogdet(correlation)
+    assert sign == 1.0
+    expected = determinant + 2 * X.size * np.log(30e-9)
+    assert noise.log_determinant(X) == pytest.approx(expected, rel=1e-9)
+
+
+def test_size_and_length_of_noise_are_recovered_beside_a_tilted_base_line():
+    x = np.linspace(0.0, 1e-3, 2000)
+    noise = Noise(30e-9, 10e-6)
+    readings = noise.drawn(x, np.random.default_rng(5)) + 1e-7 + 3e-4 * x
+    found = estimated_noise(x, readings, np.vander(x, 2))
+    # About 100 correlation lengths: sizes are known to 1/√100, lengths to twice that.
+    assert found.size == pytest.approx(noise.size, rel=0.2, abs=0.0)
+    assert found.length == pytest.approx(noise.length, rel=0.4, abs=0.0)
+
+
+def test_white_noise_is_taken_to_be_uncorrelated():
+    x = np.linspace(0.0, 1e-3, 400)
+    readings = np.random.default_rng(1).normal(scale=5e-8, size=x.size)
+    found = estimated_noise(x, readings, np.vander(x, 2))
+    assert found.length < 0.4 * (x[1] - x[0])
+    assert found.size == pytest.approx(5e-8, rel=0.1, abs=0.0)

@@ -1,0 +1,123 @@
+"""The section fit of a study: readings and ranges, and what is refused with a sentence."""
+
+import numpy as np
+import pytest
+
+from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
+
+from ..studies import base, near, write_study
+
+X = np.linspace(-300.0, 300.0, 61)
+SCAR = 0.4 * np.exp(-((X / 100.0) ** 2))
+HEAD = "x (um),depth (um)"
+SCHEMA_FREE = {"wear_coefficient": ["1e-14 / Pa", "1e-11 / Pa"]}
+
+
+def text(x=X, depth=SCAR, head=HEAD):
+    return "\n".join([head, *(f"{a},{b}" for a, b in zip(x, depth, strict=True))])
+
+
+def study(folder, scar=None, free=SCHEMA_FREE, **changes):
+    data = {"file": "scar.csv", "quantity": "wear_depth"} | changes
+    data = {key: value for key, value in data.items() if value is not None}
+    (folder / "scar.csv").write_text(text() if scar is None else scar)
+    content = {"base": base(wear_coefficient=None), "fit": {"free": free, "data": [data]}}
+    return load_study(write_study(folder / "scar.yaml", content))
+
+
+def refusal(*given, **changes):
+    with pytest.raises(StudyError) as caught:
+        study(*given, **changes)
+    return str(caught.value)
+
+
+def test_readings_are_in_si_units_and_heights_count_upwards(tmp_path):
+    for scar in (
+        text(),
+        text(X / 1e3, -SCAR * 1e3, "x (mm), height (nm)"),
+        text(X[::-1], SCAR[::-1], "# a remark\nx_um;depth_um").replace(",", ";"),
+    ):
+        x, depth = study(tmp_path, scar).fit.data[0].readings
+        assert x == pytest.approx(X * 1e-6, abs=1e-15)
+        assert depth == pytest.approx(SCAR * 1e-6, abs=1e-15)
+
+
+def test_what_is_sought_need_not_be_in_base(tmp_path):
+    found = study(tmp_path)
+    assert found.points()[0].case.wear_coefficient == near((1e-14 * 1e-11) ** 0.5)
+
+
+EIGHTH = np.arange(X.size) == 7
+DOUBLED, BACKWARDS = np.where(EIGHTH, X[6], X), np.where(EIGHTH, X[5], X)
+MISSING = np.where(EIGHTH, np.nan, SCAR)
+
+
+@pytest.mark.parametrize(
+    ("scar", "part"),
+    [
+        (text(head="x,depth"), "no unit for its column 'x'"),
+        (text(head="x (um),depth (N)"), "must be a length"),
+        (text(head="x (um),colour (um)"), "has a column 'colour'"),
+        (text(head="1,2"), "must name two columns"),
+        (text(DOUBLED), "twice, at reading 8"),
+        (text(BACKWARDS), "is not sorted: reading 8"),
+        (text(depth=MISSING), "a missing value in line 9"),
+        (text(X[:1], SCAR[:1]), "has 1 readings; at least 5"),
+        (text(depth=-SCAR), "has the wrong sign"),
+        (text().replace("0.4", "deep", 1), "has no two numbers in line"),
+        ("", "is empty"),
+    ],
+)
+def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar, part):
+    told = refusal(tmp_path, scar)
+    assert "fit.data[0].file" in told
+    assert part in told
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"quantity": "wear_dept"}, ["fit.data[0].quantity", "did you mean 'wear_depth'"]),
+        ({"quantity": "wear_depth_flat"}, ["one for both together", "[indenter, flat]"]),
+        ({"file": None}, ["fit.data[0].file", "is missing"]),
+        ({"file": "none.csv"}, ["there is none at"]),
+        ({"cycle": 2000}, ["fit.data[0].cycle = 2000", "beyond the 1000 cycles"]),
+        ({"test": 2}, ["is none of the 1 points"]),
+        ({"noise": "50"}, ["needs a unit"]),
+        ({"value": "1 um"}, ["does not apply to readings"]),
+        ({"baseline": ["ofset"]}, ["did you mean 'offset'"]),
+        ({"quantity": "wear_volume", "file": None}, [".value", ".error", "is missing"]),
+        (
+            {"quantity": "wear_volume", "file": None, "value": "1 mm", "error": "5 %"},
+            ["must be a volume"],
+        ),
+        (
+            {"quantity": "wear_volume", "file": None, "value": "1e-3 mm^2", "error": "5 %"},
+            ["a point contact", "m3"],
+        ),
+        (
+            {"quantity": "wear_volume", "file": None, "value": "1e-3 mm^3", "error": "0 %"},
+            ["larger than 0"],
+        ),
+        ({"free": {}}, ["must hold ranges"]),
+        ({"free": {"wear_coeficient": [1, 2]}}, ["did you mean 'wear_coefficient'"]),
+        ({"free": {"friction": [0.9, 0.2]}}, ["a lower end below its upper end"]),
+        ({"free": {"friction": 0.5}}, ["must be a range of two values"]),
+        ({"free": {"load": ["10", "20 N"]}}, ["fit.free.load.from = 10", "needs a unit"]),
+        ({"free": {"roughness": [0, 1]}}, ["is no quantity"]),
+        ({"free": {"friction": {"from": 0.1, "to": 0.9, "sale": "log"}}}, ["mean 'scale'"]),
+    ],
+)
+def test_a_wrong_section_is_told_with_key_value_and_rule(tmp_path, changes, parts):
+    told = refusal(tmp_path, **changes)
+    for part in parts:
+        assert part in told
+
+
+def test_the_coefficient_of_one_body_needs_a_pair_in_base(tmp_path):
+    content = {"base": base(), "fit": {"data": [{"file": "scar.csv", "quantity": "wear_depth"}]}}
+    content["fit"]["free"] = {"wear_coefficient.flat": ["1e-14 / Pa", "1e-11 / Pa"]}
+    (tmp_path / "scar.csv").write_text(text())
+    with pytest.raises(StudyError, match="base has one value for both together"):
+        load_study(write_study(tmp_path / "scar.yaml", content))
