@@ -81,6 +81,7 @@ class Variable:
     is_error: bool = False
     # Value of a field outside the window of a case, where the surfaces do not touch; NaN: unknown.
     outside: float = 0.0
+    is_odd: bool = False  # whether it is odd along x and along y where the contact is even
     flags: tuple[ContactState, ...] = ()  # possible states; empty for a physical quantity
 
     @property
@@ -153,6 +154,7 @@ _MARKS: dict[str, dict[str, Any]] = {
     "int8": {"dtype": "int8"},
     "int32": {"dtype": "int32"},
     "nan": {"outside": math.nan, "may_lack": True},
+    "odd": {"is_odd": True},
     "flags": {"dtype": "int8", "flags": tuple(ContactState)},
 }
 
@@ -215,11 +217,16 @@ stick_fraction | 1  |     | 1   | | |
     stick_area
 wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
 wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
+slip_x | m | $s_x$ | | slip amplitude along x || from zero tangential load to +Q
+slip_y | m | $s_y$ | | slip amplitude along y | odd | from zero tangential load to +Q
+shear_traction_y | Pa | $q_y$ | MPa | shear traction along y | odd | at the tangential load +Q; at
+    -Q it has the opposite sign
 """,
     "float32",
 )
-FIELDS, BODY_FIELDS = _FIELDS[:-2], _FIELDS[-2:]
-"""Fields of every case, and those that need a wear coefficient for each body."""
+FIELDS, BODY_FIELDS, VECTOR_FIELDS = _FIELDS[:-5], _FIELDS[-5:-3], _FIELDS[-3:]
+"""Fields of every case, those that need a wear coefficient for each body, and those of friction in
+two directions."""
 
 _SCALARS = _rows(
     r"""
@@ -366,7 +373,7 @@ FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sl
 """Results reported as well if the parameter of this name is not given."""
 
 RESULTS: dict[str, Variable] = {
-    variable.name: variable for variable in (*FIELDS, *BODY_FIELDS, *SCALARS, *BODY_SCALARS)
+    variable.name: variable for variable in (*_FIELDS, *SCALARS, *BODY_SCALARS)
 }
 """Every field and scalar by name."""
 

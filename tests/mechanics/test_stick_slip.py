@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.shear import ShearSpace, shear_influence
+from fretwear.mechanics.shear import shear_influence, shear_space
 from fretwear.mechanics.stick_slip import shear
 
 from ..studies import near
@@ -61,7 +61,7 @@ def test_influence_is_the_integral_of_the_kernels_of_cerruti():
 def test_transforms_give_the_sum_over_all_cells(even):
     whole = Grid((12, 8), (0.1, 0.15), (False, False))
     shape = tuple(n // 2 if each else n for n, each in zip(whole.shape, even, strict=True))
-    bodies = ShearSpace.on(Grid(shape, whole.spacing, even), MODULUS, COUPLING)
+    bodies = shear_space(Grid(shape, whole.spacing, even), MODULUS, COUPLING)
     traction = np.random.default_rng(1).standard_normal((2, *shape))
     expected = (whole_matrix(whole) @ unfolded(traction, even).ravel()).reshape(2, *whole.shape)
     part = tuple(slice(-n, None) for n in shape)
@@ -87,7 +87,7 @@ def test_contact_of_kalker_and_vollebregt():
     contact = solve_contact(ContactProblem(grid.half_space(composite), shape, load), tolerance=1e-9)
     bound = friction * contact.pressure
     result = shear(
-        ShearSpace.on(grid, composite, coupling), bound, 0.875 * friction * load, tolerance=1e-8
+        shear_space(grid, composite, coupling), bound, 0.875 * friction * load, tolerance=1e-8
     )
     assert (bound > 0).sum() == 177
     assert result.stick.sum() == 45
@@ -117,10 +117,11 @@ def test_projected_gradients_lead_to_the_same_tractions(poisson, ratio):
     bound[inside] = FRICTION * pressure
     coupling = (2 - poisson) / (2 * (1 - poisson))
     result = shear(
-        ShearSpace.on(grid, 1.0, coupling), bound, ratio * grid.integral(bound), tolerance=1e-8
+        shear_space(grid, 1.0, coupling), bound, ratio * grid.integral(bound), tolerance=1e-8
     )
     assert np.abs(result.traction[:, inside].ravel() - traction).max() <= 1e-6 * bound.max()
-    assert np.abs(result.amplitude[inside] - slip).max() <= 1e-5 * slip.max()
+    touches = pressure > 0
+    assert np.abs(result.amplitude[inside] - slip)[touches].max() <= 1e-5 * slip.max()
 
 
 def rough_contact(even, coupling):
@@ -134,7 +135,7 @@ def rough_contact(even, coupling):
     def under(load):
         return solve_contact(ContactProblem(half_space, shape, load), tolerance=1e-9)
 
-    return grid, under, ShearSpace.on(grid, 1.0, coupling)
+    return grid, under, shear_space(grid, 1.0, coupling)
 
 
 @pytest.mark.parametrize("even", [(True, True), (False, True), (False, False)])
@@ -150,7 +151,7 @@ def test_coulombs_law_holds_in_every_cell_and_the_loop_has_its_work(even, ratio)
     assert np.allclose(size[slips], bound[slips], rtol=1e-9)
     assert result.stick.any()
     assert slips.any()
-    clear = slips & (result.amplitude > 0.01 * result.amplitude.max())
+    clear = slips & (result.amplitude > 0.01 * result.amplitude[slips].max())
     (q_x, q_y), (s_x, s_y) = result.traction[:, clear], result.slip[:, clear]
     turned = (q_x * s_y - q_y * s_x) / (size * result.amplitude)[clear]
     assert np.abs(turned).max() <= 1e-5
@@ -168,7 +169,7 @@ def test_without_poissons_ratio_it_is_the_contact_at_the_reduced_load(ratio):
     result = shear(bodies, FRICTION * full.pressure, ratio * FRICTION, tolerance=1e-8)
     expected = FRICTION * (full.pressure - reduced.pressure)
     assert np.abs(result.traction - [expected, 0 * expected]).max() <= 1e-6 * expected.max()
-    slip = np.where(full.pressure > 0, FRICTION * reduced.gap, 0.0)
+    slip = FRICTION * (reduced.gap - full.gap)
     assert np.abs(result.amplitude - slip).max() <= 1e-6 * slip.max()
     displacement = FRICTION * (full.approach - reduced.approach)
     assert result.displacement == near(displacement, rel=1e-6)
@@ -199,6 +200,6 @@ def test_a_start_from_a_similar_contact_saves_most_of_the_work():
     _, under, bodies = rough_contact((True, True), 1.4)
     first = shear(bodies, FRICTION * under(1.0).pressure, 0.7 * FRICTION)
     bound = FRICTION * under(1.001).pressure
-    cold, warm = (shear(bodies, bound, 0.7 * FRICTION, start=s) for s in (None, first.traction))
+    cold, warm = (shear(bodies, bound, 0.7 * FRICTION, start=s) for s in (None, first.under(bound)))
     assert np.abs(cold.traction - warm.traction).max() <= 3e-6 * bound.max()
     assert warm.convolutions <= 0.7 * cold.convolutions

@@ -14,7 +14,17 @@ import xarray as xr
 from fretwear.arrays import Array
 from fretwear.study.case import Case
 from fretwear.units import is_readable, readable_unit
-from fretwear.vocabulary import CYCLE, FORCES, HEADLINES, RESULTS, SYMMETRIES, Variable, X, Y
+from fretwear.vocabulary import (
+    CYCLE,
+    FORCES,
+    HEADLINES,
+    RESULTS,
+    SYMMETRIES,
+    VECTOR_FIELDS,
+    Variable,
+    X,
+    Y,
+)
 
 KEY_RESULTS: tuple[Variable, ...] = tuple(
     RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
@@ -39,6 +49,13 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
         values = np.r_[-dataset[name].values[::-1], dataset[name].values]
         positions[name] = xr.Variable((name,), values, dataset[name].attrs)
     whole = dataset.isel(order).assign_coords(positions).assign_attrs(symmetry="none")
+    for field in VECTOR_FIELDS:
+        if field.is_odd and field.name in whole:
+            values = whole[field.name]
+            for name in positions:
+                values = values * np.sign(whole[name]).astype(values.dtype)
+            whole[field.name] = values.transpose(*whole[field.name].dims)
+            whole[field.name].attrs = dataset[field.name].attrs
     # Closing a derived dataset would not close its file.
     whole.set_close(dataset.close)
     return whole

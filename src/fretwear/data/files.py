@@ -46,6 +46,7 @@ from fretwear.vocabulary import (
     STATUS,
     STEP,
     SYMMETRIES,
+    VECTOR_FIELDS,
     PointStatus,
     Variable,
     X,
@@ -69,7 +70,7 @@ COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "f
 _NO_CHECKSUM = "unfinished, cut short or changed by another program"
 READS_BACK = "the file reads back differently from what was written"
 
-_STORED_SMALL = {field.name for field in (*FIELDS, *BODY_FIELDS)}
+_STORED_SMALL = {field.name for field in (*FIELDS, *BODY_FIELDS, *VECTOR_FIELDS)}
 _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20

@@ -34,6 +34,7 @@ from fretwear.vocabulary import (
     LOOP,
     PHASE,
     STEP,
+    VECTOR_FIELDS,
     Variable,
     X,
     Y,
@@ -105,13 +106,13 @@ def labelled_case(
 
     The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
     `y` are cell centres in m, increasing, and all positive along axes in which the contact is even
-    by `symmetry`; a line contact has no `y`. `cycles`, of shape
-    (ncycles,), increase from 0. `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the
-    available `BODY_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole
-    contact, and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by
-    the names of the scalars, or empty; `trouble` says why they are missing although the case asks
-    for them, and `beyond_friction` is the share of the stick zone in which shear had to be cut. A
-    case that asks for an accuracy was `computed` on cells of its own, and may not have reached it.
+    by `symmetry`; a line contact has no `y`. `cycles`, of shape (ncycles,), increase from 0.
+    `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the available `BODY_FIELDS` and
+    `VECTOR_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole contact,
+    and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by the names of
+    the scalars, or empty; `trouble` says why they are missing although the case asks for them, and
+    `beyond_friction` is the share of the stick zone in which shear had to be cut. A case that asks
+    for an accuracy was `computed` on cells of its own, and may not have reached it.
 
     Raises a ValueError if variables are missing, unknown or of the wrong shape, or have values that
     `Variable.allows` refuses.
@@ -120,7 +121,8 @@ def labelled_case(
     along = dict(zip(dims, (cycles, x, y), strict=False))
     coordinates = _columns((CYCLE, X, Y)[: len(dims)], along)
     shape = tuple(coordinates[name].values.size for name in dims)
-    of_fields = (*FIELDS, *(field for field in BODY_FIELDS if field.name in fields))
+    optional = (field for field in (*BODY_FIELDS, *VECTOR_FIELDS) if field.name in fields)
+    of_fields = (*FIELDS, *optional)
     of_bodies = (s.in_frame(case.frame) for s in BODY_SCALARS if s.name in scalars)
     of_scalars = (*scalars_of(case.frame), *of_bodies)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []

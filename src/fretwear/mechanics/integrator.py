@@ -27,6 +27,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.geometry import Geometry, Workspace
+from fretwear.mechanics.slip import LARGEST_FACTOR
 from fretwear.mechanics.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.state import Stage, State, WearProblem
 
@@ -269,11 +270,13 @@ def first_loading(
         now.sliding(load, contact.approach),
         tolerance=accuracy.first_reduced,
     )
+    gap = np.maximum(contact.gap, 0.0)
+    reduced = now.slip_model.sheared(now, bodies.half_space, contact.pressure, gap, reduced)
     return State(
         cycle=float(cycle),
         geometry=geometry,
         pressure=contact.pressure,
-        gap=np.maximum(contact.gap, 0.0),
+        gap=gap,
         wear=wear,
         opening=opening,
         plastic=plastic,
@@ -287,6 +290,14 @@ def first_loading(
         step=step,
         convolutions=spent + reduced.convolutions,
     )
+
+
+def _ahead(base: Stage, first: Stage) -> Array:
+    """The factor of `ReducedContact` expected at the end of a step, from its first stage."""
+    before, now = base.reduced.factor, first.reduced.factor
+    assert before is not None
+    assert now is not None
+    return np.asarray(np.clip(now + TR_BDF2.beyond * (now - before), 0.0, LARGEST_FACTOR))
 
 
 class Evolution(Integrator[State]):
@@ -357,7 +368,9 @@ class Evolution(Integrator[State]):
             base,
             then,
             Exposure(
-                cellwise(np.multiply, p0, rate * implicit), then.wear_growth * step * implicit
+                cellwise(np.multiply, base.rubbing, rate * implicit),
+                then.wear_growth * step * implicit,
+                base.reduced.factor,
             ),
             cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
             cellwise(np.multiply, base.source_rate, early),
@@ -368,12 +381,14 @@ class Evolution(Integrator[State]):
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).under(reached.ahead(means, numbers.beyond))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
-        if not r0 == lagged == r1:
-            known = weight * (r0 * p0 + r1 * p1) - implicit * (r0 * p0 + lagged * p1)
+        ratio = None if first.reduced.factor is None else _ahead(base, first)
+        if ratio is not None or not r0 == lagged == r1:
+            known = weight * (r0 * base.rubbing + r1 * first.rubbing)
+            known -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(base))
         second = self.stage(
             first,
             last,
-            Exposure(known, last.wear_growth * step * implicit),
+            Exposure(known, last.wear_growth * step * implicit, ratio),
             cellwise(lambda p, q: q + numbers.beyond * (q - p), p0, p1),
             cellwise(np.multiply, first.source_since(base, model, team), numbers.beyond),
             self.accuracy.contact,
@@ -450,7 +465,7 @@ class Evolution(Integrator[State]):
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
             return cellwise(
                 lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
-                *(base.pressure, first.pressure, second.pressure),
+                *(base.rubbing, first.rubbing, second.rubbing),
             )
 
         def lost(gap: Array, difference: Array) -> Array:
@@ -459,6 +474,11 @@ class Evolution(Integrator[State]):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
         error = integral(cellwise(lost, second.reduced.gap, exponent(TR_BDF2.difference)))
+        if second.reduced.factor is not None:
+            # The last stage assumed how slip would differ from that in a single direction.
+            changed = second.rubbing - _ahead(base, first) * second.pressure
+            weight = rates[-1] * step * TR_BDF2.implicit
+            error += integral(cellwise(lost, second.reduced.gap, weight * changed))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.

@@ -22,6 +22,7 @@ from fretwear.mechanics.geometry import WITHIN_A_CELL, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.stick_slip import Sheared
 from fretwear.theory import HertzContact
 
 # Gap, over the gap of the first cell outside, above which a cell is not in contact.
@@ -125,7 +126,7 @@ def half_widths(state: State, axis: int) -> tuple[float, float]:
     # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
     if state.plastic.any():
         return contact, half_width(geometry, reduced.stick, reduced.gap, axis)
-    return contact, stick_half_width(geometry, reduced.pressure, axis)
+    return contact, stick_half_width(geometry, reduced.spare_pressure(1.0), axis)
 
 
 def fractions(state: State, plane: Grid) -> tuple[Array, Array]:
@@ -347,11 +348,18 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
         loads, approaches, halfway = _curve(workspace, problem, state, contacts)
         compliance = coefficient * problem.coupling
         force = coefficient * (loads[0] - loads)
-        displacement = compliance * (approaches[0] - approaches) + flexibility * force
+        displacement = compliance * (approaches[0] - approaches)
+        half = compliance * (approaches[0] - halfway)
+        # The rig gives way by twice half the largest force, and back by all of it.
+        opening = compliance * (approaches[0] - state.reduced.approach) - 2.0 * half
+        if state.reduced.sheared is not None:
+            force, displacement, half = _of_vectors(
+                state.reduced.sheared, force, displacement, half
+            )
+            opening = state.reduced.sheared.displacement - 2.0 * half
+        displacement = displacement + flexibility * force
         largest = problem.tangential_displacement(state.approach, state.reduced)
         largest += flexibility * float(force[-1])
-        # The rig gives way by twice half the largest force, and back by all of it.
-        opening = compliance * (2.0 * halfway - approaches[0] - state.reduced.approach)
     # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
@@ -403,6 +411,22 @@ def _curve(
         if abs(contact.approach - expected) <= _CLOSE * rise:
             break
     return (*_sampled(family, areas, whole), halfway)
+
+
+def _of_vectors(
+    sheared: Sheared, force: Array, displacement: Array, half: float
+) -> tuple[Array, Array, float]:
+    """The curve of friction in two directions from that in one, and its place at half the force.
+
+    Force, N, and displacement, m, end at those of the tractions. The depth of the curve below its
+    chord is scaled so that the area below it is their energy, of which δ is the derivative by Q.
+    """
+    end = sheared.displacement if sheared.stick.any() else float(displacement[-1])
+    chord, force = displacement[-1] / force[-1] * force, sheared.force / force[-1] * force
+    arc, depth = displacement - chord, half - 0.5 * float(displacement[-1])
+    below = float(np.trapezoid(arc, force))
+    scale = (sheared.energy - 0.5 * end * sheared.force) / below if below else 0.0
+    return force, end / sheared.force * force + scale * arc, 0.5 * end + scale * depth
 
 
 def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, float]:

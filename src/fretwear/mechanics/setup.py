@@ -186,25 +186,36 @@ class Setup:
         It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
         the p* of a slip model that knows another surface may be more than twice p.
         """
+        if reduced.sheared is not None:
+            return np.asarray(reduced.sheared.traction[0])
         friction = self.friction_law.coefficient
         most = friction * pressure
         return np.clip(friction * (pressure - reduced.pressure), -most, most)
 
     def slip(self, reduced: ReducedContact) -> Array:
         """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
-        return self.friction_law.coefficient * self.coupling * reduced.gap
+        slip = self.friction_law.coefficient * self.coupling * reduced.gap
+        if reduced.sheared is None or reduced.factor is None:
+            return slip
+        # Where the bodies do not touch, slip is that of cells that begin to.
+        sheared, begins = reduced.sheared, np.multiply(reduced.factor, slip)
+        return np.where(sheared.bound > 0.0, sheared.amplitude, begins)
 
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
 
         If slip is taken from the unworn contact, so is δ.
         """
+        if reduced.sheared is not None:
+            return reduced.sheared.displacement
         if not (self.slip_model.follows_shape or self.loading.stroke):
             approach = self.hertz.approach
         return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
 
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
         """Amplitude Q of the tangential force, N: µ (P − P*)."""
+        if reduced.sheared is not None:
+            return reduced.sheared.force
         return self.friction_law.coefficient * (load - reduced.load)
 
     # Wear.

@@ -22,13 +22,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cached_property
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.mechanics.convolution import dct, dst, offsets
-from fretwear.mechanics.geometry.grid import Grid
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.geometry.grid import Grid
 
 Complex = NDArray[np.complex128]
 Branch = tuple[int, int]
@@ -74,12 +77,6 @@ class ShearSpace(ABC):
         odd = np.zeros_like(even[0])
         odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
         self._spectra: Kernels = even[0], even[1], odd
-
-    @staticmethod
-    def on(geometry: Grid, modulus: float, coupling: float) -> ShearSpace:
-        """The bodies on a window, by the transforms that its symmetry allows."""
-        kind = QuarterShear if all(geometry.even) else WholeShear
-        return kind(geometry, modulus, coupling)
 
     @abstractmethod
     def displacement(self, traction: Array) -> Array:
@@ -280,3 +277,9 @@ class WholeShear(ShearSpace):
         if wave is not None:
             result *= wave
         return result
+
+
+def shear_space(geometry: Grid, modulus: float, coupling: float) -> ShearSpace:
+    """The bodies on a window, by the transforms that its symmetry allows."""
+    kind = QuarterShear if all(geometry.even) else WholeShear
+    return kind(geometry, modulus, coupling)

@@ -31,10 +31,18 @@ class Exposure(NamedTuple):
 
     known: Array  # shape of the geometry
     rate: float  # 1/Pa
+    factor: Array | None = None  # of the rate in each cell; None for 1
 
     def opening(self, kept: float) -> Exposure:
         """The part of it that opens the gap, if a fraction of the debris is kept."""
-        return Exposure((1.0 - kept) * self.known, (1.0 - kept) * self.rate) if kept else self
+        if not kept:
+            return self
+        return Exposure((1.0 - kept) * self.known, (1.0 - kept) * self.rate, self.factor)
+
+    def under(self, pressure: Array) -> Array:
+        """The exponent under a pressure, Pa."""
+        rate = self.rate if self.factor is None else self.rate * self.factor
+        return np.asarray(self.known + rate * pressure)
 
 
 @dataclass(frozen=True)
@@ -95,7 +103,7 @@ class ImplicitStage:
         ``tolerance`` applies to the normal contact. A ContactError says that a contact or the
         iteration between flow and wear does not converge, or that a value is not finite.
         """
-        drift, reduced = self._expected(change), self.base.reduced
+        drift, reduced, problem = self._expected(change), self.base.reduced, self.problem
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, pressure, tolerance)
@@ -113,14 +121,24 @@ class ImplicitStage:
                 # Flow lets wear catch up, which stops the flow: average the two.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = lost
-            drift = drift.corrected(missing, stage, relaxation, self.problem)
+            drift = drift.corrected(missing, stage, relaxation, problem)
         else:
             raise ContactError(
                 f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
             )
         if not stage.is_finite:
             raise ContactError("wear of a stage leads to values that are not finite")
-        return stage
+        reduced = problem.slip_model.sheared(
+            problem,
+            self._half_space,
+            stage.pressure,
+            stage.gap,
+            stage.reduced,
+            self.base.reduced.sheared,
+            self.accuracy.sheared if self.output_step else self.accuracy.sheared_between,
+        )
+        self.convolutions += reduced.convolutions - stage.reduced.convolutions
+        return replace(stage, reduced=reduced)
 
     def _expected(self, change: Array) -> Drift:
         """The drift of a stage whose G probably changes so much, m."""
@@ -191,7 +209,7 @@ class ImplicitStage:
             reduced = replace(base.reduced, gap=model.gap_after(base.reduced.gap, worn))
         wear = opening
         if kept:
-            exponent = exposure.known + exposure.rate * pressure
+            exponent = exposure.under(pressure)
             wear = base.wear + all_worn(kept, worn, base.reduced.gap, reduced.gap, exponent)
         return Stage(
             pressure=pressure,

@@ -157,6 +157,16 @@ class Stage:
         return change
 
     @property
+    def rubbing(self) -> Array:
+        """Pressure, Pa, times slip over µκ g*: what makes the reduced gap grow."""
+        return self.rubbing_by(self)
+
+    def rubbing_by(self, stage: Stage) -> Array:
+        """The same by the slip of another stage."""
+        factor = stage.reduced.factor
+        return self.pressure if factor is None else np.multiply(factor, self.pressure)
+
+    @property
     def is_finite(self) -> bool:
         """Whether every field is finite everywhere."""
         fields = (self.pressure, self.gap, self.wear, self.plastic, self.reduced.gap)
@@ -213,10 +223,18 @@ class State(Stage):
             sliding = now.sliding(self.load, self.approach)
             reduced = now.slip_model.reduced(now, bodies.half_space, shape, sliding, start)
             spent += reduced.convolutions
+        opened = gap(fields["pressure"], self.approach, self.gap)
+        if reduced.sheared is not None:
+            before = reduced.sheared.on(lambda field: old.resized(field, geometry))
+            reduced, now = replace(reduced, convolutions=0), problem.at(self.cycle)
+            reduced = now.slip_model.sheared(
+                now, bodies.half_space, fields["pressure"], opened, reduced, before
+            )
+            spent += reduced.convolutions
         return replace(
             self,
             geometry=geometry,
-            gap=gap(fields["pressure"], self.approach, self.gap),
+            gap=opened,
             reduced=reduced,
             convolutions=self.convolutions + spent,
             **fields,

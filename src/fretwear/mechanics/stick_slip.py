@@ -20,10 +20,12 @@ of a step that does not descend.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import ContactError
@@ -49,7 +51,7 @@ class Sheared:
     """Tractions and slip at the end of a loading along x; vectors have shape (2, nx, ny)."""
 
     traction: Array  #: q, Pa
-    slip: Array  #: s, m, zero where nothing slips and where the bodies do not touch
+    slip: Array  #: s, m, and by how much surfaces pass each other where they do not touch
     stick: Mask  #: cells that stick, shape (nx, ny)
     displacement: float  #: δ of distant points along x, m
     force: float  #: Q of the whole contact, N
@@ -58,6 +60,37 @@ class Sheared:
     convolutions: (
         int  #: applications of K and of its inverse without padding, in units of the first
     )
+
+    bound: Array  #: µp, Pa, shape (nx, ny)
+
+    @property
+    def spare(self) -> Array:
+        """µp − |q|, Pa, the unused friction; zero where nothing sticks."""
+        spare: Array = np.where(self.stick, self.bound - np.hypot(*self.traction), 0.0)
+        return np.maximum(spare, 0.0)
+
+    @property
+    def ways(self) -> Array:
+        """Directions of slip, zero where nothing slips."""
+        return np.asarray(self.slip / np.maximum(self.amplitude, np.finfo(float).tiny))
+
+    def on(self, resized: Callable[[NDArray[Any]], NDArray[Any]]) -> Sheared:
+        """The same with each field resized to other cells."""
+        traction, slip = (
+            np.stack([resized(field) for field in fields]) for fields in (self.traction, self.slip)
+        )
+        stick, bound = resized(self.stick), resized(self.bound)
+        return replace(self, traction=traction, slip=slip, stick=stick, bound=bound)
+
+    def under(self, bound: Array) -> Array:
+        """A guess of the traction of a similar contact, Pa, by its µp, Pa.
+
+        Wear beside a stick zone leaves p* as it is, and so the unused friction µp*.
+        """
+        length = np.hypot(*self.traction)
+        ways = np.stack([np.ones_like(length), np.zeros_like(length)])
+        np.divide(self.traction, length, out=ways, where=length > 0.0)
+        return np.asarray(ways * np.maximum(bound - self.spare, 0.0))
 
     @property
     def amplitude(self) -> Array:
@@ -121,8 +154,10 @@ class _Descent:
         self.balances_y = force is not None and not any(bodies.geometry.even)
         self.unit = 1.0 / bodies.self_influence
         self.inverse, self.spent = bodies.inverse(), 0.0
-        guess = np.zeros((2, *bound.shape)) if start is None else start
-        self.traction = self.projected(guess)
+        # The first step from a guess corrects its force, and leaves cells that slip at the bound.
+        self.guessed = start is not None
+        none = np.zeros((2, *bound.shape))
+        self.traction = self.projected(none) if start is None else self.clipped(start)[0]
         self.moved = self.displaced(self.traction)
 
     def displaced(self, traction: Array) -> Array:
@@ -130,7 +165,7 @@ class _Descent:
         return self.bodies.displacement(traction)
 
     def clipped(self, traction: Array) -> tuple[Array, Array]:
-        """The nearest traction within the discs, and µp/|q| of each cell beyond its disc, else 1."""
+        """The nearest traction within the discs, and µp/|q| of each cell beyond, else 1."""
         length = np.sqrt(traction[0] ** 2 + traction[1] ** 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             factor = np.where(length > self.bound, self.bound / length, 1.0)
@@ -192,11 +227,12 @@ class _Descent:
         for _ in range(_LARGEST_STEPS):
             at_bound = self._at_bound()
             far = self.rigid(at_bound)
-            slip = (far[:, None, None] - self.moved) * self.touching
+            passed = far[:, None, None] - self.moved
+            slip = passed * self.touching
             tried, factor = self.clipped(self.traction + self.unit * slip)
             error = float(np.abs(tried - self.traction).max()) / largest
             if error <= tolerance:
-                return self._result(slip, factor < 1.0, float(far[0]), error)
+                return self._result(passed, factor < 1.0, float(far[0]), error)
             # A cell at the bound that slips against its traction sticks again.
             slips = at_bound & ((slip * self.traction).sum(axis=0) > 0.0)
             changed = np.count_nonzero((self.touching & ~slips) != sticks_before)
@@ -204,7 +240,8 @@ class _Descent:
             sticks_before = self.touching & ~slips
             enough = _ENOUGH * tolerance * largest / self.unit
             target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, enough)
-            if not self._search(self.projected(target), slip, trusted=error < _ROUNDED):
+            trusted, self.guessed = self.guessed or error < _ROUNDED, False
+            if not self._search(self.projected(target), slip, trusted=trusted):
                 # Barzilai and Borwein's step of a projected gradient.
                 before, moved = self.traction, self.moved
                 self._search(self.projected(self.traction + length * slip), slip)
@@ -258,49 +295,74 @@ class _Descent:
                 result[0] += self.series * field[0].sum()
             return within(result + layer * field)
 
-        held = self._held(within)
-        return self.traction + _solve(within(slip), stiffened, condition, held, reduction, enough)
+        held = _Held([within(field) for field in self._ones()], condition)
+        change, ahead = np.zeros_like(slip), slip
+        if held.fields and self.guessed:
+            missing = [self.total, 0.0] - self.traction.sum(axis=(1, 2))
+            change = held.of_products(missing[: len(held.fields)])
+            ahead = slip - self.displaced(change)
+        change += _solve(within(ahead), stiffened, condition, held, reduction, enough)
+        return self.traction + change
 
-    def _held(self, within: Callable[[Array], Array]) -> list[Array]:
-        """Fields whose products with a step must vanish for the force to stay."""
-        if self.total is None:
-            return []
-        fields = []
-        for axis in range(2 if self.balances_y else 1):
-            one = np.zeros_like(self.traction)
-            one[axis] = 1.0
-            fields.append(within(one))
-        return fields
+    def _ones(self) -> list[Array]:
+        """Even fields along the axes along which the force is given."""
+        axes = [] if self.total is None else [0, 1] if self.balances_y else [0]
+        ones = np.zeros((len(axes), *self.traction.shape))
+        for axis in axes:
+            ones[axis, axis] = 1.0
+        return [*ones]
 
     def _result(self, slip: Array, slips: Mask, far: float, error: float) -> Sheared:
         sticks = self.touching & ~slips
         energy = 0.5 * float((self.traction * self.moved).sum()) * self.area
         force = float(self.traction[0].sum()) * self.area
         return Sheared(
-            self.traction, slip * slips, sticks, far, force, energy, error, round(self.spent)
+            self.traction,
+            np.where(sticks, 0.0, slip),
+            sticks,
+            far,
+            force,
+            energy,
+            error,
+            round(self.spent),
+            self.bound,
         )
+
+
+class _Held:
+    """Fields whose products with a step must vanish for the force to stay."""
+
+    def __init__(self, fields: list[Array], condition: Callable[[Array], Array]) -> None:
+        self.fields = fields
+        self._conditioned = [condition(field) for field in fields]
+        products = [[float((a * b).sum()) for b in self._conditioned] for a in fields]
+        self._gram = np.array(products)
+
+    def of_products(self, values: Array) -> Array:
+        """A smooth field of given products with them."""
+        parts = np.linalg.solve(self._gram, values)
+        return np.asarray(sum(part * z for part, z in zip(parts, self._conditioned, strict=True)))
+
+    def free(self, residual: Array) -> Array:
+        """The residual without the parts that distant points take up."""
+        if not self.fields:
+            return residual
+        products = [float((z * residual).sum()) for z in self._conditioned]
+        parts = np.linalg.solve(self._gram, products)
+        taken = sum(part * one for part, one in zip(parts, self.fields, strict=True))
+        return np.asarray(residual - taken)
 
 
 def _solve(
     residual: Array,
     operator: Callable[[Array], Array],
     condition: Callable[[Array], Array],
-    held: list[Array],
+    held: _Held,
     reduction: float,
     enough: float,
 ) -> Array:
     """Conjugate gradients, projected so that products of the solution with held fields vanish."""
-    conditioned = [condition(field) for field in held]
-    gram = np.array([[float((a * b).sum()) for b in conditioned] for a in held])
-
-    def free(field: Array) -> Array:
-        """The residual without the parts that distant points take up."""
-        if not held:
-            return field
-        parts = np.linalg.solve(gram, [float((z * field).sum()) for z in conditioned])
-        return np.asarray(field - sum(part * one for part, one in zip(parts, held, strict=True)))
-
-    left = free(residual)
+    left = held.free(residual)
     result = np.zeros_like(left)
     first = sqrt(float((left**2).mean()))
     target = max(reduction * first, enough)
@@ -316,5 +378,5 @@ def _solve(
         force = operator(direction)
         length = energy / float((direction * force).sum())
         result += length * direction
-        left = free(left - length * force)
+        left = held.free(left - length * force)
     return result

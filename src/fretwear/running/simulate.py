@@ -45,7 +45,15 @@ from fretwear.running.accuracy import (
 from fretwear.running.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
-from fretwear.vocabulary import BODY_FIELDS, FIELDS, SCALARS, SYMMETRIES, ContactState, Y
+from fretwear.vocabulary import (
+    BODY_FIELDS,
+    FIELDS,
+    SCALARS,
+    SYMMETRIES,
+    VECTOR_FIELDS,
+    ContactState,
+    Y,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -420,6 +428,7 @@ def _snapshot_fields(
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[: len(workspace.problem.frame.axes)]
     about = (*FIELDS, *(BODY_FIELDS if _wear_of_each(workspace.problem, snapshots[-1]) else ()))
+    about += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
@@ -443,6 +452,10 @@ def _snapshot_fields(
             "contact_state": contact_state,
             **{field.name: wear for field, wear in zip(BODY_FIELDS, bodies, strict=False)},
         }
+        if reduced.sheared is not None:
+            ways = reduced.sheared.ways * slip
+            values_of |= {"slip_x": ways[0], "slip_y": ways[1]}
+            values_of["shear_traction_y"] = reduced.sheared.traction[1]
         written = state.geometry.written(values_of, plane)
         # Means over a cell that slips in part obey Coulomb's law if computed from mean pressures.
         sticking = replace(reduced, pressure=written["reduced"])

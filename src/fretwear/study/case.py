@@ -114,8 +114,8 @@ class Case(Draft):
 
     The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
     neglects the coupling of normal and tangential directions (Dundurs' β), which two different
-    materials have, and for all materials the coupling of x and y: the maximum wear depth of a
-    smooth sphere comes out 6 to 11 % too small at ν = 0.3.
+    materials have, and for all materials the coupling of x and y, unless ``slip_model`` is
+    ``coupled``: the maximum wear depth of a smooth sphere comes out 6 to 11 % too small at ν = 0.3.
 
     Raises
     ------

@@ -186,10 +186,11 @@ class Draft(Setup):
 
     @property
     def geometry(self) -> type[Geometry]:
-        """The kind of cells: rings for rotational symmetry that neither waves nor strokes break."""
+        """The kind of cells: rings for rotational symmetry that no waves, stroke or slip break."""
         if self.frame is LINE_CONTACT:
             return Strips
-        return Rings if self.indenter.is_axisymmetric and self._is_plain else Grid
+        is_round = self.indenter.is_axisymmetric and self.slip_model.is_round
+        return Rings if is_round and self._is_plain else Grid
 
     @property
     def is_graded(self) -> bool:

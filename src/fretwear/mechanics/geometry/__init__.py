@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fretwear.mechanics.contact import Contact, ContactProblem
     from fretwear.mechanics.geometry.grid import Grid, GridHalfSpace
     from fretwear.mechanics.roughness import Roughness
+    from fretwear.mechanics.shear import ShearSpace
     from fretwear.mechanics.state import Stage, WearProblem
     from fretwear.mechanics.surfaces import Indenter
 
@@ -245,6 +246,10 @@ class HalfSpace(ABC):
     @abstractmethod
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
+
+    def sheared(self, coupling: float) -> ShearSpace:
+        """The same bodies under shear tractions, of κ = E*/G*; on grids only."""
+        raise NotImplementedError(f"{type(self).__name__} has no tractions along two directions")
 
     @abstractmethod
     def around(self, cells: Mask) -> HalfSpace:

@@ -32,6 +32,7 @@ from fretwear.mechanics.geometry import (
     Workspace,
     Zone,
 )
+from fretwear.mechanics.shear import ShearSpace, shear_space
 from fretwear.mechanics.solver import solve_by_active_sets
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
@@ -371,6 +372,7 @@ class GridHalfSpace(HalfSpace):
         self.geometry: Grid = geometry
         self.team = team
         self._modulus, self._parts = composite_modulus, {} if parts is None else parts
+        self._sheared: dict[float, ShearSpace] = {}
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
@@ -392,6 +394,12 @@ class GridHalfSpace(HalfSpace):
         """`displacement` in single precision in some unit, m, and the unit."""
         field, unit = self.team.scaled(pressure)
         return self.single(field), unit * self.self_influence
+
+    def sheared(self, coupling: float) -> ShearSpace:
+        """The same bodies under shear tractions, of κ = E*/G*."""
+        if coupling not in self._sheared:
+            self._sheared = {coupling: shear_space(self.geometry, self._modulus, coupling)}
+        return self._sheared[coupling]
 
     def around(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""

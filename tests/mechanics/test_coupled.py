@@ -1,0 +1,158 @@
+"""Wear by friction in two directions: explicit steps, limits, and Coulomb's law in the output."""
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.slip import Coupled, Jaeger
+from fretwear.running.simulate import run
+
+from ..studies import near
+from .problems import FRICTION, P0, RADIUS, ROUGH, A, Elastic, fretting
+
+CASE = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "load": "50 N",
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "poisson_ratio": 0.3,
+    "cell": "7.5 um",
+    "error_estimate": False,
+}
+
+
+def worn(problem, times):
+    """States at some τ = β N p0."""
+    cycles = [tau / (problem.wear_growth * P0) for tau in times]
+    states = {state.cycle: state for state in evolve(problem, cycles)}
+    return [states[cycle] for cycle in cycles]
+
+
+def test_wear_is_that_of_explicit_steps():
+    """ν = 0.3, X = 0.8: volume, maximum depth and depth beside both axes, in a⁴/R and a²/R.
+
+    The reference took explicit steps on whole cells of a/36, each with projected gradients.
+    """
+    reference = {
+        0.25: (0.02410, 0.01907, 0.01475, 0.01907),
+        0.5: (0.05010, 0.03690, 0.0290, 0.0369),
+        1.0: (0.1074, 0.0702, 0.0563, 0.0702),
+        3.0: (0.388, 0.184, 0.159, 0.184),
+    }
+    states = worn(fretting(30, slip_model=Coupled()), [*reference])
+    for state, (volume, deepest, x, y) in zip(states, reference.values(), strict=True):
+        assert state.geometry.integral(state.wear) == near(volume * A**4 / RADIUS, rel=0.005)
+        depths = (field.max() for field in (state.wear, state.wear[:, 0], state.wear[0]))
+        for depth, expected in zip(depths, (deepest, x, y), strict=True):
+            assert depth == near(expected * A**2 / RADIUS, rel=0.012)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"roughness": ROUGH, "limit": 3.0}, {"debris_fraction": 0.5}],
+    ids=["smooth", "rough and plastic", "debris"],
+)
+def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
+    bodies = Elastic(coupling=1.0)
+    coupled, single = (
+        worn(fretting(12, bodies=bodies, slip_model=model, **changes), [0.5])[0]
+        for model in (Coupled(), Jaeger())
+    )
+    volume = single.geometry.integral(single.wear)
+    assert coupled.geometry.integral(coupled.wear) == near(volume, rel=3e-5)
+    assert np.abs(coupled.wear - single.wear).max() <= 1e-4 * single.wear.max()
+
+
+def test_the_limit_of_many_cycles_is_that_of_one_direction():
+    coupled, single = (
+        worn(fretting(16, slip_model=model), [30.0])[0] for model in (Coupled(), Jaeger())
+    )
+    assert np.abs(coupled.wear - single.wear).max() <= 1e-3 * single.wear.max()
+    assert coupled.reduced.factor.max() > 1.1
+
+
+def test_shorter_steps_lead_to_the_same_wear():
+    problem = fretting(12, slip_model=Coupled(), roughness=ROUGH, limit=3.0)
+    end = [2.0 / (problem.wear_growth * P0)]
+    usual, fine = ([*evolve(problem, end, tolerance)][-1] for tolerance in (0.01, 0.001))
+    assert usual.geometry.integral(usual.wear) == near(fine.geometry.integral(fine.wear), rel=0.005)
+    assert usual.wear.max() == near(fine.wear.max(), rel=0.01)
+
+
+def test_a_window_that_grows_keeps_the_tractions():
+    wide, narrow = (
+        worn(fretting(12, slip_model=Coupled(), extent=(size * A, size * A)), [2.0])[0]
+        for size in (1.6, 1.02)
+    )
+    assert narrow.geometry.shape < wide.geometry.shape
+    volumes = [state.geometry.integral(state.wear) for state in (wide, narrow)]
+    assert volumes[1] == near(volumes[0], rel=0.002)
+
+
+@pytest.mark.parametrize(
+    ("loading", "roughness"),
+    [
+        ({"tangential_ratio": 0.7}, None),
+        ({"displacement_ratio": 0.6, "rig_stiffness": "20 N/um"}, None),
+        ({"displacement_ratio": 1.4}, None),
+        (
+            {"tangential_ratio": 0.7},
+            {
+                "kind": "self_affine",
+                "rms_height": "0.2 um",
+                "rolloff_wavelength": "120 um",
+                "shortest_wavelength": "60 um",
+                "hurst": 0.8,
+                "seed": 1,
+            },
+        ),
+    ],
+    ids=["force", "rig", "gross slip", "random surface"],
+)
+def test_results_obey_coulombs_law_and_loops_have_their_work(loading, roughness):
+    case = fretwear.Case(slip_model="coupled", cycles=50, roughness=roughness, **CASE, **loading)
+    result = run(case)
+    last = result.dataset.isel(cycle=-1)
+    pressure, slip = last.pressure.values, last.slip.values
+    traction = np.hypot(last.shear_traction, last.shear_traction_y).values
+    assert np.all(traction <= FRICTION * pressure + 1e-6 * FRICTION * pressure.max())
+    assert np.allclose(np.hypot(last.slip_x, last.slip_y), slip, atol=1e-6 * slip.max())
+    slips = (pressure > 0) & (slip > 0.01 * slip[pressure > 0].max())
+    assert np.allclose(traction[slips], FRICTION * pressure[slips], rtol=1e-5)
+    turned = last.slip_x * last.shear_traction_y - last.slip_y * last.shear_traction
+    assert np.abs(turned.values[slips] / (slip * traction)[slips]).max() <= 1e-3
+    assert np.abs(last.shear_traction_y.values).max() > 0.01 * traction.max()
+    loop = result.loops.isel(cycle=-1)
+    work = abs(np.trapezoid(loop.force, loop.displacement))
+    assert work == near(float(last.dissipated_energy), rel=1e-3)
+    assert loop.force.max() == near(float(last.tangential_force), rel=1e-12)
+
+
+def test_mirrored_tractions_along_y_change_sign_from_quarter_to_quarter():
+    case = fretwear.Case(slip_model="coupled", cycles=10, tangential_ratio=0.7, **CASE)
+    last = fretwear.simulate(case).isel(cycle=-1)
+    for name in ("slip_y", "shear_traction_y"):
+        field = last[name].transpose("x", "y").values
+        assert np.array_equal(field, -field[::-1])
+        assert np.array_equal(field, -field[:, ::-1])
+        assert field.any()
+    for name in ("slip_x", "shear_traction", "slip"):
+        field = last[name].transpose("x", "y").values
+        assert np.array_equal(field, field[::-1])
+    assert "slip_y" not in fretwear.simulate(fretwear.Case(cycles=10, tangential_ratio=0.7, **CASE))
+
+
+def test_a_line_contact_has_a_single_direction():
+    line = CASE | {
+        "indenter": {"kind": "cylinder", "radius": "10 mm"},
+        "load": "18.5 N/mm",
+        "cell": "2 um",
+    }
+    del line["radius"]
+    coupled, single = (
+        fretwear.simulate(fretwear.Case(slip_model=model, cycles=50, tangential_ratio=0.7, **line))
+        for model in ("coupled", "jaeger")
+    )
+    assert np.array_equal(coupled.wear_depth, single.wear_depth)
