@@ -14,14 +14,15 @@ coordinates and labels follow by walking the fields.
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache
-from typing import Any, ClassVar, Self, SupportsFloat, TypeGuard, get_type_hints
+from functools import cache, cached_property
+from typing import Any, ClassVar, Self, SupportsFloat, TypeGuard, TypeVar, get_type_hints
 
 from fretwear.problems import Problems
 from fretwear.units import (
@@ -42,6 +43,7 @@ from fretwear.units import (
 )
 from fretwear.units import QuantityError as QuantityError
 
+_Read = TypeVar("_Read")
 Schema = dict[str, object]  # a JSON Schema
 Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, parameter, SI value
 
@@ -629,9 +631,9 @@ class Part:
     def unchecked(cls, **values: object) -> Self:
         """Make a part of values already read; a broken rule shows in `problem`."""
         part = object.__new__(cls)
-        fields = dataclasses.fields(cls)  # type: ignore[arg-type]
-        defaults = {declared_field.name: declared_field.default for declared_field in fields}
-        part.__dict__.update(defaults | values)
+        # Values that another part has derived from its fields do not count.
+        fields = _defaults(cls).items()
+        part.__dict__.update({name: values.get(name, default) for name, default in fields})
         return part
 
     @classmethod
@@ -686,12 +688,45 @@ class Part:
         said = {n: about.canonical(v) for n, about, v in values if v is None or v != about.unsaid}
         return {"kind": self.kind, **said}
 
+    @cached_property
+    def entries(self) -> Mapping[str, str]:
+        """The canonical form as entries of a JSON object, by name, in the ids of cases."""
+        return {name: entry_text(name, value) for name, value in self.canonical().items()}
 
-_Declarations = Callable[[type], Mapping[str, Parameter]]
+
+_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
 
 
-def _read_once(declarations: _Declarations) -> _Declarations:
-    return cache(declarations)
+def entry_text(name: str, value: object) -> str:
+    """Return an entry of a JSON object, in which twelve digits of a number count.
+
+    >>> entry_text("cell", [2 / 3])
+    '"cell":[0.666666666667]'
+    """
+    return f"{_quoted(name)}:{_ENCODER.encode(_rounded(value))}"
+
+
+@cache
+def _quoted(name: str) -> str:
+    return _ENCODER.encode(name)
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, float):
+        return float(f"{value:.11e}")
+    if isinstance(value, dict):
+        return {name: _rounded(item) for name, item in value.items()}
+    return [_rounded(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _read_once(function: Callable[[type], _Read]) -> Callable[[type], _Read]:
+    return cache(function)
+
+
+@_read_once
+def _defaults(cls: type) -> dict[str, object]:
+    fields = dataclasses.fields(cls)
+    return {declared_field.name: declared_field.default for declared_field in fields}
 
 
 @_read_once
@@ -723,6 +758,7 @@ def _annotations(hint: object) -> Iterator[Parameter]:
             yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
 
 
+@_read_once
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
     fields = dataclasses.fields(cls)

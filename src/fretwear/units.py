@@ -95,6 +95,7 @@ class Unit:
 class Given(float):
     """A value given with its unit, where a quantity may be of two kinds."""
 
+    __slots__ = ("si_unit",)
     si_unit: str
 
     def __new__(cls, value: float, si_unit: str = "") -> Self:

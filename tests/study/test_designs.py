@@ -1,8 +1,11 @@
 """Designs of studies, what --set changes, and the table of points."""
 
+import cProfile
 import csv
 import math
+import pstats
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +13,7 @@ import pytest
 
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.problems import StudyError, as_cell
-from fretwear.study.study import override, select_case
+from fretwear.study.study import load_study, override, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 
@@ -56,6 +59,31 @@ def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
     for kind in ("latin_hypercube", "sobol"):
         one, same, other = (drawn(kind, 9, seed, friction=quarter) for seed in (1, 1, 2))
         assert one == same != other
+
+
+def test_a_study_of_many_points_is_planned_quickly_in_little_memory(studies, content):
+    """Each of 10⁵ points may take 0.2 ms, or some 1500 calls of functions, and 1.4 kB."""
+
+    def planned(points):
+        loads = [f"{10 + 0.1 * number:.1f} N" for number in range(points // 20)]
+        ratios = [0.02 * number for number in range(1, 21)]
+        vary = {"load": loads, "tangential_ratio": ratios, "friction": [0.5]}
+        base = {key: value for key, value in content["base"].items() if key not in vary}
+        smooth = {"plastic_limit": "none", "roughness": "none"}
+        path = studies.write({"title": "Many", "base": base | smooth, "vary": vary})
+        profile = cProfile.Profile()
+        tracemalloc.start(1)
+        plan = profile.runcall(lambda: Plan(load_study(path)))
+        assert len(profile.runcall(lambda: plan.estimates)) == points
+        kept = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+        return kept, pstats.Stats(profile).total_calls
+
+    planned(20)  # reads what is read once
+    few, many = planned(100), planned(300)
+    memory, calls = ((more - less) / 200 for less, more in zip(few, many, strict=True))
+    assert memory < 1400
+    assert calls < 1500
 
 
 def test_drawn_loads_of_a_cylinder_are_labelled_per_length(studies, content):

@@ -201,6 +201,7 @@ def plan(
     from fretwear.study.study import load_study
     from fretwear.units import duration_text, size_text
 
+    _collect_rarely()
     planned = Plan(load_study(file, set_ or ()))
     speed = resources.machine_speed(planned.estimates.values())
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
@@ -381,6 +382,12 @@ def merge(
     )
 
 
+def _collect_rarely() -> None:
+    """Objects loaded by now stay; scanning them again and again would take a fifth of the time."""
+    gc.freeze()
+    gc.set_threshold(100_000, 10, 10)
+
+
 @logged
 def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
@@ -390,9 +397,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     from fretwear.data.merge import remarks_on_summary
     from fretwear.figures.study import StudyFigure, write_study_figures
 
-    # Objects loaded by now stay; scanning them again and again would take a fifth of the time.
-    gc.freeze()
-    gc.set_threshold(100_000, 10, 10)
+    _collect_rarely()
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
     with open_summary(merged) as summary, open_history(merged) as history:
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)

@@ -179,7 +179,7 @@ class Loading(Imposed):
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
         """The same loading in SI units, so that it gives the same case however it was written."""
-        return TangentialLoad(self.amplitude(friction, coupling, hertz))
+        return TangentialLoad.unchecked(tangential_load=self.amplitude(friction, coupling, hertz))
 
     def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - none
         """Flexibility in series with the contact, m/N."""

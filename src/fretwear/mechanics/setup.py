@@ -1,7 +1,7 @@
 """A setup: the parts of a fretting contact, and what follows from them at a cycle.
 
 A case of a study and the problem of the integrator are setups; a setup knows neither cells nor
-tolerances.
+tolerances. It never changes, so it keeps what follows from it: a plan asks for it again and again.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, isfinite
 from typing import Any, Self, TypeVar
 
@@ -60,7 +61,7 @@ class Setup:
         members = (field.name for field in dataclasses.fields(Setup))
         return Setup(**{name: getattr(self, name) for name in members})
 
-    @property
+    @cached_property
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
         members = [field.name for field in dataclasses.fields(Setup)]
@@ -97,17 +98,17 @@ class Setup:
         """E* in Pa."""
         return self.bodies.composite_modulus
 
-    @property
+    @cached_property
     def coupling(self) -> float:
         """κ = E*/G*, tangential compliance of the bodies relative to the normal one."""
         return self.indenter.coupling(self.bodies)
 
-    @property
+    @cached_property
     def hertz(self) -> HertzContact:
         """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.composite_modulus)
 
-    @property
+    @cached_property
     def small_stroke(self) -> float:
         """Sliding amplitude, m, up to which bodies need not be seen to move.
 
@@ -116,19 +117,19 @@ class Setup:
         half_width, _ = self.indenter.half_widths(self.hertz)
         return SMALL_STROKE * min(half_width, self.indenter.edge(self.hertz))
 
-    @property
+    @cached_property
     def rough(self) -> Roughness | None:
         """The roughness of the surfaces: of one body or of both together."""
         if self.roughness is not None and self.counterface is not None:
             return BothRough(self.roughness, self.counterface)
         return self.roughness or self.counterface
 
-    @property
+    @cached_property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
         """The parts that make up the unworn gap, by member."""
         return {n: p for n, p in self.parts.items() if isinstance(p, Indenter | Roughness)}
 
-    @property
+    @cached_property
     def even(self) -> Even:
         """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
         x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
@@ -169,12 +170,12 @@ class Setup:
         """The condition on the reduced contact of the unworn smooth contact."""
         return self.sliding(self.hertz.load, self.hertz.approach)
 
-    @property
+    @cached_property
     def stick_load(self) -> float:
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
         return self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
 
-    @property
+    @cached_property
     def stick_radius(self) -> float:
         """Stick radius c, m, of the unworn smooth contact: the radius of a contact under P*."""
         load = self.stick_load
@@ -220,7 +221,7 @@ class Setup:
 
     # Wear.
 
-    @property
+    @cached_property
     def combined_wear_coefficient(self) -> float:
         """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
         law = self.wear_law
@@ -252,7 +253,7 @@ class Setup:
         law = self.wear_law.under(means, self.frequency)
         return self if law is self.wear_law else self.changed(wear_law=law)
 
-    @property
+    @cached_property
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling

@@ -9,14 +9,14 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import inspect
-import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Any, Self
 
-from fretwear.parts import Parameter, WholeNumber, derived, is_list
+from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, with_materials
 from fretwear.study.members import Inline, PartOf
@@ -185,7 +185,7 @@ class Case(Draft):
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
 
-    @property
+    @cached_property
     def grid_spacing(self) -> tuple[float, float]:
         """(dx, dy) in m: `cell` or, if it is None, the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
@@ -229,7 +229,11 @@ class Case(Draft):
         if not self.is_graded:
             dx, dy = self.grid_spacing
             changed["cell"] = (times * dx, times * dy)
-        return self.of(vars(self) | changed)
+        case = self.of(vars(self) | changed)
+        # Of all that a case keeps, only the spacing follows from cell and tolerance.
+        vars(case).update({**vars(self), **vars(case)})
+        vars(case).pop("grid_spacing", None)
+        return case
 
     def canonical_parameters(self) -> dict[str, object]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
@@ -239,20 +243,26 @@ class Case(Draft):
         amplitude, and the value of the default spacing unless an accuracy is asked for.
         `Case(**...)` takes them back.
         """
-        cell = self.grid_spacing if self.asked_accuracy is None else None
-        plain = self.of(vars(self) | {"cell": cell, "loading": self.plain_loading})
-        unsaid = {"cell"} if cell is None else set()
-        unsaid |= {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
-        unsaid |= {"cycles"} if self.blocks else set()
         canonical: dict[str, object] = {}
-        for member, about in members().items():
-            value = getattr(plain, member)
-            if isinstance(about, PartOf) and about.are_keys(value):
-                canonical |= value.canonical()
-            elif member not in unsaid:
-                canonical[member] = about.canonical(value)
+        for name, value in self._canonical_members():
+            canonical |= value.canonical() if isinstance(value, Part) else {name: value}
         del canonical["kind"]
         return canonical
+
+    def _canonical_members(self) -> Iterator[tuple[str, object]]:
+        """Yield the parts whose fields are keys, and the canonical values of other members."""
+        plain: dict[str, object] = {"loading": self.plain_loading}
+        if self.asked_accuracy is None:
+            plain["cell"] = self.grid_spacing
+        unsaid = {"cell"} - plain.keys()
+        unsaid |= {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
+        unsaid |= {"cycles"} if self.blocks else set()
+        for member, about in members().items():
+            value: Any = plain.get(member) or getattr(self, member)
+            if isinstance(about, PartOf) and about.are_keys(value):
+                yield member, value
+            elif member not in unsaid:
+                yield member, about.canonical(value)
 
     @property
     def case_id(self) -> str:
@@ -261,9 +271,11 @@ class Case(Draft):
         The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
         twelve digits of a number count.
         """
-        exact = json.dumps(self.canonical_parameters())
-        rounded = json.loads(exact, parse_float=lambda text: float(f"{float(text):.11e}"))
-        text = json.dumps(rounded, sort_keys=True, separators=(",", ":"))
+        entries: dict[str, str] = {}
+        for name, value in self._canonical_members():
+            entries |= value.entries if isinstance(value, Part) else {name: entry_text(name, value)}
+        del entries["kind"]
+        text = f"{{{','.join(entries[name] for name in sorted(entries))}}}"
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,

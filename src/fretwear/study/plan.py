@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -74,7 +74,7 @@ MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Estimate:
     """The expected cost of a case."""
 
@@ -194,7 +194,7 @@ def _alone(case: Case, coarseness: float | None = None) -> Estimate:
         arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
     )
     kept = cells * len(case.output_cycles)
-    written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if case.geometry is Rings else 0.0
+    written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if geometry is Rings else 0.0
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
@@ -235,6 +235,16 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     return elastic + yielding * finer**0.5, per_step * elastic + flowing
 
 
+@dataclass
+class _OfCases:
+    """Estimates, doubts with their details, wear coefficients and Dundurs' β of all cases."""
+
+    estimates: dict[str, Estimate] = field(default_factory=dict)
+    doubts: dict[str, tuple[Doubt, dict[str, str]]] = field(default_factory=dict)
+    wear: set[float] = field(default_factory=set)
+    betas: set[float] = field(default_factory=set)
+
+
 @dataclass(frozen=True)
 class Plan:
     """The points of a study in order, with estimates."""
@@ -246,20 +256,31 @@ class Plan:
         """The points, the last varied parameter fastest."""
         return self.study.points()
 
-    @cached_property
+    @property
     def estimates(self) -> Mapping[str, Estimate]:
         """Estimates by case id, each case once."""
-        return {case_id: estimate(case) for case_id, case in self.study.cases().items()}
+        return self._of_cases.estimates
 
-    @cached_property
+    @property
     def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
         """Reasons to doubt results, with the cases of each: details by case id."""
-        cases_by_doubt: dict[str, tuple[Doubt, dict[str, str]]] = {}
+        return dict(self._of_cases.doubts.values())
+
+    @cached_property
+    def _of_cases(self) -> _OfCases:
+        """What is planned of all cases; each is made once and not kept, for it takes kilobytes."""
+        planned = _OfCases()
         for point in self.points:
-            for doubt in doubts(point.case) if point.case is not None else ():
-                _, details = cases_by_doubt.setdefault(doubt.what, (doubt, {}))
-                details[point.id] = doubt.detail
-        return dict(cases_by_doubt.values())
+            if (case := point.case) is None or (case_id := point.id) in planned.estimates:
+                continue
+            planned.estimates[case_id] = estimate(case)
+            for doubt in doubts(case):
+                _, details = planned.doubts.setdefault(doubt.what, (doubt, {}))
+                details[case_id] = doubt.detail
+            if isinstance(case.wear_law, Archard):
+                planned.wear.add(case.wear_law.coefficient(case.friction_law))
+            planned.betas.add(case.bodies.dundurs_beta)
+        return planned
 
     @property
     def memory_bytes(self) -> int:
@@ -273,17 +294,15 @@ class Plan:
 
     def derived(self) -> Iterator[tuple[str, str]]:
         """Iterate over what the study leaves out, and derived quantities: words and value."""
-        left = [n for n in ("roughness", "plastic_limit") if n not in self.study.parts_by_member]
+        left = [n for n in ("roughness", "plastic_limit") if n not in self.study.members]
         if left:
             words = (value_text(name, getattr(Case, name) or "none") for name in left)
             yield f"without {' and '.join(left)}", ", ".join(words)
-        cases = self.study.cases().values()
         # A pair [indenter, flat] counts as the wear of both together.
-        archard = [case for case in cases if isinstance(case.wear_law, Archard)]
-        if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
+        if wear := self._of_cases.wear:
             text = span(wear, lambda value: number_text(1e9 * value, 4))
             yield "wear volume per load and sliding distance", f"{text} mm³/(N m)"
-        if any(betas := [case.bodies.dundurs_beta for case in cases]):
+        if any(betas := self._of_cases.betas):
             yield "Dundurs' β of the two materials", span(betas, lambda beta: number_text(beta, 2))
 
     def header(self) -> tuple[str, ...]:

@@ -249,7 +249,7 @@ def _identity(value: object) -> object:
     if isinstance(value, float):
         return f"{value:.11e}"
     if dataclasses.is_dataclass(value):
-        value = tuple(vars(value).values())
+        value = tuple(vars(value)[declared.name] for declared in dataclasses.fields(value))
     return tuple(map(_identity, value)) if isinstance(value, tuple) else value
 
 

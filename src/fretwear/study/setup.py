@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
@@ -19,7 +20,7 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import AlongXY, Flag, Parameter, Part, Quantity, WholeNumber, declared
+from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, LINE_CONTACT, format_quantity
@@ -159,7 +160,8 @@ class Draft(Setup):
         """
         case = object.__new__(cls)
         values = vars(case)
-        values |= assembled
+        # What a case has derived from its members is not one of them.
+        values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
         if blocks := case.blocks:
             values["cycles"] = sum(block.cycles for block in blocks)
             values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
@@ -180,11 +182,11 @@ class Draft(Setup):
                 return part.__dict__[name]
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
-    def changed(self, **parts: Part) -> Self:
-        """The case with other parts, not checked against each other."""
-        return self.of(vars(self) | parts)
+    def changed(self, **members: object) -> Self:
+        """The case with other members, not checked against each other."""
+        return self.of(vars(self) | members)
 
-    @property
+    @cached_property
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry that no waves, stroke or slip break."""
         if self.frame is LINE_CONTACT:
@@ -240,7 +242,7 @@ class Draft(Setup):
             return self.loading
         return self.loading.plain(*self._unworn)
 
-    @property
+    @cached_property
     def force_is_held(self) -> bool:
         """Whether P and Q stay as they are, and Q/(µP) with them."""
         constant = self.at(self.cycles) is self and not self.blocks
@@ -278,7 +280,7 @@ class Draft(Setup):
                 keys = about.keys
                 if given := {name: value for name, value in block.values if name in keys}:
                     changed[member] = about.changed(getattr(self, member), given)
-            yield end, None if None in changed.values() else self.of(vars(self) | changed)
+            yield end, None if None in changed.values() else self.changed(**changed)
 
 
 def members() -> Mapping[str, Parameter]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import TypeVar
 
 from fretwear.mechanics.geometry.rings import NARROWEST_RING
 from fretwear.mechanics.geometry.strips import NARROWEST_STRIP
@@ -19,6 +21,7 @@ from fretwear.theory import (
 )
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
 
+_Result = TypeVar("_Result")
 Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
@@ -54,6 +57,20 @@ WIDENING = 0.36
 _OF_CLOSING = 30.0
 
 
+def _kept(function: Callable[[Draft], _Result]) -> Callable[[Draft], _Result]:
+    """Keep the result of a function with the case, which does not change."""
+
+    @wraps(function)
+    def once(case: Draft) -> _Result:
+        kept = vars(case)
+        if (name := function.__name__) not in kept:
+            kept[name] = function(case)
+        result: _Result = kept[name]
+        return result
+
+    return once
+
+
 def default_spacing(case: Draft) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
@@ -67,7 +84,7 @@ def default_spacing(case: Draft) -> Spacing:
     return dx, dy
 
 
-@lru_cache(maxsize=8)
+@_kept
 def usual_spacing(case: Draft) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
@@ -206,7 +223,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
 
 
-@lru_cache(maxsize=8)
+@_kept
 def greatest_contact_radius(case: Draft) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any, cast
+from weakref import WeakValueDictionary
 
 from fretwear.mechanics.surface_files import Located
 from fretwear.parts import Choice, Part, keys_schema, required
@@ -46,6 +47,9 @@ SEEDS = "roughness.seed"
 """The parameter that the section `seeds` varies."""
 MAX_TITLE = 200
 
+_Varied = tuple[list[int], Callable[..., object]]
+
+_MOST_PARTS = 1024  # kept of each member, so that neighbouring points share them
 _MOST_SHOWN = 12
 _LISTED_PER_RULE = 8
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
@@ -135,38 +139,54 @@ class Study:
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values already read and checked."""
-        parts_by_member = self.parts_by_member.items()
-        return Case.of(
-            {
-                name: parts[tuple([index[i] for i in axes])]
-                for name, (axes, parts) in parts_by_member
-            }
-        )
+        if (case := self._held.get(index)) is None:
+            fixed, varied = self._fixed_and_varied
+            parts = {name: of(*[index[i] for i in axes]) for name, (axes, of) in varied.items()}
+            self._held[index] = case = Case.of(fixed | parts)
+        return case
 
     @cached_property
-    def parts_by_member(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], object]]]:
-        """The axes that vary a member of a case, and its parts by the positions along these axes.
+    def _held(self) -> WeakValueDictionary[tuple[int, ...], Case]:
+        """The cases that somebody holds, by the index of their point."""
+        return WeakValueDictionary()
 
-        It has the members with valid values. Points share parts: each combination of values makes
-        a part once.
+    @cached_property
+    def _fixed_and_varied(self) -> tuple[dict[str, object], dict[str, _Varied]]:
+        members = self.members.items()
+        fixed = {name: part_of() for name, (axes, part_of) in members if not axes}
+        return fixed, {name: (axes, part_of) for name, (axes, part_of) in members if axes}
+
+    @cached_property
+    def members(self) -> Mapping[str, _Varied]:
+        """The members of a case that have valid values, by name.
+
+        Each has the axes that vary it, and a function that returns its part at positions along
+        these; neighbouring points share parts.
         """
-        parts_by_member: dict[str, tuple[list[int], dict[tuple[int, ...], object]]] = {}
+        of_case: dict[str, _Varied] = {}
         positions = {axis.name: position for position, axis in enumerate(self.axes)}
         fixed, varied = by_member(self.fixed, positions), by_member(positions, self.fixed)
         for member in {**fixed, **varied}:
             given, names = fixed.get(member, {}), varied.get(member, {})
-            base, axes = given.get(member), [*names.values()]
-            parts: dict[tuple[int, ...], object] = {}
+            axes = [*names.values()]
+            part_of = lru_cache(_MOST_PARTS)(partial(self._part, member, given, names))
+            # Blocks decide point by point whether they complete a member.
+            tried = self.indices if "blocks" in {*given, *names} else self.indices[:1]
             with suppress(KeyError):  # Values that the member needs too may be wrong.
-                for index in {tuple([index[i] for i in axes]) for index in self.indices}:
-                    values = (self.axes[i].values[at] for i, at in zip(axes, index, strict=True))
-                    drawn = dict(zip(names, values, strict=True))
-                    if drawn and isinstance(base, Part):
-                        fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
-                        drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
-                    parts[index] = make_member(member, {**given, **drawn})
-                parts_by_member[member] = axes, parts
-        return parts_by_member
+                for index in tried:
+                    part_of(*[index[i] for i in axes])
+                of_case[member] = axes, part_of
+        return of_case
+
+    def _part(
+        self, member: str, given: Mapping[str, Any], names: Mapping[str, int], *at: int
+    ) -> object:
+        axes = zip(names.items(), at, strict=True)
+        drawn = {name: self.axes[axis].values[place] for (name, axis), place in axes}
+        if drawn and isinstance(base := given.get(member), Part):
+            fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
+            drawn = {member: base.unchecked(**{**vars(base), **fields})}
+        return make_member(member, {**given, **drawn})
 
 
 @dataclass(frozen=True)
@@ -186,15 +206,15 @@ class Point:
         """Why the point is invalid; empty if it is valid."""
         return self.study.invalid.get(self.index, "")
 
-    @cached_property
+    @property
     def case(self) -> Case | None:
-        """The case to run; None if the point is invalid."""
+        """The case to run, made anew unless somebody holds it; None if the point is invalid."""
         return None if self.problem else self.study.case(self.index)
 
     @cached_property
     def id(self) -> str:
         """Case id, empty if the point is invalid. Points may share a case."""
-        return self.case.case_id if self.case is not None else ""
+        return case.case_id if (case := self.case) is not None else ""
 
     @property
     def values(self) -> dict[str, object]:
@@ -466,30 +486,43 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     A rule is tried once for each combination of the valid values that it needs.
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
-    blocks = {"cycles"} if "blocks" in study.parts_by_member else set()
-    trials: list[tuple[Rule, list[int], dict[tuple[int, ...], Problem | None]]] = []
+    blocks = {"cycles"} if "blocks" in study.members else set()
+    # Each rule with the axes that matter to it, and its problems by positions along these.
+    trials: list[tuple[Rule, tuple[int, ...], dict[tuple[int, ...], Problem]]] = []
     for rule in RULES:
         needed = {member_of(name) for name in rule.needs}
-        if needed <= {*study.parts_by_member} | defaulted | blocks:
+        if needed <= {*study.members} | defaulted | blocks:
             by_blocks = needed & IN_BLOCKS.keys()
-            of_blocks = {i for name in by_blocks for i in study.parts_by_member[name][0]}
-            relevant = [
+            of_blocks = {i for name in by_blocks for i in study.members[name][0]}
+            relevant = tuple(
                 i
                 for i, axis in enumerate(study.axes)
                 if {axis.member, axis.name} & rule.needs
                 or (axis.name == "blocks" and i in of_blocks)
-            ]
+            )
             trials.append((rule, relevant, {}))
+    by_axes = {
+        axes: [(rule, broken) for rule, relevant, broken in trials if relevant == axes]
+        for axes in {relevant: None for _, relevant, _ in trials}
+    }
+    is_grid, tried = isinstance(study.design, Combinations), set[tuple[tuple[int, ...], ...]]()
     # Going point by point makes each case once for all rules.
     for index in study.indices:
         case: Case | None = None
-        for rule, relevant, tried in trials:
-            positions = tuple([index[i] for i in relevant])
-            if positions not in tried:
-                case = case or study.case(index)
-                tried[positions] = rule.find(case)
-            if skip and relevant and (broken := tried[positions]):
-                study.invalid.setdefault(index, broken.sentence)
+        for axes, rules in by_axes.items():
+            positions = tuple([index[i] for i in axes])
+            # Otherwise no two points have the same positions.
+            if not axes or (is_grid and len(axes) < len(index)):
+                if (axes, positions) in tried:
+                    continue
+                tried.add((axes, positions))
+            case = case or study.case(index)
+            for rule, broken in rules:
+                if (problem := rule.find(case)) is not None:
+                    broken[positions] = problem
+        for _, relevant, broken in trials if skip else ():
+            if relevant and (problem := broken.get(tuple([index[i] for i in relevant]))):
+                study.invalid.setdefault(index, problem.sentence)
     listed = not isinstance(study.design, Sampled)
 
     def gives(blocks: Sequence[Block] | None, name: str) -> bool:
@@ -498,10 +531,8 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
 
     # By subject, then by rule and key: the problem at each combination of the other values.
     broken_rules: dict[str, dict[tuple[int, str], list[tuple[Problem, str]]]] = {}
-    for trial, (_, relevant, tried) in enumerate(trials):
-        for positions, problem in tried.items():
-            if problem is None or (skip and relevant):
-                continue
+    for trial, (_, relevant, broken) in enumerate(trials):
+        for positions, problem in broken.items() if not (skip and relevant) else ():
             # The place in the file to mend, and the values at which the rule breaks.
             key = "output.cycles" if problem.key == "output_cycles" else f"base.{problem.key}"
             if gives(study.fixed.get("blocks"), problem.key):

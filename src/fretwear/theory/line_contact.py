@@ -43,7 +43,7 @@ class LineContact(HertzContact):
         """
         return self.contact_radius + math.cbrt(1.5 * (volume * radius))
 
-    @property
+    @cached_property
     def contact_radius(self) -> float:
         """Half-width of the contact a = (4 P R / π E*)^(1/2), m."""
         return math.sqrt(4.0 * self.load * self.radius / (math.pi * self.composite_modulus))

@@ -88,10 +88,11 @@ class HertzContact:
     composite_modulus: float  #: E*, Pa
 
     def __post_init__(self) -> None:
-        names = ("radius", "load", "composite_modulus")
-        require_positive(**{name: getattr(self, name) for name in names})
+        require_positive(
+            radius=self.radius, load=self.load, composite_modulus=self.composite_modulus
+        )
 
-    @property
+    @cached_property
     def contact_radius(self) -> float:
         """Contact radius a = (3 P R / 4 E*)^(1/3), m."""
         return math.cbrt(0.75 * self.load * self.radius / self.composite_modulus)
