@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -95,6 +95,13 @@ class Section:
         return f"{self.name}_{figure}" if figure else self.name
 
 
+class Front(NamedTuple):
+    """Text and figures of a page that begins with what matters; see `Page.front`."""
+
+    text: Callable[[Data], str]
+    figures: Callable[[Data], dict[str, Figure]]
+
+
 @dataclass(frozen=True)
 class Page:
     """A page ``docs/NAME.md``, its data ``NAME.json`` and its figures ``images/NAME/*.svg``.
@@ -114,6 +121,11 @@ class Page:
         A line below a section, from its stored data.
     clock
         Measures the seconds that a section takes.
+    front
+        What a reader sees first, from the stored data: text and figures of a page ``docs/NAME.md``.
+        The page of the sections is then ``docs/DETAILS.md``.
+    details
+        Name of the page of the sections behind a front.
     """
 
     name: str
@@ -122,6 +134,8 @@ class Page:
     surroundings: Callable[[], Data]
     footer: Callable[[Data], str]
     clock: Callable[[], float] = time.perf_counter
+    front: Front | None = None
+    details: str = ""
 
     def load(self, docs: Path) -> Data:
         """The data measured so far, by section."""
@@ -150,7 +164,7 @@ class Page:
                 continue
             entry = entries[section.name]
             seconds += entry["seconds"]
-            link = f"[{section.title}](#{_anchor(section.title)})"
+            link = f"[{section.title}](#{anchor(section.title)})"
             for check in section.checks(entry["data"]):
                 verdict = "holds" if check.holds else "**falls short**"
                 numbers = [bound(check.required), percent(check.measured)]
@@ -178,15 +192,25 @@ class Page:
             if section.name in entries:
                 for name, figure in section.figures(entries[section.name]["data"]).items():
                     save_figure(figure, folder / section.stem(name), ("svg",))
-        (docs / f"{self.name}.md").write_text(self.render(entries), encoding="utf-8")
+        for name, figure in self.front.figures(entries).items() if self.front else ():
+            save_figure(figure, folder / f"front_{name}", ("svg",))
+        for name, text in self.pages(entries).items():
+            (docs / f"{name}.md").write_text(text, encoding="utf-8")
+
+    def pages(self, entries: Data) -> dict[str, str]:
+        """The pages by name: the sections, and what stands before them."""
+        if self.front is None:
+            return {self.name: self.render(entries)}
+        return {self.name: self.front.text(entries), self.details: self.render(entries)}
 
     def check(self, docs: Path) -> int:
-        """Exit status: 0 if the page in a folder agrees with its data, else 1."""
-        page = docs / f"{self.name}.md"
-        if page.exists() and page.read_text(encoding="utf-8") == self.render(self.load(docs)):
-            return 0
-        print(f"{page} is not what its data say: python -m benchmarks.{self.name} --render")
-        return 1
+        """Exit status: 0 if the pages in a folder agree with their data, else 1."""
+        for name, text in self.pages(self.load(docs)).items():
+            page = docs / f"{name}.md"
+            if not page.exists() or page.read_text(encoding="utf-8") != text:
+                print(f"{page} is not what its data say: python -m benchmarks.{self.name} --render")
+                return 1
+        return 0
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Measure sections and write the page; with ``--render`` or ``--check`` measure none."""
@@ -293,5 +317,6 @@ def order_of(spacing: Sequence[float], error: Sequence[float]) -> float:
     return float(np.polyfit(np.log(spacing), np.log(np.abs(error)), 1)[0])
 
 
-def _anchor(title: str) -> str:
+def anchor(title: str) -> str:
+    """Where a heading is found on its page."""
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")

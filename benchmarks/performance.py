@@ -197,8 +197,8 @@ def _cases_text(data: Data) -> str:
     return f"""\
 Studies of tiny cases (100 cycles on 10 µm cells, a fraction of a second each) through the whole
 workflow, `snakemake --cores {data["cores"]}`: simulations, merged study, figures, report. From ten
-cases on, the time by the clock grows like cases^{data["time_exponent"]:.2f}. Memory is that of the
-largest process so far.
+cases on, the time by the clock grows like cases^{data["time_exponent"]:.2f}. Memory is what the
+largest process so far took.
 
 {table(header, rows)}
 

@@ -93,7 +93,7 @@ Three repeats scatter by {100 * data["scatter"]:.0f} %.
 
 {table(titles, lines)}
 
-The misfit is that of the law and not of the contact: evaluated by hand at the mean pressure of the
+The law misfits, not the contact: evaluated by hand at the mean pressure of the
 whole block it has {data["by_hand"]:.2f}, and a coefficient of determination of
 {data["determination"]:.2f} for the volumes, which is the 0.93 that the authors state: load, area
 and energy are understood as they meant them. Theirs is the fit of large volumes; logarithms weigh

@@ -15,7 +15,7 @@ import fretwear
 from fretwear.figures.style import CATEGORICAL, MARKERS, MUTED
 
 STUDIES = ROOT / "studies" / "experiments"
-REPEATS = 0.2  # scatter of volumes of one test done again, relative: those of Fouvry et al. (2017)
+REPEATS = 0.2  # relative scatter of volumes of one test done again: Fouvry et al. (2017)
 
 
 def rows(name: str) -> list[dict[str, str]]:

@@ -77,7 +77,7 @@ def text_cruzado(data: Data) -> str:
     return f"""\
 Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010) pressed a block on a steel
 ring of 20 mm radius with 65 N over 6 mm and turned the ring for 3600 m, three times. Load,
-geometry and elasticity are theirs. The coefficient of the block, 2e-15 / Pa, is that of their
+geometry and elasticity are theirs. The coefficient of the block, 2e-15 / Pa, comes from their
 paper by way of the input of LevelSetWear, and follows from the mean worn area of these tests, so
 that the depth is fitted; the shape of the scar and the half-width are not.
 
@@ -86,7 +86,7 @@ that the depth is fitted; the shape of the scar and the half-width are not.
 {table(titles, lines)}
 
 The finite elements (adaptive mesh, LevelSetWear) took 89 854 s, fretwear {data["seconds"]:.1f} s on
-another machine. At 800 m their half-width, read at their nodes, is that of no circle of 20 mm: a
+another machine. At 800 m their half-width, read at their nodes, fits no circle of 20 mm: a
 segment 16.2 µm deep has 0.804 mm. The profiles of the tests are {apart} µm apart (rms); the
 computed one is {off} µm from them and {data["off"]:.1f} µm from their mean.
 

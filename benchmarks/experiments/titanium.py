@@ -97,7 +97,7 @@ it: a coefficient that falls with the mean density of friction power, and a rim 
 with a core inside. Their coefficients are fitted to the volumes of seven tests of Fouvry, Arnaud,
 Mignot and Neubauer (2017), f_1 to f_8, alone. Width and exponent of the rim, 1.56 mm and −0.71, are
 those of an earlier fit of all four numbers to the same volumes. The debris fractions come from the
-profiles of two scars [below](#u-and-w-scars-arnaud-2021): 0.94 is that of the U, 0.9 serves both.
+profiles of two scars [below](#u-and-w-scars-arnaud-2021): 0.94 fits the U, 0.9 serves both.
 Coefficients are totals of both bodies.
 
 {table(titles, lines)}
@@ -167,7 +167,7 @@ def text_fouvry2017(data: Data) -> str:
     ]
     return f"""\
 Fouvry, Arnaud, Mignot and Neubauer (Tribology International 113, 2017) slid Ti-6Al-4V cylinders
-on flats by ±75 µm and varied frequency, radius and load. Friction is that of the measured energy,
+on flats by ±75 µm and varied frequency, radius and load. Friction follows from the measured energy,
 E_d/(4PsN). The paper states no scatter: repeats (2.47 and 2.87 mm³; R_4 at twice the cycles)
 suggest {100 * REPEATS:.0f} to 35 %.
 
@@ -211,8 +211,8 @@ def text_vanpeteghem(data: Data) -> str:
     return f"""\
 Van Peteghem, Fouvry and Petit (Wear 271, 2011) measured the same contact six years before, in
 another campaign: 8523 N on 8 mm, strokes of ±35 to ±88 µm, 1000 to 15 000 cycles, 0.11 to 5 Hz.
-Nothing is fitted here; friction is that of the measured energy. Test 7 is left out, by the authors
-too; the tests of variable load follow.
+Nothing is fitted here; friction follows from the measured energy. Test 7 is left out, by the
+authors too; the tests of variable load follow.
 
 {table(["law", "rms of nine volumes"], lines)}
 
@@ -358,7 +358,7 @@ Arnaud, Baydoun and Fouvry (Tribology International 161, 2021) show profiles of 
 contact above after 5000 cycles, both bodies together: a U at 0.1 Hz and a W at 2 Hz, digitised by
 others to ±5 µm. For the U the coefficients follow from the measured worn area, and the debris
 fraction, 0.94, from its shape. For the W the coefficients of rim and core are those fitted to
-volumes alone; its debris fraction, 0.9, was chosen between that of the U and 0.85, which the
+volumes alone; its debris fraction, 0.9, was chosen between the value of the U and 0.85, which the
 authors took, with both profiles in view. Half-widths are where a scar is deeper than 10 µm.
 
 {comparison(data["points"])}

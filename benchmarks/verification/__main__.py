@@ -19,6 +19,7 @@ from benchmarks.verification import (
     random_surfaces,
     rings,
     tangential,
+    trust,
 )
 
 PARTS = (
@@ -37,22 +38,11 @@ PARTS = (
 )
 
 INTRODUCTION = """\
-# Verification
+# Verification in detail
 
-Every number on this page is measured by one command,
+Every check behind [Verification](verification.md), with what was done and why a check falls short.
 
-```
-python -m benchmarks.verification
-```
-
-from the repository's root, with the package installed together with its extras `test` and `bench`.
-It takes about {minutes} minutes of one core, keeps what it found in `verification.json` beside this
-page, and writes the page and its figures from that file. `--render` only writes the page; names of
-sections ({names})
-run just those. The page is generated: edit the sections in `benchmarks/verification/`, not this
-file.
-
-Unless a section says otherwise the contact is that of the study: a steel sphere on a steel flat,
+Unless a section says otherwise the contact is the study's: a steel sphere on a steel flat,
 R = 10 mm (our choice: the study gives no radius), P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3,
 K_w = 7e-13 / Pa; Hertz radius a = 148.6 µm, pressure p0 = 1081 MPa; X = Q/µP is the load ratio,
 κ = E*/G*, and τ = 4 K_w µ κ p0 N the number of cycles without dimension (30000 cycles are
@@ -64,6 +54,14 @@ p ≤ 4500 MPa = 4.16 p0. Deviations are signed: computed over reference, minus 
 A check *falls short* when its largest deviation is above the bound; its section says why.
 
 {summary}
+
+## Repeat it
+
+`python -m benchmarks.verification` measures everything on this page in about {minutes} minutes of
+one core, from the repository's root, with the package installed with its extras `test` and `bench`.
+It keeps what it found in `verification.json` beside this page, and writes both pages and their
+figures from that file. Names of sections ({names})
+run just those, and `--render` only writes the pages.
 """
 
 
@@ -86,6 +84,8 @@ PAGE = Page(
     surroundings,
     footer,
     time.process_time,
+    trust.FRONT,
+    "checks",
 )
 
 if __name__ == "__main__":

@@ -294,8 +294,8 @@ estimates were chosen by other draws; that a tip may nearly touch was found by a
 
 {of_each}
 
-"Estimate / true" is the median ratio of both errors (allowed: {LARGEST_RATIO:g}), the cost that of
-the twin in processor time relative to the steps of the run alone, without what is made of them. It
+"Estimate / true" is the median ratio of both errors (allowed: {LARGEST_RATIO:g}), the cost is the
+processor time of the twin over the steps of the run alone, without what is made of them. It
 takes about {minutes} minutes, and is measured where its name is given only.
 """
 

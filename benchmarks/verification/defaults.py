@@ -201,7 +201,7 @@ volume 0.77 %, the deepest wear 0.13 % and the stick area, down to 4 % of the fi
 
 Rough and capped, cycle 0, on the default cells against a quarter of their width (allowed:
 {100 * REQUIRED_ROUGH:g} %). These tips hardly yield, and a plastic volume is an excess over the
-limit: it is right because heights are means over a cell, not those of its centre. Where the bound
+limit: it is right because heights are means over a cell, not values at its centre. Where the bound
 of cells in a default grid leaves the tips coarser, the run says so and names the `cell:` to write.
 
 {tips}

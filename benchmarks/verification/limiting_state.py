@@ -11,6 +11,7 @@ from fretwear.theory import LimitingState
 
 CYCLES = 30000.0
 CELLS, RATIOS = 110, (0.2, 0.5, 0.9)
+APART = 6  # cells between points that are kept of profiles
 NARROW = 0.2
 NAMES = {
     "central_pressure": "central pressure",
@@ -49,7 +50,22 @@ def limits(ratio: float) -> dict[str, float]:
 
 
 def worn(cells: float, ratio: float) -> dict[str, float]:
-    return values(snapshots(fretting(cells, load_ratio=ratio), [CYCLES])[CYCLES])
+    return values(_last(cells, ratio))
+
+
+def _last(cells: float, ratio: float) -> Snapshot:
+    return snapshots(fretting(cells, load_ratio=ratio), [CYCLES])[CYCLES]
+
+
+def along_x(snapshot: Snapshot) -> dict[str, list[float]]:
+    """Pressure and wear depth along x in some cells, in units of the Hertzian contact."""
+    state = snapshot.state
+    some = slice(0, None, APART)
+    return {
+        "x": [float(x) for x in state.geometry.x[some] / A],
+        "pressure": [float(p) for p in state.pressure[some, 0] / P0],
+        "wear_depth": [float(w) for w in state.wear[some, 0] / DEPTH],
+    }
 
 
 def run() -> Data:
@@ -64,8 +80,10 @@ def run() -> Data:
         for whole, count in SCATTER
         for position in range(count)
     ]
+    last = {ratio: _last(CELLS, ratio) for ratio in RATIOS}
     return {
-        "ratios": [{"ratio": ratio, **worn(CELLS, ratio)} for ratio in RATIOS],
+        "ratios": [{"ratio": ratio, **values(one)} for ratio, one in last.items()],
+        "along_x": [{"ratio": ratio, **along_x(one)} for ratio, one in last.items()],
         "scatter": scatter,
     }
 

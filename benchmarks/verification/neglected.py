@@ -145,8 +145,8 @@ Wear at ν = 0.3, by explicit steps: maximum depth, and depth beside both axes.
 
 **Unlike bodies.** A cylinder is loaded and cycled in increments, with Coulomb friction from the
 start and Dundurs' β. While tractions move the surfaces along x only, slip, wear and energy are
-those of β = 0 from the second cycle on; the tractions at +Q and −Q keep a mean where the contact
-sticks.
+the values for β = 0 from the second cycle on; the tractions at +Q and −Q keep a mean where the
+contact sticks.
 
 {table(["β/µ", "X", "energy, cycle 1", "difference, cycles 2 and 3", mean], pulled)}
 

@@ -40,9 +40,9 @@ def text(data: Data) -> str:
         for index, cycle in enumerate(CYCLES)
     ]
     return f"""\
-In an elastic run the pressure at the stick edge grows toward that of a flat punch, infinite in the
+In an elastic run the pressure at the stick edge grows toward a flat punch's, infinite in the
 limit. A grid cuts it off at its own spacing, as h^−½. Smooth, elastic, X = 0.8; the exponent is
-that of the four finest spacings:
+the trend of the four finest spacings:
 
 {table(header, rows)}
 

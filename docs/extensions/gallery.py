@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+from pictures import refresh
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -30,6 +32,7 @@ from fretwear.study.study import load_study
 logger = logging.getLogger(__name__)
 # The study whose report the start page shows.
 REPORTED = "gallery"
+THUMBNAIL = (240, 150)
 
 
 def run_study(file: Path, results: Path) -> None:
@@ -59,22 +62,44 @@ def draw(script: Path, place: Path, folder: Path) -> None:
         exec(compile(source, script, "exec"), names)
     finally:
         os.chdir(before)
+    small = folder / f"{script.stem}.png"
     if moving := moving_picture(source):
         shutil.copy(place / moving, folder / f"{script.stem}.gif")
+        picture: Image.Image = Image.open(place / moving)
     else:
         save_as(names["figure"], folder / f"{script.stem}.svg")
+        names["figure"].savefig(small, dpi=100)
+        picture = Image.open(small)
+    picture = picture.convert("RGB")
+    picture.thumbnail(THUMBNAIL)
+    picture.save(small, optimize=True)
     plt.close("all")
+
+
+def said(script: Path) -> tuple[str, str]:
+    """Return the title and the text of a script."""
+    docstring = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or script.stem
+    title, _, text = docstring.partition("\n\n")
+    return title.rstrip("."), text
+
+
+def thumbnail(script: Path) -> str:
+    """Write a small picture that leads to the section of a script."""
+    title, _ = said(script)
+    anchor = title.lower().replace(" ", "-")
+    picture = f"![{title}](generated/gallery/{script.stem}.png)"
+    link = f"[{picture}](reference/figures.md#{anchor})"
+    return f'<div class="thumbnail">\n\n{link}\n\n{title}\n\n</div>\n'
 
 
 def section(script: Path) -> str:
     """Write the section of a script: title, text, figure, code."""
     source = script.read_text(encoding="utf-8")
-    docstring = ast.get_docstring(ast.parse(source)) or script.stem
-    title, _, text = docstring.partition("\n\n")
+    title, text = said(script)
     code = source.split('"""\n', 2)[-1].strip()
     ending = "gif" if moving_picture(source) else "svg"
     return (
-        f"## {title.rstrip('.')}\n\n{text}\n\n"
+        f"## {title}\n\n{text}\n\n"
         f"![{title}](../generated/gallery/{script.stem}.{ending})\n\n```python\n{code}\n```\n"
     )
 
@@ -86,12 +111,20 @@ def write_all(source: Path, *, with_pictures: bool) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     text = "\n".join(section(script) for script in scripts)
     (folder.parent / "gallery.md").write_text(text, encoding="utf-8")
-    if not with_pictures:
-        return
+    small = "\n".join(map(thumbnail, scripts))
+    small = f'<div class="thumbnails">\n\n{small}\n</div>\n'
+    (folder.parent / "thumbnails.md").write_text(small, encoding="utf-8")
+    if with_pictures:
+        studies = sorted((source / "gallery").glob("*.yaml"))
+        refresh(folder, [*scripts, *studies], lambda: draw_all(source, folder))
+
+
+def draw_all(source: Path, folder: Path) -> None:
+    """Run the studies of the gallery, draw its pictures and make the report."""
     with tempfile.TemporaryDirectory() as place:
         for study in sorted((source / "gallery").glob("*.yaml")):
             run_study(study, Path(place, "results", study.stem))
-        for script in scripts:
+        for script in sorted((source / "gallery").glob("*.py")):
             logger.info("drawing %s", script.name)
             draw(script, Path(place), folder)
         results = Path(place, "results", REPORTED)

@@ -21,17 +21,22 @@ from fretwear.parts import Either, Mapped, Parameter, Part, Quantity, WholeNumbe
 from fretwear.study.case import Case
 from fretwear.study.materials import material_table
 from fretwear.study.members import Inline, PartOf
-from fretwear.study.parameters import member_of, parameter_names, parameter_of
+from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
 from fretwear.study.setup import members
+from fretwear.study.stresses import StressOutput
 from fretwear.study.study import study_schema
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CRACKS,
     CYCLE,
+    DEPTH,
     EDGE_STRESSES,
     ERROR_ESTIMATE,
     FATIGUE,
     FIELDS,
+    LOOP,
+    NOTATION,
+    RESULTS,
     SCALARS,
     STEP,
     STRESSES,
@@ -192,6 +197,40 @@ def profiles() -> str:
     return table(("variable", "of the field", "units", "meaning"), rows)
 
 
+def notation() -> dict[str, list[tuple[str, Parameter | Variable]]]:
+    """Return what each symbol stands for: names in files and datasets, with their declarations."""
+    declared: list[tuple[str, Parameter | Variable]] = []
+    for name in parameter_names():
+        about = parameter_of(name)
+        declared.append((name, about))
+        for form in getattr(about, "forms", ()):
+            fields = form.fields if isinstance(form, Mapped) else {}
+            declared += fields.items()
+    declared += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]
+    declared += StressOutput.parameters().items()
+    variables = (X, Y, CYCLE, DEPTH, *RESULTS.values(), *NOTATION, *LOOP)
+    declared += [(one.name, one) for one in (*variables, *STRESSES, *CRACKS, *FATIGUE)]
+    symbols: dict[str, list[tuple[str, Parameter | Variable]]] = {}
+    for name, about in declared:
+        about = getattr(about, "item", about)
+        if about.symbol.startswith("$"):
+            symbols.setdefault(about.symbol, []).append((name, about))
+    return symbols
+
+
+def notation_table() -> str:
+    """Write the table of symbols; the given value of a quantity and its result share one."""
+    rows = []
+    for symbol, declared in notation().items():
+        meanings = dict.fromkeys(
+            _meaning(about.words, about.comment) if about in NOTATION else about.words
+            for _, about in declared
+        )
+        names = dict.fromkeys(f"`{name}`" for name, about in declared if about not in NOTATION)
+        rows.append((symbol, "; ".join(meanings), declared[0][1].si_unit, ", ".join(names)))
+    return table(("symbol", "meaning", "unit", "in files"), rows)
+
+
 def case_coordinates() -> str:
     """Write the table of the scalar coordinates, from a rough case."""
     case = Case(
@@ -250,6 +289,7 @@ def write_all(folder: Path) -> None:
     parts = {
         "parameters": parameters(),
         "materials": materials(),
+        "notation": notation_table(),
         "sections": sections(),
         "stress_output": stress_output(),
         "coordinates": variables((CYCLE, X, Y)),

@@ -3,20 +3,27 @@
 A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own
 commands leave in their folder (`examples.Session`), ``generated/NAME/NAME.ipynb`` the page as a
 notebook. Both are made when the pages are built, from the code that is there; a page that does not
-run, or prints something else than it shows, stops the build.
+run, or prints something else than it shows, stops the build. What was made from the same page,
+package and extensions before is kept.
 """
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 import tempfile
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from examples import ExampleError, Session, check, notebook
+from examples import NEEDED, REPOSITORY, ExampleError, Session, check, notebook
 from sphinx.application import Sphinx
 from sphinx.util import logging
+
+import fretwear
 
 logger = logging.getLogger(__name__)
 
@@ -27,8 +34,26 @@ def pictures_of(page: Path) -> list[str]:
     return re.findall(pattern, page.read_text(encoding="utf-8"))
 
 
+def refresh(folder: Path, made_from: Iterable[Path], make: Callable[[], None]) -> None:
+    """Fill a folder, unless neither these files nor the package changed since it was filled."""
+    places = [Path(fretwear.__file__).parent, Path(__file__).parent]
+    places += [REPOSITORY / name for name in NEEDED]
+    files = chain(
+        made_from, *(sorted(place.rglob("*")) if place.is_dir() else [place] for place in places)
+    )
+    digest = hashlib.sha256()
+    for file in files:
+        if file.is_file() and file.suffix not in (".pyc", ".so"):
+            digest.update(file.read_bytes())
+    stamp = folder / ".made_from"
+    if not stamp.exists() or stamp.read_text() != digest.hexdigest():
+        make()
+        stamp.write_text(digest.hexdigest())
+
+
 def make(page: Path, folder: Path) -> None:
     """Run a page and put its pictures into a folder."""
+    logger.info("running %s", page.name)
     text = page.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as place:
         check(text, Session(Path(place)))
@@ -47,9 +72,9 @@ def _make_all(app: Sphinx) -> None:
     for page in sorted(source.rglob("*.md")):
         if page.is_relative_to(source / "generated") or not pictures_of(page):
             continue
-        logger.info("running %s", page.relative_to(source))
+        folder = source / "generated" / page.stem
         try:
-            make(page, source / "generated" / page.stem)
+            refresh(folder, [page], partial(make, page, folder))
         except (ExampleError, OSError) as error:
             logger.warning("%s: %s", page, error)
 

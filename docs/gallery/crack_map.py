@@ -1,7 +1,7 @@
 """Where a crack is expected.
 
 The Smith–Watson–Topper parameter below the surface before and after wear, with the place and the
-plane of the first crack: wear moves it from the edge of contact to that of the stick zone.
+plane of the first crack: wear moves it from the edge of contact to the edge of the stick zone.
 """
 
 import xarray as xr

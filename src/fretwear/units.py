@@ -113,7 +113,7 @@ class ContactFrame:
     axes: tuple[str, ...]  # along which the fields of a contact vary
     extent: str  # the term for half the width of a contact
     has_depth: bool  # whether the approach counts from far away, not from an arbitrary reference
-    # SI units of integrals over the contact that differ from those of a point contact.
+    # SI units of integrals over the contact that differ from a point contact's.
     units: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     @property

@@ -215,8 +215,8 @@ contact_fraction | 1 |    | 1   | | |
 stick_fraction | 1  |     | 1   | | |
     part of a cell that sticks; its sum over the whole contact times the area of a cell is
     stick_area
-wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
-wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
+wear_depth_indenter | m | $w_1$ | µm | wear depth of the indenter || since cycle 0
+wear_depth_flat | m | $w_2$ | µm | wear depth of the flat || since cycle 0
 slip_x | m | $s_x$ | | slip amplitude along x || from zero tangential load to +Q
 slip_y | m | $s_y$ | | slip amplitude along y | odd | from zero tangential load to +Q
 shear_traction_y | Pa | $q_y$ | MPa | shear traction along y | odd | at the tangential load +Q; at
@@ -248,9 +248,9 @@ stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | o
     on the line of cells nearest y = 0
 stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | y | outermost edge
     on the line of cells nearest x = 0
-contact_area            | m2 | | | | |
+contact_area            | m2 | $A_\mathrm{c}$ | | | |
     to the edge within a cell: the sum of contact_fraction, not of cells by contact_state
-stick_area              | m2 | | | | |
+stick_area              | m2 | $A_\mathrm{stick}$ | | | |
     to the edge within a cell: the sum of stick_fraction, not of cells by contact_state
 mean_stick_pressure     | Pa | $\bar{p}_\mathrm{stick}$ | MPa | | none |
     load in the stick zone over its area, both to the edge within a cell; NaN where nothing sticks
@@ -264,9 +264,9 @@ wear_volume             | m3 | $V$    | | | log | of both bodies since cycle 0
 maximum_wear_depth      | m  | $w_\mathrm{max}$ | | | | of both bodies together since cycle 0
 plastic_volume          | m3 |        | | | | displaced since cycle 0
 dissipated_energy       | J  | $E_\mathrm{d}$ | | dissipated energy per cycle | log |
-wear_volume_indenter | m3 | $V_\mathrm{indenter}$ || wear volume of the indenter | log |
+wear_volume_indenter | m3 | $V_1$ || wear volume of the indenter | log |
     since cycle 0
-wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | since cycle 0
+wear_volume_flat | m3 | $V_2$ || wear volume of the flat | log | since cycle 0
 """
 )
 SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
@@ -282,7 +282,7 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
 
 LOOP = _rows("""
 force        | N | $Q$ | | tangential force | | round a cycle
-displacement | m | $δ$ | µm | tangential displacement | |
+displacement | m | $δ_x$ | µm | tangential displacement | |
     of distant points round a cycle, of the rig if there is one
 """)
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
@@ -316,8 +316,8 @@ edge_stress_yy | Pa | $σ_{yy}$ | MPa | surface stress along y at the edge | fre
 """Stresses of the surface at both ends of contact, where tension along x is largest."""
 
 CRACKS = _rows(
-    """
-smith_watson_topper | Pa | | MPa | Smith–Watson–Topper parameter | |
+    r"""
+smith_watson_topper | Pa | $P_\mathrm{SWT}$ | MPa | Smith–Watson–Topper parameter | |
     largest normal stress of the loop times the amplitude of normal strain on the worst plane
 fatemi_socie        | 1  | | 1   | Fatemi–Socie parameter | |
     amplitude of shear strain times 1 + k times the largest normal stress over the yield strength,
@@ -338,13 +338,13 @@ FATIGUE = _rows(
     r"""
 largest_tension | Pa | | MPa | largest surface stress along x | none | at the edge of
     contact on the plane y = 0; NaN where it is singular
-largest_smith_watson_topper | Pa | $P_\mathrm{max}$ | MPa | largest Smith–Watson–Topper parameter |
-    | on the plane y = 0, below the surface
+largest_smith_watson_topper | Pa | $P_\mathrm{SWT,max}$ | MPa |
+    largest Smith–Watson–Topper parameter | | on the plane y = 0, below the surface
 crack_x     | m | | µm | place of the largest parameter along x | free | where a crack is expected
 crack_depth | m | | µm | depth of the largest parameter | | below the surface of the snapshot
 crack_angle | degree | | | angle of the worst plane | free | from +x downwards
-life        | 1 | | | fatigue life at the stresses of the snapshot | log | to a crack, in cycles;
-    infinite where nothing is in tension
+life        | 1 | $N_f$ | | fatigue life at the stresses of the snapshot | log |
+    to a crack, in cycles; infinite where nothing is in tension
 largest_damage | 1 | $D$ | 1 | largest fatigue damage of what is left | | Miner's sum since
     cycle 0 of points that keep their place in the material; 1 is a crack
 crack_cycle | 1 | | | cycle of the first crack | none | by Miner's sum, also of points that
@@ -357,6 +357,30 @@ fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or 
 
 FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
 """Words for the values of ``fatigue_outcome``."""
+
+NOTATION = _rows(
+    r"""
+stick_radius | m | $c$ | | stick radius | | or half-width, of the unworn smooth contact
+shape | m | $h$ | | height of the surfaces | | gap without load and approach, with all wear
+roughness_height | m | $h_\mathrm{r}$ | | height of the roughness | | a part of $h$
+elastic_displacement | m | $u_z$ | | elastic displacement of the surface | | by the pressure
+composite_modulus | Pa | $E^*$ | | composite modulus | |
+shear_modulus | Pa | $G$ | | | |
+tangential_modulus | Pa | $G^*$ | | composite modulus of tangential traction | |
+coupling | 1 | $κ$ | | tangential over normal compliance | | $E^*/G^*$; 1 in plane strain
+dundurs_parameter | 1 | $β_\mathrm{D}$ | | Dundurs' parameter of two materials | |
+reduced_load | N | $P^*$ | | reduced load | | $P - Q/µ$; the contact under it is the stick zone
+reduced_pressure | Pa | $p^*$ | | pressure under the reduced load | |
+reduced_approach | m | $δ^*$ | | approach under the reduced load | |
+reduced_gap | m | $g^*$ | | gap under the reduced load | | zero where the surfaces stick
+load_ratio | 1 | $X$ | | tangential load ratio in equations | | $Q/µP$
+sliding_displacement | m | $U_t$ | | displacement at which the unworn contact begins to slide | |
+loop_opening | m | $U_0$ | | displacement at which the force of a loop vanishes | |
+wear_growth | Pa-1 | $β$ | | wear per cycle over pressure and reduced gap | | $4 K_w µ κ$
+wear_time | 1 | $τ$ | | cycles without dimension | | $β p_0 N$
+"""
+)
+"""Quantities of the theory that no dataset has, for the table of notation."""
 
 HEADLINES = (
     "wear_volume",

@@ -139,7 +139,7 @@ def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
     keep(VERIFICATION, tmp_path, {"tangential": entry})
     assert VERIFICATION.main(["--check", *docs]) == 1
     assert VERIFICATION.main(["--render", *docs]) == 0
-    page = (tmp_path / "verification.md").read_text(encoding="utf-8")
+    page = (tmp_path / "checks.md").read_text(encoding="utf-8")
     (line,) = (line for line in page.splitlines() if "s = µκg*" in line and line.startswith("| ["))
     assert "falls short" in line
     assert "+3.0e-8" in line
@@ -162,4 +162,4 @@ def test_a_section_is_measured_drawn_and_kept(tmp_path):
     # deviations of 1e-6 on other processors differ in the digits of the contact's tolerance
     assert peak == pytest.approx(kept, abs=1e-6)
     assert (tmp_path / "images" / "verification" / "closed_forms_orders.svg").exists()
-    assert "## Closed forms" in (tmp_path / "verification.md").read_text(encoding="utf-8")
+    assert "## Closed forms" in (tmp_path / "checks.md").read_text(encoding="utf-8")

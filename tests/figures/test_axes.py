@@ -259,8 +259,8 @@ def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_st
     assert list(chosen.ids) == [
         "smooth, elastic",
         r"smooth, $p_\mathrm{lim}$ = 4500 MPa",
-        "$A$ = 0.3 µm, elastic",
-        r"$A$ = 0.3 µm, $p_\mathrm{lim}$ = 4500 MPa",
+        r"$h_\mathrm{a}$ = 0.3 µm, elastic",
+        r"$h_\mathrm{a}$ = 0.3 µm, $p_\mathrm{lim}$ = 4500 MPa",
     ]
     assert chosen.common == "normal load 40 N, coefficient of friction 0.6"
     for title, case_id in chosen.ids.items():

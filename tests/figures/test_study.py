@@ -372,7 +372,7 @@ def test_both_cases_are_in_every_panel_and_ratios_are_told(smooth, rough, check_
     figure = figures.compare_cases({"A": smooth, "B": rough})
     words = check_texts(figure)
     ratio = float(rough["wear_volume"][-1] / smooth["wear_volume"][-1])
-    told = {"A: elastic, smooth", "B: $p_\\mathrm{lim}$ = 4500 MPa, $A$ = 0.3 µm"}
+    told = {"A: elastic, smooth", "B: $p_\\mathrm{lim}$ = 4500 MPa, $h_\\mathrm{a}$ = 0.3 µm"}
     assert told | {"Profiles and ratios at cycle 1000", f"×{ratio:.3g}"} <= set(words)
     for axes in figure.axes[:5]:
         labels = {str(line.get_label()).split(",")[0] for line in axes.get_lines()}

@@ -280,7 +280,7 @@ def test_datasets_without_a_loop_of_stresses_are_refused(worn):
         (worn.assign_attrs(parameters=json.dumps(stroke)), "over a stroke moves over the flat"),
         (still, "no shear traction"),
         (worn.drop_vars("gap"), "lacks gap"),
-        (xr.Dataset(), "not that of a case"),
+        (xr.Dataset(), "is not a case"),
     ):
         with pytest.raises(StressError, match=reason):
             fretwear.stress(wrong)

@@ -77,14 +77,14 @@ def case_of(dataset: xr.Dataset) -> Case:
     It is a ValueError if this is not the dataset of one case, or one of another version.
     """
     if "parameters" not in dataset.attrs:
-        raise ValueError("the dataset has no attribute 'parameters', which that of a case has")
+        raise ValueError("the dataset is not a case: it has no attribute 'parameters'")
     return Case(**json.loads(dataset.attrs["parameters"]))
 
 
 def gap_beyond(dataset: xr.Dataset, x: Array, gaps: Array, reach: float) -> tuple[Array, Array]:
     """Continue gaps along x, both in m, to a reach beyond the last cell stored.
 
-    There the gap, of shape (ncycles, nx), is that of the unworn surfaces plus their displacement
+    There the gap, of shape (ncycles, nx), is the gap of the unworn surfaces plus their displacement
     under the pressure: by Boussinesq u = Σ p dA/πE*r, in a line contact u = −Σ 2 p dx ln(r)/πE*,
     both counted from the last cell stored. If this cell is loaded, r is a mean over the cell. Gaps
     are returned as given if the dataset lacks the shape of the case or its pressure.

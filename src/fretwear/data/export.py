@@ -118,11 +118,11 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
     Nodes are the centres of cells; a point contact has surface elements between them, `SFM3D4`. The
     body lies below: the last coordinate is minus the worn depth, and forces are traction times the
     area of a cell, so that they add up to P and Q. A line contact is plane, with forces per length.
-    The snapshot is the last one. `ExportError` if the dataset is not that of a case.
+    The snapshot is the last one. `ExportError` if the dataset is not a case.
     """
     depth = "wear_depth_flat" if "wear_depth_flat" in ds else "wear_depth"
     if lacking := [n for n in (depth, "pressure", "shear_traction") if n not in ds]:
-        raise ExportError(f"the dataset lacks {lacking[0]}: Abaqus takes that of a case")
+        raise ExportError(f"the dataset lacks {lacking[0]}: Abaqus takes the file of a case")
     last = ds.isel({CYCLE.name: -1})
     x, area = ds[X.name].values, float(np.diff(ds[X.name].values).mean())
     plane_strain = Y.name not in ds.dims

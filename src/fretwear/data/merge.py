@@ -150,7 +150,7 @@ def _varied(study: Study, axis: Axis, parameter: xr.Variable | None) -> xr.Varia
 def remarks_on(digests: Iterable[str], arithmetics: Iterable[str]) -> list[str]:
     """Return remarks on cases of other code than the present, and of different arithmetic.
 
-    `digests` and `arithmetics` are those of the cases that are done.
+    `digests` and `arithmetics` belong to the cases that are done.
     """
     digests, kinds, remarks = list(digests), sorted(set(arithmetics)), []
     if older := [digest or "missing" for digest in digests if digest != code_digest()]:

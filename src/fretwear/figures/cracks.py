@@ -47,6 +47,7 @@ def crack_map(found: xr.Dataset, *, columns: Columns = 2) -> Figure:
             vmax=largest,
             cmap=depth_colormap(),
             shading="gouraud",
+            rasterized=True,
         )
         place = [MICROMETRE.of(float(now[name])) for name in ("crack_x", "crack_depth")]
         angle, length = np.radians(float(now["crack_angle"])), 0.15 * z[-1]

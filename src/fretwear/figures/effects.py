@@ -58,7 +58,7 @@ _KEY_SIGNS = 75
 _MOST_WRITTEN = 72
 _MOST_MAPS = 6
 _FEWEST = 16
-# Distance of a level that is none from the last number, beyond that of neighbours.
+# Distance of a level that is none from the last number, beyond the distance of neighbours.
 _TO_NONE = 0.5
 _LOGARITHMIC_FROM = 8.0
 
@@ -179,7 +179,7 @@ def _places(points: Points, varied: str) -> Array:
 
 
 def _level_places(points: Points, varied: str) -> Array:
-    """Return where the levels of a parameter stand, evenly; that of none is farther off."""
+    """Return where the levels of a parameter stand, evenly; none is farther off."""
     return np.arange(len(points.levels[varied])) + _TO_NONE * np.isinf(_numbers(points, varied))
 
 

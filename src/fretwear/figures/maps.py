@@ -53,7 +53,7 @@ class WearMap(NamedTuple):
     cycle: int
 
     def has(self, edge: str) -> bool:
-        """Whether it has the edge of contact or that of the stick zone."""
+        """Whether it has the edge of contact, or of the stick zone."""
         return bool(self.stick_edge.size if "stick" in edge else self.contact_edge.size)
 
     @property

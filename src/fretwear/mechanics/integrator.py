@@ -9,8 +9,8 @@ One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycl
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Steps are taken
 for the exponent x = β∫p dN, from which wear follows in closed form.
 
-Each stage is a contact of its own, `fretwear.mechanics.stage`; those of contacts that slide as a
-whole are in `fretwear.mechanics.stroke`.
+Each stage is a contact of its own, `fretwear.mechanics.stage`; contacts that slide as a
+whole have theirs in `fretwear.mechanics.stroke`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Tableau:
 
     @property
     def difference(self) -> tuple[float, ...]:
-        """The embedded weights less those of the step."""
+        """The embedded weights less the step's."""
         return tuple(e - w for e, w in zip(self.embedded, self.weights, strict=True))
 
     @property

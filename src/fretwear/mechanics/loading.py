@@ -116,7 +116,7 @@ class Indentation(Normal):
 
     indentation: Annotated[
         float,
-        Quantity("m", "$d$", "indentation", "um", like="2.2 um", above=0.0),
+        Quantity("m", "$δ$", "indentation", "um", like="2.2 um", above=0.0),
         "Constant approach d of the bodies, instead of load.",
     ]
     kind: Literal["indentation"] = "indentation"
@@ -303,7 +303,7 @@ class Displacement(Loading):
             "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", above=0.0, infinite="rigid rig"
         ),
         "Stiffness S of the rig in series with the contact; the displacement is "
-        "then that of the rig. Default: none, a rigid rig.",
+        "then the rig's. Default: none, a rigid rig.",
     ] = math.inf
     tangential_compliance: Annotated[
         float,

@@ -156,17 +156,22 @@ _Slope = partial(Quantity, at_least=0.0, below=MAX_SLOPE, absent=0.0)
 
 @dataclass(frozen=True)
 class WavyRoughness(Roughness):
-    """Wavy roughness R(x, y) = A cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/A.
+    """Wavy roughness h_r = h_a cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/h_a.
 
     It is added to the gap, which is largest at the origin: there the body has a valley, and its
     first tips are half a wavelength away. The mean slope of a wave along its direction is tanθ, and
-    its length λ = 4A/tanθ: k_x follows from θ_x and k_y from θ_y. (Equation (12) of the source
+    its length λ = 4h_a/tanθ: k_x follows from θ_x and k_y from θ_y. (Equation (12) of the source
     study has θ_y in both as printed.) An amplitude of zero is a smooth surface whatever the slopes.
     """
 
     amplitude: Annotated[
         float,
-        Quantity("m", "$A$", "roughness amplitude", "um", at_least=0.0, zero="smooth", absent=0.0),
+        Quantity(
+            *("m", r"$h_\mathrm{a}$", "roughness amplitude", "um"),
+            at_least=0.0,
+            zero="smooth",
+            absent=0.0,
+        ),
         "Amplitude of the waves; 0 um is smooth.",
     ]
     slope_x: Annotated[
@@ -187,7 +192,7 @@ class WavyRoughness(Roughness):
         return True, True
 
     def height(self, x: Array, y: Array) -> Array:
-        """A cos(k_x x) cos(k_y y), m."""
+        """h_a cos(k_x x) cos(k_y y), m."""
         along_x = self.amplitude * np.cos(self.wavenumber_x * x)
         result: Array = along_x * np.cos(self.wavenumber_y * y)
         return result
@@ -297,7 +302,9 @@ class SelfAffineRoughness(Roughness):
     ]
     anisotropy: Annotated[
         float,
-        Quantity("1", "$γ$", "anisotropy of the roughness", like="1", at_least=1e-2, at_most=1e2),
+        Quantity(
+            "1", "$λ_x/λ_y$", "anisotropy of the roughness", like="1", at_least=1e-2, at_most=1e2
+        ),
         "Wavelengths along x over those along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"

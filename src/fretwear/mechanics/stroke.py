@@ -168,7 +168,7 @@ class _Slider(Integrator[StrokeState]):
     def rates(self, cycle: float, means: Means | None = None) -> Array:
         """Wear depth of both bodies per mean pressure and cycle, m/Pa.
 
-        The shape is (2, 1, 1), or that of the wear where the coefficient depends on the place.
+        The shape is (2, 1, 1), or the wear's where the coefficient depends on the place.
         """
         problem = self.problem.at(cycle)
         problem = problem.under(problem.unworn_means if means is None else means)

@@ -174,13 +174,14 @@ class Cylinder(_Straight):
 
 
 _EdgeRadius = Annotated[
-    float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
+    float,
+    Quantity("m", r"$R_\mathrm{e}$", "radius of the edge", "mm", like="10 mm", above=0.0),
 ]
 _HalfWidth = Annotated[
     float,
     Quantity(
         "m",
-        "$h$",
+        r"$b_\mathrm{end}$",
         "half-width of the punch",
         "mm",
         like="2.4 mm",
@@ -193,7 +194,7 @@ _HalfWidth = Annotated[
 
 
 class _Punch(Indenter):
-    """A flat with a rounded edge: gap (r − b)²/2R at the distance r > b from centre or axis."""
+    """A flat with a rounded edge: gap (r − b)²/2R_e at the distance r > b from centre or axis."""
 
     edge_radius: float
     half_width: float
@@ -205,7 +206,7 @@ class _Punch(Indenter):
         raise NotImplementedError
 
     def gap(self, x: Array, y: Array) -> Array:
-        """(r − b)²/2R beyond the flat, m; beyond the end of the punch its sides."""
+        """(r − b)²/2R_e beyond the flat, m; beyond the end of the punch its sides."""
         distance = np.hypot(x, y if "y" in self.frame.axes else 0.0)
         beyond = np.maximum(distance - self.flat, 0.0)
         result: Array = beyond**2 / (2.0 * self.edge_radius)
@@ -215,7 +216,7 @@ class _Punch(Indenter):
 
     @property
     def end(self) -> float:
-        """h, m."""
+        """b_end, m."""
         return self.half_width
 
     @property
@@ -231,7 +232,7 @@ class _Punch(Indenter):
 
     @property
     def curvature_radius(self) -> float:
-        """R + 5b, m: at 5b the slope of the edge is one fifth."""
+        """R_e + 5b, m: at 5b the slope of the edge is one fifth."""
         return self.edge_radius + 5.0 * self.flat
 
     def edge(self, contact: HertzContact) -> float:
@@ -241,7 +242,7 @@ class _Punch(Indenter):
 
 @dataclass(frozen=True)
 class FlatPunch(_Punch, _Straight):
-    """A flat punch along y with rounded edges: gap (|x| − b)²/2R beyond the flat to ±b."""
+    """A flat punch along y with rounded edges: gap (|x| − b)²/2R_e beyond the flat to ±b."""
 
     flat_half_width: Annotated[
         float, Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0)
@@ -412,7 +413,7 @@ class RoundIndenter(Indenter):
 
 @dataclass(frozen=True)
 class RoundPunch(_Punch, RoundIndenter):
-    """A round flat punch with a rounded edge: gap (r − b)²/2R beyond the flat of radius b."""
+    """A round flat punch with a rounded edge: gap (r − b)²/2R_e beyond the flat of radius b."""
 
     flat_radius: Annotated[
         float, Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0)

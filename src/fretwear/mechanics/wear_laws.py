@@ -66,7 +66,7 @@ _ReferenceFrequency = Annotated[
 
 @dataclass(frozen=True)
 class PowerLaw(Coefficient):
-    """A coefficient K (p/p_r)^n (δ/δ_r)^m (f/f_r)^k of mean pressure, mean slip and frequency."""
+    """A coefficient K (p/p_r)^n (s/s_r)^m (f/f_r)^k of mean pressure, mean slip and frequency."""
 
     value: Annotated[
         float,
@@ -83,7 +83,7 @@ class PowerLaw(Coefficient):
         float, Quantity("1", "$m$", "sliding exponent", like="0.7", unsaid=0.0)
     ] = 0.0
     reference_sliding: Annotated[
-        float, Quantity("m", "$δ_r$", "reference sliding", "um", "100 um", at_least=0.0, unsaid=0.0)
+        float, Quantity("m", "$s_r$", "reference sliding", "um", "100 um", at_least=0.0, unsaid=0.0)
     ] = 0.0
     frequency_exponent: Annotated[
         float, Quantity("1", "$k$", "frequency exponent", like="-0.3", unsaid=0.0)
@@ -113,7 +113,7 @@ class PowerLaw(Coefficient):
         return self.value
 
     def under(self, means: Means, frequency: float | None) -> float:
-        """K (p/p_r)^n (δ/δ_r)^m (f/f_r)^k, 1/Pa."""
+        """K (p/p_r)^n (s/s_r)^m (f/f_r)^k, 1/Pa."""
         coefficient = self.value
         for exponent, quantity, reference in (
             (self.pressure_exponent, means.pressure, self.reference_pressure),
@@ -188,8 +188,8 @@ class FallingCoefficient(Coefficient):
 class RimAndCore(Coefficient):
     """A coefficient of a rim along the edge of contact, which oxygen reaches, and one of the core.
 
-    The width of the rim is w (f/f_r)^q at the frequency f. The edge is that of a contact in the
-    middle of the stroke, for points of both bodies.
+    The width of the rim is b_rim (f/f_r)^l at the frequency f. The contact in the middle of the
+    stroke has the edge that counts, for points of both bodies.
     """
 
     rim: Annotated[
@@ -200,9 +200,11 @@ class RimAndCore(Coefficient):
         float | OfBodies,
         OfBodies.of(Quantity("Pa-1", "$α_c$", "wear per energy in the core", "mm^3/J", above=0.0)),
     ]
-    rim_width: Annotated[float, Quantity("m", "$w$", "width of the rim", "mm", above=0.0)]
+    rim_width: Annotated[
+        float, Quantity("m", r"$b_\mathrm{rim}$", "width of the rim", "mm", above=0.0)
+    ]
     width_exponent: Annotated[
-        float, Quantity("1", "$q$", "width exponent", like="-0.71", unsaid=0.0)
+        float, Quantity("1", "$l$", "width exponent", like="-0.71", unsaid=0.0)
     ] = 0.0
     reference_frequency: _ReferenceFrequency = 0.0
 

@@ -93,7 +93,7 @@ class Checkpoint:
                 before = "; then ".join(self.record.arithmetic)
                 tell(
                     f"{path}: computed so far with {before}, and from here with {arithmetic()}: "
-                    "last digits may differ from those of a run on one of them; the file names all"
+                    "last digits may differ from a run on one of them; the file names all"
                 )
 
     def __enter__(self) -> Self:

@@ -82,7 +82,7 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
 
 
 class _KeysOfBase:
-    """The signature of `Case`: the keys of `base`, those of parts that are defined later too."""
+    """The signature of `Case`: the keys of `base`, and of parts that are defined later."""
 
     def __get__(self, _: object, owner: type) -> inspect.Signature:
         keyword = inspect.Parameter.KEYWORD_ONLY

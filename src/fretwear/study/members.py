@@ -39,6 +39,8 @@ _OTHER_KINDS = {
 }
 """Words that users may write for a kind of a part."""
 
+_MATHTEXT = re.compile(r"\$|\\mathrm|[{}_]")
+
 
 @dataclass(frozen=True)
 class PartOf(Parameter):
@@ -200,7 +202,7 @@ class PartOf(Parameter):
         if isinstance(value, str) and value in self.kinds:
             return self.kinds[value].caption or value
         fields = [
-            f"{about.symbol.replace('$', '').replace('_', '')} = {match[1]}"
+            f"{_MATHTEXT.sub('', about.symbol)} = {match[1]}"
             for kind in self.kinds.values()
             for field, about in kind.parameters().items()
             if (match := re.search(rf"\b{field}: ([^,}}]+)", str(value)))

@@ -400,7 +400,7 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
         rule = "has blocks with pulsating_load and blocks of constant load"
         yield Problem("blocks", None, rule, "write pulsating_load: 0.999 for the latter")
     if any(isinstance(block.loading, SlidingDistance) for block in blocks if block is not None):
-        rule = "cannot be combined with sliding_distance, which is that of the run"
+        rule = "cannot be combined with sliding_distance, which is for the whole run"
         yield Problem("blocks", None, rule, "write sliding_amplitude")
     # Problems of the base are reported under its keys.
     of_base = [rule.find(case) for rule in _OF_BLOCKS] if blocks else []

@@ -30,24 +30,24 @@ class StressOutput(Part):
     fatigue_strength: Annotated[
         float | None,
         Quantity("Pa", "$σ_f'$", "fatigue strength", "MPa", "1000 MPa", above=0.0),
-        "σ_f' in σ_a = σ_f' (2N)^b; without it there are no lives.",
+        "σ_f' in σ_a = σ_f' (2N)^b_σ; without it there are no lives.",
     ] = None
     strength_exponent: Annotated[
         float | None,
-        Quantity("1", "$b$", "strength exponent", like="-0.1", below=0.0),
-        "b in σ_a = σ_f' (2N)^b.",
+        Quantity("1", "$b_σ$", "strength exponent", like="-0.1", below=0.0),
+        "b_σ in σ_a = σ_f' (2N)^b_σ.",
     ] = None
     fatigue_ductility: Annotated[
         float | None,
         Quantity("1", "$ε_f'$", "fatigue ductility", like="0.5", above=0.0),
-        "ε_f' in ε_a,p = ε_f' (2N)^c; without it strains are elastic.",
+        "ε_f' in ε_a,p = ε_f' (2N)^c_ε; without it strains are elastic.",
     ] = None
     ductility_exponent: Annotated[
         float | None,
-        Quantity("1", "$c$", "ductility exponent", like="-0.6", below=0.0),
-        "c in ε_a,p = ε_f' (2N)^c.",
+        Quantity("1", "$c_ε$", "ductility exponent", like="-0.6", below=0.0),
+        "c_ε in ε_a,p = ε_f' (2N)^c_ε.",
     ] = None
-    cycles: tuple[int, ...] | None = None  #: the snapshots, which are kept; None: those of a case
+    cycles: tuple[int, ...] | None = None  #: the snapshots, which are kept; None: as in a case
 
     @classmethod
     def read(cls, given: object) -> StressOutput:

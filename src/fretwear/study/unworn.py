@@ -9,7 +9,7 @@ from fretwear.theory import HertzContact, LineContact, gross_slip_energy
 def unworn(case: Case) -> dict[str, float]:
     """Return results, SI units, of the smooth elastic contact of a case before wear, by name.
 
-    They are those of Hertz, of Cattaneo and Mindlin, and of a contact that slides as a whole. What
+    They follow Hertz, Cattaneo and Mindlin, or a contact that slides as a whole. What
     has no closed form, such as the energy of bodies other than a sphere or cylinder, is left out.
     """
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling

@@ -4,7 +4,7 @@ A loop is symmetric about its mean: with a steady part σ_m, the stresses are σ
 amplitudes are the largest values of σ_a, and the longest chord of the path of a shear stress or of
 a deviator is twice its largest distance from the mean.
 
-Stresses are those of points in the order of `COMPONENTS`: the steady part, Pa, has the shape
+Stresses are given at points, in the order of `COMPONENTS`: the steady part, Pa, has the shape
 (6, n), the alternating part, Pa, the shape (h, 6, n) with one sign of each pair of phases.
 """
 
@@ -211,7 +211,7 @@ def von_mises(stress: Array) -> Array:
 
 
 def largest_shear(stress: Array) -> Array:
-    """The largest shear stress of tensors of shape (6, ...), half that of Tresca.
+    """The largest shear stress of tensors of shape (6, ...), half of Tresca's stress.
 
     √J2 sin(θ + π/3), with the Lode angle θ from cos 3θ = (3√3/2) J3/J2^(3/2).
     """

@@ -8,7 +8,7 @@ traction is a sum of such pressures: µ(p − p*) at +Q, and less by 2µ(p − p
 
 Beyond the edge no traction acts, so σ_xx, σ_yy and σ_xy are the only stresses of the surface there.
 A pressure that ends otherwise has no such value: where wear has taken all load from the slip zone,
-that of elastic bodies is singular at the edge of stick, and so are the stresses of the surface.
+the pressure of elastic bodies is singular at the edge of stick, and so are the surface stresses.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def stresses_at_edge(
     """Stresses at the end of contact at x < 0.
 
     None if too few cells are loaded to find it, or if the pressure does not end there like a root:
-    at the edge of stick that of worn elastic bodies is singular, and so are stresses.
+    worn elastic bodies have singular pressure and stresses at the edge of stick.
 
     `pressure`, Pa, shape (nx, ny), and `shears`, shape (k, nx, ny), the first of them that at +Q,
     are on cells of both sides around the origin; in a line contact ny is 1.

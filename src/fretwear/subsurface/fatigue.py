@@ -87,7 +87,7 @@ def fatigue(
         Fatigue ductility ε_f' and exponent c < 0 in ε_a,p = ε_f' (2N)^c; without it strains are
         elastic.
     bulk_stress : float or str, optional
-        As for `fretwear.stress`; by default that of the case.
+        As for `fretwear.stress`; by default the case's.
     phases : int
         Equal steps of the tangential force over a loop.
 
@@ -270,7 +270,7 @@ def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str
     worn = np.stack([np.interp(x, rows[X.name].values, row) for row in rows.values])
     if name == "wear_depth_flat":
         return worn, []
-    doubt = "wear is that of both bodies together: half of it is taken to be of the flat"
+    doubt = "the case has the wear of both bodies together: half of it is taken to be of the flat"
     return 0.5 * worn, [doubt] if worn.any() else []
 
 

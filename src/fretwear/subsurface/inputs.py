@@ -40,7 +40,7 @@ def loaded_case(ds: xr.Dataset) -> Case:
         case = Case(**smooth)
     except (KeyError, TypeError, ValueError) as error:
         reason = "has no attribute 'parameters'" if "parameters" not in ds.attrs else str(error)
-        raise StressError(f"the dataset is not that of a case: {reason}") from error
+        raise StressError(f"the dataset is not a case: {reason}") from error
     if lacking := [name for name in _FIELDS if name not in ds]:
         raise StressError(f"the dataset lacks {listed(lacking)}; run the case again")
     return case

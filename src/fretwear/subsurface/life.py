@@ -72,7 +72,7 @@ def summed_damage(
 ) -> Damage:
     """Miner's sum from the first to the last snapshot, of points at depths below the unworn flat.
 
-    `parameters`, Pa, shape (k, nx, nz), are those of Smith, Watson and Topper at `depths`, m, below
+    `parameters`, Pa, shape (k, nx, nz), are Smith, Watson and Topper's at `depths`, m, below
     the surface of each of the k snapshots, and `worn`, m, shape (k, nx), is what wear has taken off
     the flat since cycle 0; `points`, m, shape (n,), are depths below the flat as it was then.
     Closer to the surface than the first of the depths the value there counts.

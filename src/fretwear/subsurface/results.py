@@ -103,7 +103,7 @@ def stress(
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
     bulk_stress : float or str, optional
         Amplitude of a stress along x in the flat, Pa, in phase with the tangential force; by
-        default that of the case. In a line contact the strain along y stays zero, in others the
+        default the case's. In a line contact the strain along y stays zero, in others the
         stress.
     fatemi_socie : (float, float or str), optional
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
@@ -130,7 +130,7 @@ def stress(
     Raises
     ------
     StressError
-        If the dataset is not that of a case, has no such snapshot or no shear traction, if a point
+        If the dataset is not a case, has no such snapshot or no shear traction, if a point
         or a depth does not lie below the surface, or if constants are wrong.
     """
     case = loaded_case(ds)
@@ -266,7 +266,7 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
     """Yield the words of the equivalent stresses and of each parameter, and where it is largest.
 
     The bodies first yield where an equivalent stress is largest, at the given part of the Hertz
-    pressure. The stress along x at the edge of contact is that of the surface itself.
+    pressure. The stress along x at the edge of contact is at the surface itself.
     """
     for about in (*STRESSES[6:], EDGE_STRESSES[0], *CRACKS[:-1]):
         if about.name not in stresses:

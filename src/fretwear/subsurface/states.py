@@ -92,7 +92,7 @@ class LoadedSurface:
         return shears
 
     def _reversed(self, steps: Array) -> Array:
-        """Parts of the traction that have reversed where slip is that of the unworn contact.
+        """Parts of the traction that have reversed where slip stays as in the unworn contact.
 
         On its own pressure p_H this is the reversal of Cattaneo and Mindlin, (p_H − p̂)/(p_H − p*).
         """
@@ -145,8 +145,8 @@ class StressHistory:
     def layer(self, depth: float) -> tuple[Array, Array]:
         """Stresses at one depth, m: steady part (6, nx, ny), alternating (h, 6, nx, ny), Pa.
 
-        At the phases of the first half of the loop it is added, at those of the second half, in
-        the same order, subtracted; see `Tractions.layer`.
+        It is added at the phases of the first half of the loop and subtracted, in the same order,
+        in the second half; see `Tractions.layer`.
         """
         return self._with_bulk(self.tractions.layer(depth))
 

@@ -6,7 +6,7 @@ it has no periodic images.
 
 Waves of the tractions decay with depth like exp(−kz). In layers deeper than a few cells only the
 long ones are left: the stress of a point load, taken at every second, fourth … cell and averaged
-over a cell by the factor sin(kh/2)/(kh/2), has the same spectrum there as that of the cell, and few
+over a cell by the factor sin(kh/2)/(kh/2), has the same spectrum there as the cell's, and few
 frequencies are transformed back.
 """
 
@@ -39,7 +39,7 @@ _Parts = dict[tuple[int, int], Array]
 class Tractions:
     """Fields of pressure and of shear traction along x, whose stresses may be superposed.
 
-    They act on equal cells around the origin, or on those of the positive side along axes along
+    They act on equal cells around the origin, or on the positive side alone along axes along
     which all fields are even. In a line contact the cells are strips, and ny is 1.
     """
 

@@ -282,7 +282,7 @@
       font: { ...small, color: colors.muted },
     }];
     const data = study.histories.flatMap((names, place) => names.flatMap((name, lower) => {
-      /* Names of curves that share a panel stand where they begin, that of the lower one below. */
+      /* Names of curves that share a panel stand where they begin, the lower curve's below. */
       const [start, other] = [name, names[0]].map((each) => shown[0].data.history[each][0]);
       const below = lower && start > 0.5 * other;
       if (names.length > 1) annotations.push({
