@@ -5,8 +5,8 @@ of Boussinesq and Cerruti give the stresses of a point load: K. L. Johnson (1985
 Mechanics, Cambridge University Press, chapter 3. On a rectangle each is the double difference of a
 function of its corners: Love, "The stress produced in a semi-infinite solid by pressure on part of
 the boundary", Phil. Trans. R. Soc. A 228 (1929); Ahmadi, Keer and Mura, "Non-Hertzian contact
-stress analysis for an elastic half space", Int. J. Solids Struct. 23 (1987). Strips of infinite length
-are the limit of long rectangles: plane strain, σ_yy = ν (σ_xx + σ_zz).
+stress analysis for an elastic half space", Int. J. Solids Struct. 23 (1987). Strips of infinite
+length are the limit of long rectangles: plane strain, σ_yy = ν (σ_xx + σ_zz).
 
 On the surface the functions have limits, of which those inside a cell hold at its centre; on an
 edge across x, where the shear traction has a step, σ_xx grows like the logarithm of the distance.
