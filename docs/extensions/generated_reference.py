@@ -17,7 +17,8 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from fretwear.data.merge import MERGED_PROFILES
-from fretwear.parts import Either, Mapped, Parameter, Part, Quantity, WholeNumber, required
+from fretwear.forms import Either, Mapped
+from fretwear.parts import Parameter, Part, Quantity, WholeNumber, required
 from fretwear.study.case import Case
 from fretwear.study.materials import material_table
 from fretwear.study.members import Inline, PartOf

@@ -10,9 +10,9 @@ __version__ = "0.1.0"
 
 # The sources that turn the parameters of a case into the numbers in its file. Sources that read,
 # check, doubt or plan a case, or draw and report its numbers, do not count.
-_SOURCES = ("mechanics", "theory", "parts.py", "vocabulary.py")
+_SOURCES = ("mechanics", "theory", "parts.py", "forms.py", "vocabulary.py")
 _CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")
-_DRIVERS = ("running/simulate.py", "data/labels.py")
+_DRIVERS = ("running/accuracy.py", "running/simulate.py", "data/labels.py")
 _LIBRARIES = ("numpy", "scipy", "ducc0")
 
 

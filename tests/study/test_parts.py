@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from fretwear.figures import wear_profiles
+from fretwear.forms import Either, Mapped
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surface_files import Source, SourceFile
 from fretwear.mechanics.values import OfBodies
 from fretwear.mechanics.wear_laws import PowerLaw, WearLaw
-from fretwear.parts import Choice, Either, Mapped, Part, Quantity, QuantityError, WholeNumber
+from fretwear.parts import Choice, Part, Quantity, QuantityError, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.members import Block, PartOf

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
+from fretwear.forms import PerBody, pair
 from fretwear.mechanics.values import OverCycles
-from fretwear.parts import Part, PerBody, Quantity, pair
+from fretwear.parts import Part, Quantity
 from fretwear.theory import composite_modulus, coupling_ratio
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.forms import Patch
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
 from fretwear.mechanics.surface_files import (
     UNKNOWN,
@@ -24,7 +25,7 @@ from fretwear.mechanics.surface_files import (
     read_topography,
 )
 from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter, RoundIndenter
-from fretwear.parts import Choice, Part, Patch, Quantity
+from fretwear.parts import Choice, Part, Quantity
 from fretwear.theory import Reduced
 from fretwear.units import QuantityError
 

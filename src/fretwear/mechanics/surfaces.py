@@ -9,10 +9,11 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.forms import PerBody, pair
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Normal
 from fretwear.mechanics.materials import Bodies
-from fretwear.parts import Part, PerBody, Quantity, pair
+from fretwear.parts import Part, Quantity
 from fretwear.theory import (
     EllipticContact,
     FlatPunchContact,

@@ -8,16 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from fretwear.parts import (
-    Coordinates,
-    Either,
-    Mapped,
-    Parameter,
-    Quantity,
-    QuantityError,
-    Several,
-    WholeNumber,
-)
+from fretwear.forms import Either, Mapped, Several
+from fretwear.parts import Coordinates, Parameter, Quantity, QuantityError, WholeNumber
 from fretwear.problems import Problems
 
 _CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)

@@ -13,10 +13,11 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.forms import Mapped
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.materials import Friction
 from fretwear.mechanics.values import OfBodies
-from fretwear.parts import Mapped, Part, Quantity
+from fretwear.parts import Part, Quantity
 
 # The least part of a mean that is left when a change is extrapolated.
 _LEAST_LEFT = 0.1

@@ -13,17 +13,15 @@ from typing import Annotated, Any
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.forms import Either, Mapped, Several
 from fretwear.mechanics.surface_files import Source, SourceFile, read_topography
 from fretwear.parts import (
     Choice,
-    Either,
     Flag,
-    Mapped,
     Parameter,
     Part,
     Quantity,
     Schema,
-    Several,
     WholeNumber,
     is_list,
     keys_schema,

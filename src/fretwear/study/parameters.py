@@ -8,7 +8,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
-from fretwear.parts import Either, Parameter, Part, Quantity, derived, required
+from fretwear.forms import Either
+from fretwear.parts import Parameter, Part, Quantity, derived, required
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
+from fretwear.forms import AlongXY
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
@@ -20,7 +21,7 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared
+from fretwear.parts import Flag, Parameter, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, LINE_CONTACT, format_quantity
