@@ -50,9 +50,12 @@ def interrupted(case, checkpoint, after):
 ROUGH = {"roughness": {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}}
 
 
-@pytest.mark.parametrize("changes", [{}, ROUGH], ids=["smooth", "rough"])
+COUPLED = {"slip_model": "coupled"}
+
+
+@pytest.mark.parametrize("changes", [{}, ROUGH, COUPLED], ids=["smooth", "rough", "coupled"])
 def test_an_interrupted_run_resumes_to_the_same_bits(path, changes):
-    case = make_case(**CHANGES, **changes)
+    case = make_case(**CHANGES | changes)
     undisturbed = simulate.run(case)
 
     def assert_resumed(rerun):

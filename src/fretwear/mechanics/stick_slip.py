@@ -51,8 +51,8 @@ class Sheared:
     """Tractions and slip at the end of a loading along x; vectors have shape (2, nx, ny)."""
 
     traction: Array  #: q, Pa
-    slip: Array  #: s, m, and by how much surfaces pass each other where they do not touch
-    stick: Mask  #: cells that stick, shape (nx, ny)
+    #: s, m, exactly zero in stick; beside the contact, by how much surfaces pass each other.
+    slip: Array
     displacement: float  #: δ of distant points along x, m
     force: float  #: Q of the whole contact, N
     energy: float  #: ½ ∬ q·Kq dA, J
@@ -62,6 +62,11 @@ class Sheared:
     )
 
     bound: Array  #: µp, Pa, shape (nx, ny)
+
+    @property
+    def stick(self) -> Mask:
+        """Cells that stick, shape (nx, ny)."""
+        return np.asarray((self.bound > 0.0) & (self.slip == 0.0).all(axis=0))
 
     @property
     def spare(self) -> Array:
@@ -79,8 +84,7 @@ class Sheared:
         traction, slip = (
             np.stack([resized(field) for field in fields]) for fields in (self.traction, self.slip)
         )
-        stick, bound = resized(self.stick), resized(self.bound)
-        return replace(self, traction=traction, slip=slip, stick=stick, bound=bound)
+        return replace(self, traction=traction, slip=slip, bound=resized(self.bound))
 
     def under(self, bound: Array) -> Array:
         """A guess of the traction of a similar contact, Pa, by its µp, Pa.
@@ -319,7 +323,6 @@ class _Descent:
         return Sheared(
             self.traction,
             np.where(sticks, 0.0, slip),
-            sticks,
             far,
             force,
             energy,
