@@ -89,6 +89,15 @@ class Browser:
     def ask(self, script: str, *arguments: object) -> Any:
         return self.driver.execute_script(script, *arguments)
 
+    def violations(self, axe: str) -> list[tuple[str, str]]:
+        """Rules of accessibility that the page breaks, WCAG 2 to level AA, and where."""
+        # The page refuses foreign scripts; the debugger evaluates this one beside them.
+        asked = f"{axe};axe.run().then((found) => found.violations.flatMap((one) => "
+        asked += "one.nodes.map((node) => [one.id, node.html.slice(0, 120)])))"
+        script = {"expression": asked, "awaitPromise": True, "returnByValue": True}
+        found = self.driver.execute_cdp_cmd("Runtime.evaluate", script)["result"]
+        return [(rule, place) for rule, place in found["value"]]
+
     def wait(self, script: str) -> None:
         WebDriverWait(self.driver, _PATIENCE, 0.05).until(lambda _: self.ask(script))
 

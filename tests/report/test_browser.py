@@ -1,12 +1,14 @@
 """A real browser opens the report from disk: it works by mouse and keyboard, on any screen."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from selenium.webdriver.common.keys import Keys
 
 from fretwear.data.files import open_case
 
-from .browser import CONTRASTS, MISSING, Browser
+from .browser import CONTRASTS, DESKTOP, MISSING, Browser
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING or "never")]
 
@@ -261,6 +263,18 @@ def test_every_text_can_be_read_on_what_is_behind_it_and_plots_follow_the_scheme
     opened.wait(f"{color} !== '{light}'")
     assert opened.ask("return getComputedStyle(document.body).backgroundColor") != WHITE
     assert opened.ask(CONTRASTS) == []
+
+
+@pytest.mark.parametrize(
+    ("size", "scheme"), [(DESKTOP, "light"), ((390, 844), "dark")], ids=["laptop", "phone"]
+)
+def test_axe_finds_nothing_that_hinders_a_keyboard_or_a_screen_reader(browser, file, size, scheme):
+    axe = pytest.importorskip("axe_core_python", reason="axe-core-python is not installed")
+    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+    browser.open(file, size=size, prefers_color_scheme=scheme)
+    browser.find("#compare").click()
+    browser.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+    assert browser.violations(script) == []
 
 
 def test_who_wants_less_motion_gets_none_and_paper_no_controls(browser, file):
