@@ -11,6 +11,7 @@
 import shlex
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
@@ -20,7 +21,7 @@ from fretwear.version import __version__
 
 try:
     # Fails if its kernels in C++ have not been compiled.
-    from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs
+    from fretwear.running.workflow import BATCHES, CAPTION, Progress, StudyJobs
 
     JOBS = StudyJobs.of(config)
 except (ImportError, StudyError) as error:
@@ -45,6 +46,7 @@ if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
         file=sys.stderr,
     )
 
+PROGRESS = []
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
 FIGURES = FOLDER / "figures"
@@ -68,9 +70,25 @@ localrules:
     report,
 
 
+# A line per finished case, and at the end the doubts, which the report tells too.
+onstart:
+    tell = partial(print, file=sys.stderr, flush=True)
+    for sentence in JOBS.study.unused:
+        tell(f"fretwear: warning: {sentence}")
+    PROGRESS.append(Progress(JOBS, max(1, (workflow.cores or 1) // JOBS.threads), tell))
+    PROGRESS[0].start()
+
+
+onsuccess:
+    PROGRESS[0].stop()
+    print(Path(f"{RESULTS}/logs/report.log").read_text(encoding="utf-8"), end="", file=sys.stderr)
+
+
 # With --keep-going the finished cases are merged, drawn and reported although others have failed;
 # the next run tries those again.
 onerror:
+    for progress in PROGRESS:
+        progress.stop()
     if workflow.execution_settings.keep_going and (verdict := JOBS.verdict()):
         for step in ("merge", "figures", "report"):
             log_file = f"{RESULTS}/logs/{step}.log"

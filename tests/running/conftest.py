@@ -37,6 +37,7 @@ TINY = two_loads(
     title="Tiny",
     base={**without(BASE, "load", "tangential_ratio"), "tangential_load": "9 N"},
     output={"cycles": [0, 20]},
+    batch=1,
 )
 
 # Matter this soft is gone before the shortest step ends, so its case really fails.

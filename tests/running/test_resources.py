@@ -12,6 +12,7 @@ from fretwear.running.resources import (
     LEAST_JOBS,
     MOST_JOBS,
     SECONDS_PER_JOB,
+    SECONDS_WORTH_A_JOB,
     Batch,
     available_memory,
     batches,
@@ -21,6 +22,8 @@ from fretwear.running.resources import (
     machine_speed,
     machine_warnings,
     require_memory,
+    seconds_after,
+    study_seconds,
     transform_seconds,
     why_too_large,
 )
@@ -125,14 +128,15 @@ def ids(jobs):
 @pytest.mark.parametrize(
     ("seconds", "least", "most"),
     [
-        # A small study keeps the cores busy, a large one has jobs of a few minutes.
-        ([0.1] * 5, 5, 5),
-        ([0.1] * 1000, LEAST_JOBS, LEAST_JOBS),
+        # Small cases share jobs, of a few minutes in a large study.
+        ([0.1], 1, 1),
+        ([0.1] * 16, LEAST_JOBS, LEAST_JOBS),
+        ([0.1] * 1000, 100 / SECONDS_WORTH_A_JOB, 100 / SECONDS_WORTH_A_JOB),
         ([10.0] * 500, JOBS_FOR_MANY_CORES, JOBS_FOR_MANY_CORES),
         ([2.0] * 10_000, 20_000 / (SECONDS_PER_JOB + 2.0), 20_000 / (SECONDS_PER_JOB - 4.0)),
         ([60.0] * 100_000, 0.9 * MOST_JOBS, MOST_JOBS),
         # A long case is a job of its own, nearly.
-        ([1.0] * 300 + [3600.0] + [1.0] * 300, 2, 2 + 600 / SECONDS_PER_JOB + LEAST_JOBS),
+        ([1.0] * 300 + [3600.0] + [1.0] * 300, 3, 3 + JOBS_FOR_MANY_CORES * 600 / 4200),
     ],
 )
 def test_jobs_are_neither_too_many_nor_too_long(seconds, least, most):
@@ -150,10 +154,26 @@ def test_a_batch_knows_its_points_its_time_and_its_memory():
     assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
 
 
+def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
+    few, many = (
+        Plan(load({**STUDY, "vary": {"load": [f"{20 + n} N" for n in range(count)]}}))
+        for count in (1, 4)
+    )
+    jobs = batches(many)
+    alone, shared = study_seconds(many), study_seconds(many, 2)
+    assert (
+        alone > core_seconds(jobs) + seconds_after(many) > seconds_after(few) + core_seconds(jobs)
+    )
+    assert shared < alone < 2 * shared, "figures and report keep one core only"
+    # Of a single job, two cores make no shorter one.
+    assert study_seconds(few, 2) == near(study_seconds(few))
+    assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
+
+
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
-    said = [({}, [1] * 5), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
-    for each, sizes in (*said, ({"batch": "auto"}, [1] * 5)):
+    said = [({}, [3, 2]), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
+    for each, sizes in (*said, ({"batch": "auto"}, [3, 2])):
         study = load({**content, **each})
         jobs = batches(Plan(study))
         assert [len(job.case_ids) for job in jobs] == sizes

@@ -12,11 +12,18 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
-from fretwear.running.workflow import StudyJobs, failures, record, study_file, write_finished
+from fretwear.running.workflow import (
+    Progress,
+    StudyJobs,
+    failures,
+    record,
+    study_file,
+    write_finished,
+)
 from fretwear.study.problems import StudyError
 
-from ..studies import WAVES, write_study
-from .conftest import BASE, HOPELESS, TINY, Checkout, wait_for
+from ..studies import WAVES, HandClock, write_study
+from .conftest import BASE, HOPELESS, TINY, Checkout, wait_for, without
 
 AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
 
@@ -63,6 +70,43 @@ def test_a_study_ends_in_datasets_figures_and_a_report(finished):
     claims = json.loads((finished.results / "answer.json").read_text(encoding="utf-8"))
     assert {(each["parameter"], each["from"], each["to"]) for each in claims} == {("load", 25, 50)}
     assert all(each["text"] in page for each in claims)
+
+
+def test_each_case_is_told_once_it_is_done_with_the_time_left(load, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told, clock = [], HandClock()
+    jobs = StudyJobs(load({**TINY, "vary": {"load": [f"{n} N" for n in (20, 30, 40)]}, "batch": 2}))
+    first, second, third = jobs.study.cases()
+    cases = tmp_path / "results/study/cases"
+    cases.mkdir(parents=True)
+    # A result of another version is not done until it is written again.
+    (cases / f"{first}.nc").write_text("older")
+    progress = Progress(jobs, 1, told.append, clock)
+    clock.now = 30.0
+    progress.look()
+    assert told == []
+    (cases / f"{first}.nc").write_text("as it should be")
+    progress.look()
+    progress.look()
+    assert [line.partition(", about")[0] for line in told] == [f"case 1 of 3 done: {first}"]
+    left = [told[0]]
+    # A case that was kept is told with the record of its batch.
+    write_finished(jobs_record(jobs, 1), cases, ())
+    (cases / f"{second}.nc").write_text("new")
+    progress.stop()
+    assert {line.split()[5][:-1] for line in told} == {first, second, third}
+    assert told[-1].startswith("case 3 of 3 done: ")
+    assert left == told[:1]
+    minutes = [float(line.split(" about ")[1].split()[0]) for line in told]
+    assert minutes == sorted(minutes, reverse=True)
+    assert minutes[-1] > 0, "figures and report follow"
+
+
+def jobs_record(jobs, number):
+    """The record that the job of a batch leaves at its end."""
+    file = Path(jobs.folder, "batches", f"{jobs.targets[number]}.json")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    return file
 
 
 BOTH = {"P25N-Q9N", "P50N-Q9N"}
@@ -194,7 +238,7 @@ def test_a_job_depends_on_all_that_its_files_hold(jobs, monkeypatch):
     changes = ({}, {"base": {**TINY["base"], "friction": 0.6}}, {"output": {"cycles": [0, 30]}})
     names = [set(jobs({**TINY, **change}).batches) for change in changes]
     # What follows depends on the study but not on its batches.
-    assert json.loads(jobs(TINY).content) == TINY
+    assert json.loads(jobs(TINY).content) == without(TINY, "batch")
     assert jobs({**TINY, "batch": 2}).content == jobs(TINY).content
     assert jobs({**TINY, "title": "Other"}).content != jobs(TINY).content
     monkeypatch.setattr("fretwear.running.workflow.code_digest", lambda: "other")

@@ -214,12 +214,14 @@ def plan(
     for line in (*lines, "", *derived):
         say(line)
     jobs = resources.batches(planned)
-    seconds = resources.core_seconds(jobs, speed)
     at_once = min(resources.cores(), len(jobs))
-    shared = f", {duration_text(seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
+    alone, together = (resources.study_seconds(planned, n, speed) for n in (1, at_once))
+    shared = f", {duration_text(together)} on {at_once} cores" if at_once > 1 else ""
+    after = duration_text(resources.seconds_after(planned) / speed)
     say(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
-        f"job{'s' * (len(jobs) != 1)}: about {duration_text(seconds)} on one core{shared}, "
+        f"job{'s' * (len(jobs) != 1)}: about {duration_text(alone)} on one core{shared}, "
+        f"{after} of it for figures and report, "
         f"up to {size_text(planned.memory_bytes)} of memory per job, "
         f"about {size_text(planned.file_bytes)} of files."
     )
@@ -419,7 +421,7 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
 
     with open_summary(folder / "summary.nc") as summary:
         sections: Iterator[Section] = added("fretwear.sections", summary, folder / "cases")
-        page = build_report(Plan(study), summary, folder, sections=sections)
+        page = build_report(Plan(study), summary, folder, sections=sections, tell=log.note)
         answer = answer_text(answers(summary))
     write_text(folder / "report.html", page)
     write_text(folder / "answer.json", answer)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from io import StringIO
@@ -34,7 +34,7 @@ from fretwear.report.results import (
 )
 from fretwear.running.workflow import LOGS, failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
-from fretwear.study.doubts import SMALL_ERROR, finer
+from fretwear.study.doubts import SMALL_ERROR, Doubt, finer
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
@@ -61,13 +61,18 @@ _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
 
 
 def build_report(
-    plan: Plan, summary: xr.Dataset, folder: Path, *, sections: Iterable[Section] = ()
+    plan: Plan,
+    summary: xr.Dataset,
+    folder: Path,
+    *,
+    sections: Iterable[Section] = (),
+    tell: Callable[[str], None] = lambda _: None,
 ) -> str:
     """Build the report of a study as one self-contained HTML page, which loads no other file.
 
     The results `folder` holds the merged study; the case files in ``cases``; the figures with their
     index, from `fretwear.figures.study.write_study_figures`, in ``figures``; and perhaps ``logs``
-    and ``benchmarks``. More `sections` come after the figures.
+    and ``benchmarks``. More `sections` come after the figures. `tell` takes every doubt.
 
     Raises a `DataFileError` if a file is missing, or the summary belongs to another study or to an
     earlier state of the study of the plan.
@@ -108,7 +113,13 @@ def build_report(
         return Section(name, title, Markup(bodies[name](*content)), entry)
 
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
-    page = [section("answer", heading, *_answer(plan, summary, results), answering, entry=entry)]
+    doubts, remarks, *answered = _answer(plan, summary, results)
+    page = [section("answer", heading, doubts, remarks, *answered, answering, entry=entry)]
+    for doubt, numbers in doubts.items():
+        cases_of = f"{len(numbers)} case{'s' * (len(numbers) != 1)}"
+        tell(f"doubt: in {cases_of} the contact {doubt.what}; {doubt.remedy}")
+    for remark in remarks:
+        tell(f"doubt: {remark}")
     if explorer:
         page.append(section("explorer", "Explorer", explorer, scripts.plotly, kinds, len(results)))
     explored = explorer.numbers if explorer else ()
@@ -143,7 +154,9 @@ def build_report(
     )
 
 
-def _answer(plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]) -> tuple[object, ...]:
+def _answer(
+    plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]
+) -> tuple[Mapping[Doubt, Mapping[str, str]], list[str], object, object]:
     """Return doubts, remarks, the answers of the study, and a note on the regimes of slip."""
     by_result, together = list(answers(summary)), regimes(summary)
     if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):

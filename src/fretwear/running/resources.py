@@ -35,13 +35,23 @@ _CONTROL_GROUPS_1 = (
 _CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
 
 # Time of a job, and numbers of jobs: starting one, or queueing it on a cluster, costs seconds. A
-# small study has enough jobs to keep the cores busy, and more if each takes longer than its start.
+# small study has enough jobs to keep the cores busy if each takes longer than its start.
 # A workflow of the most jobs is planned in seconds; a larger study has longer jobs instead.
 SECONDS_PER_JOB = 180.0
-LEAST_JOBS = 16
+LEAST_JOBS = 2
 JOBS_FOR_MANY_CORES = 64
-SECONDS_WORTH_A_JOB = 10.0
+SECONDS_WORTH_A_JOB = 5.0
 MOST_JOBS = 2000
+
+# Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
+SECONDS_OF_SNAKEMAKE = 3.0
+SECONDS_OF_MERGING = 1.3
+SECONDS_PER_BYTE_MERGED = 5e-9
+SECONDS_OF_FIGURES = 6.0
+SECONDS_PER_CASE_DRAWN = 0.15
+MOST_CASES_DRAWN = 200
+SECONDS_OF_REPORT = 1.8
+SECONDS_PER_CASE_REPORTED = 0.02
 
 # Processor time of a forward and inverse transform on the machine on which the constants of
 # `fretwear.study.plan` were measured, as `python -m benchmarks.cost --speed` prints it.
@@ -191,6 +201,27 @@ def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batc
 def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
     """Return the time, s, of all jobs on one core of a machine of given speed."""
     return (math.fsum(job.seconds for job in jobs) + SECONDS_TO_START * len(jobs)) / speed
+
+
+def seconds_after(plan: Plan) -> float:
+    """Return the time, s, to merge a study, draw its figures and write its report."""
+    cases = len(plan.estimates)
+    drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
+    merging = SECONDS_OF_MERGING + SECONDS_PER_BYTE_MERGED * plan.file_bytes
+    return (
+        merging + SECONDS_OF_FIGURES + drawn + SECONDS_OF_REPORT + SECONDS_PER_CASE_REPORTED * cases
+    )
+
+
+def study_seconds(plan: Plan, at_once: int = 1, speed: float = 1.0) -> float:
+    """Return the time, s, of the workflow of a study on so many cores of a machine of given speed.
+
+    Jobs run at once, none shorter than its longest; merging, figures and report follow.
+    """
+    jobs = batches(plan)
+    longest = max(job.seconds for job in jobs) + SECONDS_TO_START
+    simulating = max(core_seconds(jobs) / at_once, longest)
+    return (SECONDS_OF_SNAKEMAKE + simulating + seconds_after(plan)) / speed
 
 
 def machine_speed(estimates: Iterable[Estimate]) -> float:

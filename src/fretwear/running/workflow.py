@@ -14,7 +14,9 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,10 +27,11 @@ from typing import NamedTuple
 
 from fretwear.data.safe import DataFileError, open_data, open_log, read_data, write_text
 from fretwear.problems import Problem
-from fretwear.running.resources import Batch, batches
-from fretwear.study.plan import Plan
+from fretwear.running.resources import Batch, batches, seconds_after
+from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.study import Study, load_study
+from fretwear.units import duration_text
 from fretwear.version import code_digest
 
 BATCHES = "batches"
@@ -60,6 +63,8 @@ _MEBIBYTE = 1 << 20
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
 _FAILURES_LISTED = 20
+# Seconds between two looks at the case files, and in times of what a look takes.
+_LEAST_PAUSE, _PAUSES = 1.0, 20.0
 
 # A job that exceeds its request is lost; one that requests too much only waits.
 _MEMORY_MARGIN = 2.0
@@ -135,6 +140,11 @@ class StudyJobs:
         """Digest of the code that computes: unless kept, cases of another are computed again."""
         return "any" if self.keep_older else code_digest()
 
+    @cached_property
+    def plan(self) -> Plan:
+        """The plan of the study."""
+        return Plan(self.study)
+
     @property
     def content(self) -> str:
         """The parts of the study, as JSON, on which everything but the cases depends."""
@@ -145,7 +155,7 @@ class StudyJobs:
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name, a hash of the contents of their files in any order of points."""
         by_name, cases = {}, self.study.cases()
-        for batch in batches(Plan(self.study)):
+        for batch in batches(self.plan):
             snapshots = [(case_id, cases[case_id].output_cycles) for case_id in batch.case_ids]
             text = json.dumps([self.code, snapshots], separators=(",", ":"))
             by_name[hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]] = batch
@@ -195,6 +205,76 @@ class StudyJobs:
         lines += [f"  {line}" for line in few_of(failed, _FAILURES_LISTED)]
         end = f"{self.folder}/report.html shows what is done; the next run tries these again."
         return "\n".join([*lines, end]) if failed else ""
+
+
+class Progress:
+    """Tells each case of a running study once it is done, with the time left.
+
+    A thread looks for case files and records of batches, which every kind of job leaves, wherever
+    it runs. The time left follows from the plan and the pace so far.
+    """
+
+    def __init__(
+        self,
+        jobs: StudyJobs,
+        at_once: int,
+        tell: Callable[[str], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._tell, self._clock, self._at_once = tell, clock, at_once
+        self._cases, estimates = Path(jobs.folder, "cases"), jobs.plan.estimates
+        self._before, self._stop = case_files(self._cases), threading.Event()
+        records = {Path(jobs.folder, BATCHES, f"{target}.json"): target for target in jobs.targets}
+        self._batches = {
+            record: jobs.batches[target.rpartition("-")[0]].case_ids
+            for record, target in records.items()
+            if not record.exists()
+        }
+        # Seconds of the cases that are not done, as planned.
+        self._left = {
+            case_id: estimates[case_id].seconds - SECONDS_TO_START
+            for case_ids in self._batches.values()
+            for case_id in case_ids
+        }
+        self._count, self._done, self._after = len(self._left), 0.0, seconds_after(jobs.plan)
+        self._began = clock()
+
+    def look(self) -> None:
+        """Tell the cases that are done since the last look."""
+        present = case_files(self._cases)
+        done = [n for n in self._left if n in present and present[n] != self._before.get(n)]
+        for record in [record for record in self._batches if record.exists()]:
+            done += [n for n in self._batches.pop(record) if n in self._left and n not in done]
+        for case_id in done:
+            self._done += self._left.pop(case_id)
+            number = f"case {self._count - len(self._left)} of {self._count}"
+            self._tell(
+                f"{number} done: {case_id}, about {duration_text(self._seconds_left())} left"
+            )
+
+    def _seconds_left(self) -> float:
+        """Time, s, until the report is written."""
+        left, running = sum(self._left.values()), min(self._at_once, len(self._left))
+        begun = 0.5 * left * running / len(self._left) if self._left else 0.0
+        started = self._at_once * SECONDS_TO_START
+        pace = (self._clock() - self._began) / (started + self._done + begun)
+        return math.ceil(pace * (left - begun + self._at_once * self._after))
+
+    def start(self) -> None:
+        """Look every second, or more rarely at folders that take long to look at."""
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def stop(self) -> None:
+        """Look a last time."""
+        self._stop.set()
+        self.look()
+
+    def _watch(self) -> None:
+        pause = _LEAST_PAUSE
+        while not self._stop.wait(pause):
+            begun = time.monotonic()
+            self.look()
+            pause = max(_LEAST_PAUSE, _PAUSES * (time.monotonic() - begun))
 
 
 # The workflow of a large study cannot read every case file each time it starts. A batch has checked
