@@ -12,20 +12,19 @@ the sum of the first two.
 
 As for pressure (`fretwear.mechanics.convolution`), frequencies fall into two branches along each
 axis. Where the contact is even, q_x is even and q_y odd along that axis: if it is along both,
-cosine and sine transforms of a quarter do. Otherwise, q_x + i q_y is one complex field on the whole
-window.
+cosine and sine transforms of a quarter do. Otherwise, the whole window is padded with zeros.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.mechanics.convolution import dct, dst, offsets
@@ -33,7 +32,6 @@ from fretwear.mechanics.convolution import dct, dst, offsets
 if TYPE_CHECKING:
     from fretwear.mechanics.geometry.grid import Grid
 
-Complex = NDArray[np.complex128]
 Branch = tuple[int, int]
 # Kernels of x on x, of y on y, and of either on the other.
 Kernels = tuple[Array, Array, Array]
@@ -68,7 +66,7 @@ class ShearSpace(ABC):
     """
 
     def __init__(self, geometry: Grid, modulus: float, coupling: float) -> None:
-        self.geometry = geometry
+        self.geometry, self._moduli = geometry, (modulus, coupling)
         shape = offsets(geometry.shape, geometry.even)
         influence = shear_influence(shape, geometry.spacing, modulus, coupling)
         self.self_influence = float(influence[0][0, 0])
@@ -77,6 +75,13 @@ class ShearSpace(ABC):
         odd = np.zeros_like(even[0])
         odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
         self._spectra: Kernels = even[0], even[1], odd
+
+    @property
+    def coarser(self) -> ShearSpace:
+        """The bodies on cells twice as wide, of an even number along each axis."""
+        (nx, ny), (dx, dy) = self.geometry.shape, self.geometry.spacing
+        geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
+        return shear_space(geometry, *self._moduli)
 
     @abstractmethod
     def displacement(self, traction: Array) -> Array:
@@ -122,8 +127,13 @@ class QuarterShear(ShearSpace):
     def displacement(self, traction: Array) -> Array:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
         result = np.zeros_like(traction)
-        for branch in _BRANCHES:
-            result += self._filtered(traction, branch, self._factors[branch])
+        for odd in (0, 1):
+            along = _transformed(traction, odd, 0)
+            across = np.zeros_like(traction)
+            for other in (0, 1):
+                branch = odd, other
+                across += self._filtered(along, branch, self._factors[branch])
+            result += _transformed(across, odd, 0, back=True)
         return result
 
     def inverse(self) -> Callable[[Array], Array]:
@@ -139,17 +149,18 @@ class QuarterShear(ShearSpace):
         inverses = [np.array(1.0 / along[cosine]), np.array(1.0 / across[sine])]
         inverses[0][1:, 1:], inverses[1][:-1, :-1] = of_both[:2]
         factors = (inverses[0] / scale, inverses[1] / scale, of_both[2] / scale)
-        return lambda field: self._filtered(field, (0, 0), factors)
+
+        def invert(field: Array) -> Array:
+            result = self._filtered(_transformed(field, 0, 0), (0, 0), factors)
+            return _transformed(result, 0, 0, back=True)
+
+        return invert
 
     @staticmethod
     def _filtered(field: Array, branch: Branch, kernels: Kernels) -> Array:
+        """Filter a field that is transformed along x: transform it along y, and back."""
         along, across, cross = kernels
-        result = np.empty_like(field)
-        first, second = result
-        first[...], second[...] = field
-        for axis, odd in enumerate(branch):
-            dct(4 if odd else 2, first, (axis,))
-            dst(4 if odd else 2, second, (axis,), into=second)
+        first, second = result = _transformed(field, branch[1], 1)
         # Sines begin with the frequency one, cosines with zero.
         cosines = tuple(slice(None) if odd else slice(1, None) for odd in branch)
         sines = tuple(slice(None) if odd else slice(None, -1) for odd in branch)
@@ -158,10 +169,15 @@ class QuarterShear(ShearSpace):
         second[sines] += cross * first[cosines]
         first *= along
         first[cosines] += of_second
-        for axis, odd in enumerate(branch):
-            dct(4 if odd else 3, first, (axis,))
-            dst(4 if odd else 3, second, (axis,), into=second)
-        return result
+        return _transformed(result, branch[1], 1, back=True)
+
+
+def _transformed(field: Array, odd: int, axis: int, *, back: bool = False) -> Array:
+    """Transform q_x by cosines and q_y by sines along an axis, in one branch; or back, in place."""
+    kind, result = 4 if odd else 3 if back else 2, field if back else np.empty_like(field)
+    dct(kind, field[0], (axis,), into=result[0])
+    dst(kind, field[1], (axis,), into=result[1])
+    return result
 
 
 def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
@@ -174,11 +190,7 @@ def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], 
 
 
 class WholeShear(ShearSpace):
-    """Complex transforms of q_x + i q_y on all cells, mirrored where they are even.
-
-    With Z its transform and Z' the conjugate of that at the opposite frequency, u_x + i u_y has the
-    transform M Z + D Z' for M = (K_xx + K_yy)/2 and D = (K_xx − K_yy)/2 + i K_xy.
-    """
+    """Fourier transforms of all cells with as many zeros, mirrored where they are even."""
 
     @cached_property
     def _whole(self) -> tuple[int, int]:
@@ -188,95 +200,49 @@ class WholeShear(ShearSpace):
         )
         return nx, ny
 
-    def _spectrum(self, field: Array, branch: Branch, *, is_odd: bool) -> Array:
-        """The spectrum at all frequencies of a branch, negative ones last."""
-        for axis, (odd, n) in enumerate(zip(branch, self._whole, strict=True)):
-            frequency = 2 * np.arange(n) + odd
-            folded = np.minimum(frequency, 2 * n - frequency)
-            signs = np.where(is_odd & (frequency > n), -1.0, 1.0)
-            field = field.take(folded, axis) * np.expand_dims(signs, 1 - axis)
-        return field
-
-    def _mean_and_difference(self, kernels: Kernels) -> tuple[Array, Complex]:
-        along, across, cross = kernels
-        return 0.5 * (along + across), 0.5 * (along - across) + 1j * cross
-
-    def _kernels(self, branch: Branch) -> Kernels:
-        along, across, cross = self._spectra
-        return (
-            self._spectrum(along, branch, is_odd=False),
-            self._spectrum(across, branch, is_odd=False),
-            -self._spectrum(cross, branch, is_odd=True),
-        )
-
-    @cached_property
-    def _factors(self) -> dict[Branch, tuple[Array, Complex]]:
-        return {
-            branch: self._mean_and_difference(
-                tuple(0.25 * field for field in self._kernels(branch))  # type: ignore[arg-type]
-            )
-            for branch in _BRANCHES
-        }
-
-    @cached_property
-    def _waves(self) -> dict[Branch, Complex | None]:
-        """The waves that shift frequencies by half a step, by branch."""
+    def _kernels(self, step: int) -> Kernels:
+        """Spectra at every frequency along x, and those along y that are not negative, or half."""
         nx, ny = self._whole
-        along, across = (np.exp(1j * np.pi * np.arange(n) / n) for n in (nx, ny))
-        one_x, one_y = np.ones(nx), np.ones(ny)
-        waves: dict[Branch, Complex | None] = {(0, 0): None}
-        waves |= {
-            (x, y): np.multiply.outer(along if x else one_x, across if y else one_y)
-            for x, y in _BRANCHES[1:]
-        }
-        return waves
+        along_x, along_y = np.arange(0, 2 * nx, step), np.arange(0, ny + 1, step)
+        places = np.ix_(np.minimum(along_x, 2 * nx - along_x), along_y)
+        along, across, cross = (field[places] for field in self._spectra)
+        # An odd field has nothing at the largest frequency, which is its own opposite.
+        cross *= np.where(along_x == nx, 0.0, np.sign(along_x - nx))[:, None] * (along_y < ny)
+        return along, across, cross
+
+    @cached_property
+    def _factors(self) -> Kernels:
+        return self._kernels(1)
 
     def displacement(self, traction: Array) -> Array:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
-        field = self._packed(traction)
-        result = np.zeros_like(field)
-        for branch in _BRANCHES:
-            result += self._filtered(field, branch, self._factors[branch])
-        return self._unpacked(result)
+        return self._filtered(traction, 2, self._factors)
 
     def inverse(self) -> Callable[[Array], Array]:
-        """Approximate inverse by the branch of the window without padding."""
-        # At the frequency between the positive and the negative ones, a field that is odd vanishes.
-        factors = self._mean_and_difference(_inverted(self._kernels((0, 0))))
-        return lambda field: self._unpacked(self._filtered(self._packed(field), (0, 0), factors))
+        """Approximate inverse by transforms of the window without padding."""
+        factors = _inverted(self._kernels(2))
+        return lambda field: self._filtered(field, 1, factors)
 
-    def _packed(self, field: Array) -> Complex:
-        first, second = field
-        for axis, even in enumerate(self.geometry.even):
-            if even:
-                first = np.concatenate([np.flip(first, axis), first], axis)
-                second = np.concatenate([-np.flip(second, axis), second], axis)
-        return np.asarray(first + 1j * second)
-
-    def _unpacked(self, field: Complex) -> Array:
-        start = (
-            n // 2 if even else 0 for n, even in zip(self._whole, self.geometry.even, strict=True)
-        )
-        part = field[tuple(slice(first, None) for first in start)]
-        return np.stack([part.real, part.imag])
-
-    def _filtered(self, field: Complex, branch: Branch, factors: tuple[Array, Complex]) -> Complex:
+    def _filtered(self, field: Array, times: int, kernels: Kernels) -> Array:
         import scipy.fft
 
-        wave, (mean, difference) = self._waves[branch], factors
-        field = field if wave is None else field * wave.conj()
-        waves = scipy.fft.fft2(field, overwrite_x=wave is not None)
-        opposite = waves.conj()
-        for axis, odd in enumerate(branch):
-            opposite = np.flip(opposite, axis)
-            if not odd:
-                opposite = np.roll(opposite, 1, axis)
-        waves *= mean
-        waves += difference * opposite
-        result: Complex = scipy.fft.ifft2(waves, overwrite_x=True)
-        if wave is not None:
-            result *= wave
-        return result
+        (nx, ny), (along, across, cross) = self._whole, kernels
+        for axis in 1 + np.flatnonzero(self.geometry.even):
+            mirrored = np.flip(field, int(axis)) * np.array([1.0, -1.0])[:, None, None]
+            field = np.concatenate([mirrored, field], axis)
+        # Rows of zeros need no transforms.
+        rows, columns = times * nx, times * ny
+        waves = scipy.fft.rfft(field, columns, axis=2)
+        first, second = waves = scipy.fft.fft(waves, rows, axis=1, overwrite_x=True)
+        of_second = cross * second
+        second *= across
+        second += cross * first
+        first *= along
+        first += of_second
+        waves = scipy.fft.ifft(waves, axis=1, overwrite_x=True)
+        x, y = (n - inner for n, inner in zip(self._whole, self.geometry.shape, strict=True))
+        result = scipy.fft.irfft(waves[:, x:nx], columns, axis=2, overwrite_x=True)
+        return np.ascontiguousarray(result[:, :, y:ny])
 
 
 def shear_space(geometry: Grid, modulus: float, coupling: float) -> ShearSpace:

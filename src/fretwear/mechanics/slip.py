@@ -112,8 +112,8 @@ class SlipModel(Part):
     """
 
     follows_shape: ClassVar[bool] = False
-    #: Whether slip of a contact with rotational symmetry has it too.
-    is_round: ClassVar[bool] = True
+    #: Whether displacements along x and y are coupled, which breaks rotational symmetry.
+    couples: ClassVar[bool] = False
 
     def reduced(
         self,
@@ -268,7 +268,7 @@ class Coupled(Jaeger):
 
     kind: Literal["coupled"] = "coupled"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, in two directions"
-    is_round: ClassVar[bool] = False
+    couples: ClassVar[bool] = True
 
     def sheared(
         self,

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,8 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.shear import ShearSpace
 
 _LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
+# A start is computed on cells twice as wide from so many cells along an axis on, to a residual.
+_LEAST_COARSENED, _COARSE = 64, 1e-3
 # Factor by which a Newton step reduces its residual, at first and once the sets of cells settle.
 _ROUGHLY, _WELL = 0.2, 0.03
 # Cells that change sides, over all in contact, up to which the sets count as settled.
@@ -133,8 +134,14 @@ def shear(
     """
     if force is not None and not force < bodies.geometry.integral(bound):
         raise ContactError(f"a tangential force of {force:.4g} N slides the contact as a whole")
-    method = _Descent(bodies, bound, force, displacement, flexibility, start)
-    return method.solve(tolerance)
+    spent, shape = 0, bound.shape
+    if start is None and min(shape) >= _LEAST_COARSENED and not any(n % 4 for n in shape):
+        means = bound.reshape(shape[0] // 2, 2, shape[1] // 2, 2).mean(axis=(1, 3))
+        coarse = shear(bodies.coarser, means, force, displacement, flexibility, None, _COARSE)
+        parts = np.divide(coarse.traction, means, out=0.0 * coarse.traction, where=means > 0.0)
+        start, spent = parts.repeat(2, axis=1).repeat(2, axis=2) * bound, coarse.convolutions // 4
+    result = _Descent(bodies, bound, force, displacement, flexibility, start).solve(tolerance)
+    return replace(result, convolutions=result.convolutions + spent)
 
 
 class _Descent:
@@ -240,7 +247,7 @@ class _Descent:
             # A cell at the bound that slips against its traction sticks again.
             slips = at_bound & ((slip * self.traction).sum(axis=0) > 0.0)
             changed = np.count_nonzero((self.touching & ~slips) != sticks_before)
-            settled = changed <= _FEW * np.count_nonzero(self.touching)
+            settled = self.guessed or changed <= _FEW * np.count_nonzero(self.touching)
             sticks_before = self.touching & ~slips
             enough = _ENOUGH * tolerance * largest / self.unit
             target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, enough)
@@ -283,11 +290,15 @@ class _Descent:
         way = np.where(slips, self.traction / bound, 0.0)
         turn = np.stack([-way[1], way[0]])  # t, zero where nothing slips
         layer = (slip * way).sum(axis=0) / bound
-        weight = 1.0 / np.sqrt(1.0 + layer * self.unit)
+        weight, inside = 1.0 / np.sqrt(1.0 + layer * self.unit), sticks.astype(np.float64)
 
         def within(field: Array) -> Array:
             """P v."""
-            return np.where(sticks, field, turn * (turn * field).sum(axis=0))
+            turned = turn[0] * field[0]
+            turned += turn[1] * field[1]
+            result = inside * field
+            result += turn * turned
+            return np.asarray(result)
 
         def condition(field: Array) -> Array:
             self.spent += 0.25
@@ -350,10 +361,10 @@ class _Held:
         """The residual without the parts that distant points take up."""
         if not self.fields:
             return residual
-        products = [float((z * residual).sum()) for z in self._conditioned]
-        parts = np.linalg.solve(self._gram, products)
-        taken = sum(part * one for part, one in zip(parts, self.fields, strict=True))
-        return np.asarray(residual - taken)
+        products = [float(np.vdot(z, residual)) for z in self._conditioned]
+        for part, one in zip(np.linalg.solve(self._gram, products), self.fields, strict=True):
+            residual = residual - part * one
+        return residual
 
 
 def _solve(
@@ -367,19 +378,21 @@ def _solve(
     """Conjugate gradients, projected so that products of the solution with held fields vanish."""
     left = held.free(residual)
     result = np.zeros_like(left)
-    first = sqrt(float((left**2).mean()))
-    target = max(reduction * first, enough)
+    target = max(reduction**2 * float(np.vdot(left, left)), enough**2 * left.size)
     direction, energy = np.zeros_like(left), 1.0
     for _ in range(_LARGEST_ITERATIONS):
-        if sqrt(float((left**2).mean())) <= target:
+        if np.vdot(left, left) <= target:
             break
         preconditioned = condition(left)
-        previous, energy = energy, float((left * preconditioned).sum())
+        previous, energy = energy, float(np.vdot(left, preconditioned))
         if not energy > 0.0:
             break
-        direction = preconditioned + energy / previous * direction
+        direction *= energy / previous
+        direction += preconditioned
         force = operator(direction)
-        length = energy / float((direction * force).sum())
+        length = energy / float(np.vdot(direction, force))
         result += length * direction
-        left = held.free(left - length * force)
+        force *= length
+        left -= force
+        left = held.free(left)
     return result

@@ -30,6 +30,8 @@ SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
+# A run with friction in two directions over one without, on whole windows and on quarters.
+TIMES_COUPLED = (8.0, 4.0)
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
@@ -187,6 +189,8 @@ def _alone(case: Case, coarseness: float | None = None) -> Estimate:
         unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
         mean = 0.5 * (min(cells, unworn) + cells)
         per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+        if case.slip_model.couples:
+            per_convolution *= TIMES_COUPLED[all(case.even)]
     # A finer cell narrows rings and strips.
     finer = coarseness**-2
     per_convolution, arrays = (

@@ -192,7 +192,7 @@ class Draft(Setup):
         """The kind of cells: rings for rotational symmetry that no waves, stroke or slip break."""
         if self.frame is LINE_CONTACT:
             return Strips
-        is_round = self.indenter.is_axisymmetric and self.slip_model.is_round
+        is_round = self.indenter.is_axisymmetric and not self.slip_model.couples
         return Rings if is_round and self._is_plain else Grid
 
     @property
