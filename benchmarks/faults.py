@@ -57,6 +57,7 @@ vary:
   load: [25 N, 50 N]
 output:
   cycles: [0]
+  stress: {depth: 0.3 mm, fatigue_strength: 1000 MPa, strength_exponent: -0.1}
 """
 COMMANDS = ("batch", "merge", "figures", "report")
 

@@ -99,6 +99,20 @@ def test_figures_show_who_wins_and_where(cracked):
             np.testing.assert_allclose(place * 1e-6, [expected.crack_x, expected.crack_depth])
 
 
+def test_a_study_without_any_crack_has_its_map_and_table(cracked, tmp_path):
+    study, folder = cracked
+    content = {**study.content, "vary": {"displacement_amplitude": ["3 um"]}}
+    uncracked = load_study(write_study(tmp_path / "uncracked.yaml", content))
+    besides = fatigue_of_study(folder / "fatigue", study.stress, print)
+    merge_study(uncracked, folder / "cases", tmp_path / "summary.nc", besides=besides)
+    with open_summary(tmp_path / "summary.nc") as merged:
+        assert "crack_cycle" not in merged
+        (outcome,) = fatigue_map(merged).axes[0].get_images()
+        assert np.asarray(outcome.get_array()).ravel().tolist() == [1.0]
+        (gross,) = expected_cracks(merged, point_results(Plan(uncracked), merged, {}))
+        assert gross.outcome == "wear wins"
+
+
 def test_the_report_says_where_the_first_crack_is_expected(cracked):
     study, folder = cracked
     with open_summary(folder / "summary.nc") as merged:

@@ -62,6 +62,11 @@ def crack_map(found: xr.Dataset, *, columns: Columns = 2) -> Figure:
     return figure
 
 
+def first_crack(summary: xr.Dataset) -> xr.DataArray:
+    """Return the cycle of the first crack; a study in which none appears has no such result."""
+    return summary.get("crack_cycle", np.nan * summary[_OUTCOME])
+
+
 @styled
 def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw whether wear or a crack wins at the last cycle, over one or two varied parameters.
@@ -72,12 +77,11 @@ def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     sizes = {str(name): size for name, size in summary["status"].sizes.items() if size > 1}
     shown = sorted(sizes, key=lambda name: -sizes[name])[:2]
     rest = {name: 0 for name in summary["status"].dims if name not in shown}
-    last = summary[["status", _OUTCOME, "crack_cycle"]].isel(rest).isel(cycle=-1)
-    last = last.transpose(*shown)
+    last = summary[["status", _OUTCOME]].assign(first=first_crack(summary))
+    last = last.isel(rest).isel(cycle=-1).transpose(*shown)
     outcome = np.where(last["status"] == PointStatus.DONE, last[_OUTCOME], np.nan)
-    crack = last["crack_cycle"].values
-    while outcome.ndim < 2:
-        outcome, crack = outcome[:, None], crack[:, None]
+    shape = (*outcome.shape, 1, 1)[:2]
+    outcome, crack = outcome.reshape(shape), last["first"].values.reshape(shape)
     figure, axes = one_panel(1, 66.0, ax)
     scale = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
     axes.imshow(outcome.T, cmap=ListedColormap(_COLORS), norm=scale, origin="lower", aspect="auto")

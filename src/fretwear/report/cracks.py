@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from fretwear.figures.cracks import first_crack
 from fretwear.report.results import PointResult
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text, number_text
 from fretwear.vocabulary import FATIGUE_OUTCOMES
@@ -41,6 +42,7 @@ def expected_cracks(summary: xr.Dataset, results: Sequence[PointResult]) -> list
         texts = [number_text(float(known[end]), digits) for end in (0, -1)] if known.size else ["–"]
         return " → ".join(dict.fromkeys(texts))
 
+    first_cracks = first_crack(summary).values if has_lives else np.empty(0)
     rows = []
     places = np.ndindex(summary["status"].shape)
     for result, place in zip(results, places, strict=True):
@@ -51,7 +53,7 @@ def expected_cracks(summary: xr.Dataset, results: Sequence[PointResult]) -> list
         if has_lives:
             kind = summary["fatigue_outcome"].values[place]
             outcome = FATIGUE_OUTCOMES[int(kind[np.isfinite(kind)][-1])]
-            first = np.nanmax(np.append(summary["crack_cycle"].values[place], 0.0))
+            first = np.nanmax(np.append(first_cracks[place], 0.0))
             outcome += f", first at cycle {cycle_text(float(np.round(first)))}" if first else ""
         rows.append(
             ExpectedCrack(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ _CORE = tuple(f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "
 _BEYOND_CORE = re.compile(r"[+-]?0b|[^'\"]*_")
 # The library still breaks lines here.
 _OLD_BREAKS = re.compile("[\x85\u2028\u2029]")
+# A thousand whole numbers in brackets, which the library would take its time for.
+_LONG_LIST = re.compile(r"\[ *(?:0|[1-9]\d{0,11})(?: *,(?: *\n)? *(?:0|[1-9]\d{0,11})){999,} *\]")
 _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value")
 
 
@@ -34,13 +37,30 @@ class Document:
     """The content of a YAML text as plain values; anything else is a problem."""
 
     def __init__(self, text: str) -> None:
-        self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
-        self.problems: list[Problem] = []  # duplicate keys, unreadable values
-        self._nodes = 0
         if odd := _OLD_BREAKS.search(text):
             line = text.count("\n", 0, odd.start()) + 1
             rule = f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended "
             raise QuantityError(f"{rule}lines in YAML 1.1 and no longer does: remove it")
+        long_lists = dict[str, str]()
+        marker = iter(number for number in range(10**15, 10**16) if str(number) not in text)
+
+        def shortened(found: re.Match[str]) -> str:
+            """A list of one number that occurs nowhere else, on as many lines."""
+            long_lists[number := str(next(marker))] = found[0]
+            last = found[0].rpartition("\n")[2]
+            indented = "\n" + last[: len(last) - len(last.lstrip())]
+            return f"[{number}{found[0].count(chr(10)) * indented}]"
+
+        short = _LONG_LIST.sub(shortened, text)
+        self._read(short, long_lists)
+        if self._long_lists_left:  # in a comment, a quote, or as a key
+            self._read(text, {})
+
+    def _read(self, text: str, long_lists: Mapping[str, str]) -> None:
+        self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
+        self.problems: list[Problem] = []  # duplicate keys, unreadable values
+        self._nodes = 0
+        self._long_lists, self._long_lists_left = long_lists, {*long_lists}
         yaml = YAML(typ="safe", pure=True)
         self._constructor = yaml.constructor
         try:
@@ -51,17 +71,35 @@ class Document:
         # Dict, list, str, int, float, bool or None.
         self.data: Any = None if node is None else self._value(node, "", 0)
 
-    def _value(self, node: Node, key: str, depth: int) -> object:
+    def _count(self, nodes: int, depth: int) -> None:
         # Aliases are followed, so that the count and the depth bound what they expand to.
-        self._nodes += 1
+        self._nodes += nodes
         if self._nodes > MAX_NODES:
             raise QuantityError(f"holds more than {MAX_NODES} values")
         if depth > MAX_DEPTH:
             raise QuantityError(_TOO_DEEP)
+
+    def _numbers(self, text: str, first_line: int, key: str, depth: int) -> list[int]:
+        """Return the numbers of a long list."""
+        numbers: list[int] = []
+        for line, row in enumerate(text.split("\n"), first_line):
+            for number in re.findall(r"\d+", row):
+                self.lines.setdefault(f"{key}[{len(numbers)}]", line)
+                numbers.append(int(number))
+        self._count(len(numbers), depth + 1)
+        return numbers
+
+    def _value(self, node: Node, key: str, depth: int) -> object:
+        self._count(1, depth)
         self.lines.setdefault(key, node.start_mark.line + 1)
         if isinstance(node, MappingNode):
             return self._mapping(node, key, depth)
         if isinstance(node, SequenceNode):
+            only = str(getattr(node.value[0], "value", "")) if len(node.value) == 1 else ""
+            if only in self._long_lists:
+                self._long_lists_left.discard(only)
+                of_list = self._long_lists[only], node.start_mark.line + 1
+                return list[object](self._numbers(*of_list, key, depth))
             items = enumerate(node.value)
             return [self._value(item, f"{key}[{i}]", depth + 1) for i, item in items]
         assert isinstance(node, ScalarNode)
