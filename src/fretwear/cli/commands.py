@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
 
-_CASE = "Case, by the beginning of its id in `fretwear plan`; not needed if there is only one."
+_CASE = "Case: the beginning of its id, as in `fretwear plan`; not needed if there is only one."
 _POINTS = "Numbers of the points, counted from 1 as in the report."
 _FINISHED = "File to write when all cases are done, for the workflow."
 _SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."

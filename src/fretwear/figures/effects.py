@@ -95,7 +95,7 @@ def effects(
         _draw_effect(axes, points, name)
     same = [RESULTS[n].words for n in quantities if n in points.results and n not in names]
     if same:
-        caption(figure, f"Not drawn, because equal in all cases: {listed(same)}.")
+        caption(figure, f"Equal in all cases, so not drawn: {listed(same)}.")
     return figure
 
 
@@ -146,7 +146,7 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
     axes.set_title(axis.label, fontsize=7.0, pad=13.0 if second else 4.0)
     axes.yaxis.set_minor_locator(NullLocator())
     if is_none.any() and is_paired:
-        caption(axes, "A limit that is none stands apart.")
+        caption(axes, "The level “none” stands apart.")
     if is_paired:
         texts = [value_text(first, level) for level in points.levels[first]]
         at = _level_places(points, first)
@@ -307,7 +307,7 @@ def scatter_matrix(points: Points) -> Figure:
     rows = [(place, "\n".join(wrap(parameter_label(name), 18))) for name, place in columns.items()]
     rows = [*rows[1:], (shown, axis.wrapped_label)]
     figure, words = JournalFigure(2, _HEAD + 36.0 * len(rows)), axis.variable.words
-    caption(figure, "Every point over every two parameters, and its result against each of them.")
+    caption(figure, "Every point over each pair of parameters, with its result against each.")
     caption(figure, f"Colours show the final {words}.")
     grid = figure.subplots(len(rows), len(rows), sharex="col", sharey="row", squeeze=False)
     dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}

@@ -385,7 +385,7 @@ class CyclePlot:
             verb = "changes" if len(self.paired) == 1 else "change"
             sentences.append(f"From line to line, {_names(self.paired)} {verb} too.")
         if self.style:
-            sentences.append(f"Line and filling of marks: {parameter(self.style).words}.")
+            sentences.append(f"Line style and filling of marks: {parameter(self.style).words}.")
         for name, total in self.thinned.items():
             words, shown = parameter(name).words, len(self.levels[name])
             sentences.append(f"The figure shows {shown} of {total} values of {words}.")

@@ -120,8 +120,8 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
     coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
     if coarsest > 2.0:
         yield Doubt(
-            "touches on asperities whose contacts, or the zones that slip or yield in them, are "
-            "too narrow for the cells",
+            "touches on asperities that the cells resolve too coarsely: their contacts, or the "
+            "zones that slip or yield in them, are few cells wide",
             detail,
             "trust results within their estimated errors; where these are large, a warning after "
             "the run tells what would reduce them"
@@ -224,7 +224,7 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
     given = f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ"
     if local > LARGE_ERROR:
         yield Doubt(
-            "joins unlike bodies, whose friction also moves them apart, which the model neglects",
+            "joins unlike bodies; friction also moves their surfaces apart, which is neglected",
             f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
             f"{100.0 * in_all:.2g} % of wear volume and dissipated energy",
             "treat these as uncertain by as much; slip that the normal load causes affects only "
@@ -233,8 +233,8 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
     first = min(4.0 * (beta / friction) ** 2, _MOST_OF_FIRST_CYCLE)
     if first > LARGE_ERROR * case.cycles:
         yield Doubt(
-            "has so few cycles that the first one counts, in which unlike bodies still slip from "
-            "the normal loading, which the model neglects",
+            "has so few cycles that the first one counts, and the slip that unlike bodies then "
+            "have from the normal loading is neglected",
             f"{given}; up to {100.0 * first:.0f} % more energy and wear in that cycle",
             f"run {math.ceil(first / LARGE_ERROR)} cycles or more, or read slip, wear and energy "
             "as values of later cycles, which forget the normal loading",

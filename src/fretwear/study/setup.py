@@ -115,7 +115,7 @@ class Draft(Setup):
     debris_fraction: Annotated[
         float,
         Quantity("1", "$γ$", "debris fraction", like="0.85", at_least=0.0, at_most=1.0),
-        "Part γ of what is worn that stays between the bodies and carries load.",
+        "Part γ of the worn material that stays between the bodies and carries load.",
     ] = 0.0
     bulk_stress: Annotated[
         float,
