@@ -160,7 +160,7 @@ def _kinds(part: Mapping[str, Any]) -> str:
         kinds = dict.fromkeys(_kinds(choice) for choice in part["anyOf"])
         return "; ".join(kind for kind in kinds if kind)
     kind = part.get("type", "")
-    if kind == "object" and len(part.get("properties", {})) <= 4:
+    if kind == "object" and 0 < len(part.get("properties", {})) <= 4:
         inside = ", ".join(f"{key}: {_kinds(one)}" for key, one in part["properties"].items())
         return f"{{{inside}}}"
     if kind == "integer":
