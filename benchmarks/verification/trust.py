@@ -28,7 +28,6 @@ from fretwear.figures.style import (
     JournalFigure,
     sequential_colours,
     styled,
-    text_colour,
 )
 from fretwear.theory import LimitingState
 
@@ -77,6 +76,7 @@ def text(entries: Data) -> str:
         held, counted = held + holding, counted + len(checks)
         link = f"[{words}](checks.md#{anchor(part.SECTION.title)})"
         numbers = [f"{holding} of {len(checks)}", percent(worst.measured), bound(worst.required)]
+        numbers = [number.replace(" ", "\u00a0").replace("-", "−") for number in numbers]
         rows.append([link, AGAINST[part], *numbers])
     return f"""\
 # Verification
@@ -136,18 +136,15 @@ def _theory(data: Data) -> Figure:
         inside = radius * A < 0.999 * state.stick_radius
         pressure = np.where(inside, state.pressure(np.where(inside, radius * A, 0.0)), 0.0)
         left.plot(radius, pressure / P0, color=color, lw=0.9)
-        right.plot(radius, state.wear_depth(radius * A) / DEPTH, color=color, lw=0.9)
+        label = f"$Q/µP$ = {points['ratio']}"
+        right.plot(radius, state.wear_depth(radius * A) / DEPTH, color=color, lw=0.9, label=label)
         for axes, name in ((left, "pressure"), (right, "wear_depth")):
             axes.plot(points["x"], points[name], "o", ms=2.6, color=color)
-        deepest = int(np.argmax(points["wear_depth"]))
-        right.annotate(
-            f"$Q/µP$ = {points['ratio']}", (points["x"][deepest], points["wear_depth"][deepest]),
-            (6, 2), textcoords="offset points", color=text_colour(color), va="bottom",
-        )  # fmt: skip
     left.set(ylabel="Pressure over $p_0$", ylim=(0.0, 3.0))
     right.set(ylabel="Wear depth over $a^2/R$", ylim=(0.0, 0.75))
     for axes in (left, right):
         axes.set(xlabel="$x/a$", xlim=(0.0, 1.7))
+    right.legend(loc="upper left")
     return figure
 
 
@@ -198,7 +195,6 @@ def _programs(deviations: list[tuple[str, float]]) -> Figure:
             (6, 0),
             textcoords="offset points",
             va="center",
-            backgroundcolor="white",
         )
     axes.set(xscale="log", xlim=(1e-12, 1.0), ylim=(-0.6, len(values) - 0.4))
     axes.set_yticks(places, [words for words, _ in deviations])
