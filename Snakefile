@@ -51,6 +51,9 @@ STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
 FIGURES = FOLDER / "figures"
 BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]
+FITTED = [
+    local(f"{RESULTS}/fit.{kind}") for kind in ("nc", "json") if JOBS.measurements
+]
 KEEP_OLDER = "--keep-older" if JOBS.keep_older else ""
 # The command of this environment, whose folder may not be on the PATH.
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
@@ -162,9 +165,33 @@ rule merge:
         "{FRETWEAR} merge {STUDY:q} {KEEP_OLDER} >{log:q} 2>&1"
 
 
+# Only a study with the section fit has this job. Its runs depend on each other: they share the cores
+# of one machine, and are kept, so that a fit that was stopped resumes.
+rule fit:
+    input:
+        JOBS.measurements,
+    output:
+        local(f"{RESULTS}/fit.nc"),
+        local(f"{RESULTS}/fit.json"),
+    log:
+        f"{RESULTS}/logs/fit.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fit.tsv"
+    threads: workflow.cores or 1
+    params:
+        version=__version__,
+        code=JOBS.code,
+        study=lambda wildcards: JOBS.content,
+    message:
+        "Fitting {JOBS.study.name}"
+    shell:
+        "exec {FRETWEAR} fit {STUDY:q} --processes {threads} >{log:q} 2>&1"
+
+
 rule figures:
     input:
         local(f"{RESULTS}/summary.nc"),
+        FITTED,
     output:
         report(
             local(directory(f"{RESULTS}/figures")),
@@ -191,6 +218,7 @@ rule report:
     input:
         local(f"{RESULTS}/summary.nc"),
         local(f"{RESULTS}/figures"),
+        FITTED,
     output:
         report(local(f"{RESULTS}/report.html"), category="Report"),
         local(f"{RESULTS}/answer.json"),

@@ -150,6 +150,15 @@ def stress_output() -> str:
     return table(("key", "meaning"), rows)
 
 
+def measurements() -> str:
+    """Write the table of the keys of a measurement in the section ``fit`` of a study file."""
+    schema: Any = study_schema()
+    keys = schema["properties"]["fit"]["properties"]["data"]["items"]["properties"]
+    return table(
+        ("key", "meaning"), [(f"`{n}`", about["description"]) for n, about in keys.items()]
+    )
+
+
 def _kinds(part: Mapping[str, Any]) -> str:
     """Return the values that a part of a JSON Schema allows, in a few words."""
     if "const" in part:
@@ -293,6 +302,7 @@ def write_all(folder: Path) -> None:
         "notation": notation_table(),
         "sections": sections(),
         "stress_output": stress_output(),
+        "measurements": measurements(),
         "coordinates": variables((CYCLE, X, Y)),
         "fields": variables(FIELDS),
         "stresses": variables((*STRESSES, *EDGE_STRESSES, *CRACKS)),

@@ -21,16 +21,22 @@ from fretwear.fitting.words import doubts_of
 from fretwear.study.case import Case
 from fretwear.study.fits import FitRequest
 from fretwear.study.problems import StudyError
-from fretwear.study.study import Study, assign, case_of_content, content_of, load_study
+from fretwear.study.study import MAX_TITLE, Study, assign, case_of_content, content_of, load_study
 from fretwear.units import QuantityError
+from fretwear.vocabulary import RESULTS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CHAINS, _DRAWS, _TRIALS, _WIDER = 4, 1000, 20000, 1.3
-_PREDICTED = 400  # draws whose predictions are stored
+_PREDICTED = 200  # draws whose predictions are stored
 _UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
 _ROUNDS = 3
+_ADVISED = (
+    *("wear_volume", "wear_volume_indenter", "wear_volume_flat", "maximum_wear_depth"),
+    *("contact_half_width_x", "stick_half_width_x", "dissipated_energy", "tangential_force"),
+)
+_ADVISED_ERROR, _HARDLY = 0.05, 0.95
 _SHOWN = (LEVELS[0], LEVELS[-1])
 
 
@@ -76,6 +82,8 @@ class Fit:
     p_value: float  # of a χ² as large, if noise and model are right
     runs: int  # runs that it took
     warnings: tuple[str, ...]
+    advice: str  # which further measurement would narrow it most; may be empty
+    fitted: Mapping[str, object]  # plain content of a study of the best values
     seed: int = 0
 
     @property
@@ -188,6 +196,8 @@ class Fit:
             "p_value": self.p_value,
             "runs": self.runs,
             "warnings": [*self.warnings],
+            "advice": self.advice,
+            "fitted_study": self.fitted,
         }
 
     def groups(self) -> dict[str, xr.Dataset]:
@@ -258,7 +268,9 @@ class Fit:
         found = []
         for u in draws.reshape(-1, draws.shape[-1]):
             signal = self.emulator.signal_at(self.emulator.at(u))[part]
-            found.append(each.comparison.drawn(signal, each.nuisances, generator))
+            # The base line goes with the parameters.
+            nuisances = each.comparison.settled(signal, each.nuisances)
+            found.append(each.comparison.drawn(signal, nuisances, generator))
         return np.reshape(found, (*draws.shape[:2], -1))
 
     def write(self, path: Path) -> None:
@@ -338,6 +350,19 @@ class _Tests:
         return case.replace(
             error_estimate=errors, output_cycles=sorted({*case.output_cycles, *cycles})
         )
+
+    def fitted(self, u: Array) -> dict[str, object]:
+        """The plain content of a study of the best values, or of the first test if they differ."""
+        if any(unknown.test for unknown in self.unknowns):
+            content = self.content(min(self.contents), u)
+        else:
+            content = {key: v for key, v in self.study.content.items() if key != "fit"}
+            for unknown, inner in zip(self.unknowns, u, strict=True):
+                base: Any = content["base"]
+                sought = float(f"{float(unknown.value(inner)):.5g}")
+                assign(content, *unknown.free.placed(base, sought))
+        title = f"{self.study.title}: best values of a fit"[:MAX_TITLE]
+        return json.loads(json.dumps({**content, "title": title}))  # type: ignore[no-any-return]
 
     @staticmethod
     def cycle_of(case: Case, cycle: int | None) -> int:
@@ -474,12 +499,56 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         p_value,
         runs.computed,
         (),
+        _advice(tests, emulator, covariance, predictions),
+        tests.fitted(emulator.best),
         seed,
     )
     vars(result)["warnings"] = (
         *dict.fromkeys([*warnings, *doubts_of(result, tests.case(data[0].test, emulator.best))]),
     )
     return result
+
+
+def _advice(
+    tests: _Tests,
+    emulator: Emulator,
+    covariance: Array,
+    predictions: Callable[[Sequence[Array]], list[dict[int, Prediction] | None]],
+) -> str:
+    """Say which further number, known to 5 %, would narrow the widest interval most."""
+    reach = emulator.directions
+    points = [emulator.center, *(emulator.center + reach[:, place] for place in range(len(reach)))]
+    known = [each for each in predictions(points) if each is not None]
+    if len(known) < len(points):
+        return ""
+    deviations = np.sqrt(np.diag(covariance))
+    widest = int(deviations.argmax())
+    measured = {(each.quantity, each.test) for each in tests.request.data}
+    best = (1.0, "")
+    for test, first in known[0].items():
+        for name in first.numbers:
+            if name not in _ADVISED or (name, test) in measured:
+                continue
+            for row, cycle in enumerate(first.cycles):
+                columns = [float(each[test].numbers[name][row]) for each in known]
+                if not cycle or min(columns) <= 0.0 or not np.isfinite(columns).all():
+                    continue
+                slopes = np.log(np.array(columns[1:]) / columns[0]) @ np.linalg.inv(reach)
+                moved = covariance @ slopes
+                left = covariance[widest, widest] - moved[widest] ** 2 / (
+                    slopes @ moved + _ADVISED_ERROR**2
+                )
+                share = float(np.sqrt(max(left, 0.0))) / deviations[widest]
+                words = RESULTS[name].words
+                best = min(best, (share, f"the {words} at cycle {cycle:.0f} of test {test}"))
+    share, what = best
+    if not what or share > _HARDLY:
+        return ""
+    return (
+        f"Of the numbers that these tests could give, {what}, measured within "
+        f"{100 * _ADVISED_ERROR:.0f} %, would narrow {tests.unknowns[widest].name} most: its "
+        f"interval would be {100 * share:.0f} % as wide."
+    )
 
 
 def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:

@@ -56,11 +56,12 @@ class Prediction:
     def of(cls, case: Case, profiles: Iterable[tuple[str, str]]) -> Prediction:
         """Run a case; `profiles` are the fields that are measured and their directions."""
         result = run(case)
-        whole, loops = mirrored(result.dataset), result.loops
+        dataset, loops = result.dataset, result.loops
+        whole = mirrored(dataset[[*{name for name, _ in profiles}]])
         names = [scalar.name for scalar in (*scalars_of(case.frame), *BODY_SCALARS)]
-        there = {n: np.asarray(whole[n].values, float) for n in names if n in whole}
-        numbers = {n: v for n, v in there.items() if v.ndim == 1}
-        errors = {n: whole[f"{n}_error"].values for n in numbers if f"{n}_error" in whole}
+        numbers = {name: dataset[name].values for name in names if name in dataset}
+        estimates = {name: f"{name}_error" for name in numbers}
+        errors = {n: dataset[error].values for n, error in estimates.items() if error in dataset}
         lines = {}
         for name, along in profiles:
             field = whole[name]
@@ -70,7 +71,7 @@ class Prediction:
                 field = line_near_the_middle(field)
             lines[f"{name} {along}"] = whole[along].values, field.values.astype(float)
         curves = loops["displacement"].values, loops["force"].values
-        return cls(whole[CYCLE.name].values, numbers, errors, lines, curves)
+        return cls(dataset[CYCLE.name].values, numbers, errors, lines, curves)
 
     def packed(self) -> dict[str, Any]:
         """The prediction as lists, for JSON."""

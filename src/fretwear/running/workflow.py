@@ -151,6 +151,13 @@ class StudyJobs:
         content = {key: value for key, value in self.study.content.items() if key != "batch"}
         return json.dumps(content, sort_keys=True, default=str)
 
+    @property
+    def measurements(self) -> list[str]:
+        """The files with what was measured, or the study if it has numbers only; none of others."""
+        fit = self.study.fit
+        files = {each.file.path for each in fit.data if each.file} if fit else set()
+        return sorted(files) or ([str(self.study.file)] if fit else [])
+
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name, a hash of the contents of their files in any order of points."""

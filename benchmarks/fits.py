@@ -1,0 +1,157 @@
+"""How often intervals of fits hold the truth, on synthetic scars: ``python -m benchmarks.fits``.
+
+Scars of this program with correlated noise, an offset, a tilt and a shift, of 2 to 10 % of their
+depth, are fitted. Printed are the coverage of 90 % intervals, a test of the ranks of the truth among
+draws from the posterior, which are uniform where it is calibrated (Talts et al., "Validating
+Bayesian inference algorithms with simulation-based calibration", 2018), errors and runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import fretwear
+from fretwear.fitting.noise import Noise
+from fretwear.fitting.results import fit
+
+Numbers = dict[str, tuple[float, float]]
+SPHERE = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "plastic_limit": "none",
+    "roughness": "none",
+    "cycles": 3000,
+}
+CYLINDER = {
+    "indenter": {"kind": "cylinder", "radius": "80 mm"},
+    "youngs_modulus": "119 GPa",
+    "poisson_ratio": 0.287,
+    "load": "1066 N/mm",
+    "sliding_amplitude": "75 um",
+    "friction": 0.6,
+    "plastic_limit": "none",
+    "roughness": "none",
+    "cycles": 5000,
+}
+# Base, its wear coefficient from a number, ranges of the truth and of the search, half-width of the
+# line, m.
+KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
+    "force": (
+        SPHERE | {"tangential_load": "20 N"},
+        {"wear_coefficient": (2e-13, 6e-13), "friction": (0.45, 0.6)},
+        {"wear_coefficient": (2e-14, 1e-11), "friction": (0.41, 0.9)},
+        300e-6,
+    ),
+    "displacement": (
+        SPHERE | {"displacement_amplitude": "0.8 um"},
+        {"wear_coefficient": (2e-13, 6e-13), "friction": (0.45, 0.6)},
+        {"wear_coefficient": (2e-14, 1e-11), "friction": (0.38, 1.0)},
+        300e-6,
+    ),
+    "debris": (
+        CYLINDER | {"wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"]},
+        {"wear_coefficient": (1e-13, 4e-13), "debris_fraction": (0.5, 0.95)},
+        {"wear_coefficient": (1e-14, 1e-11), "debris_fraction": (0.0, 1.0)},
+        4.5e-3,
+    ),
+}
+UNITS = {"wear_coefficient": " / Pa"}
+
+
+def with_values(base: dict[str, Any], values: dict[str, float]) -> dict[str, Any]:
+    """The keys of a study with values of what is sought; a pair keeps its shares."""
+    changed = dict(base)
+    for name, value in values.items():
+        written = f"{value!r}{UNITS[name]}" if name in UNITS else value
+        pair = isinstance(base.get(name), list)
+        changed[name] = [f"{value / 2!r} / Pa"] * 2 if pair else written
+    return changed
+
+
+def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
+    """Make and fit one scar."""
+    generator = np.random.default_rng([number, *kind.encode()])
+    base, truth, ranges, half = KINDS[kind]
+    values = {}
+    for name, (low, high) in truth.items():
+        share = generator.uniform()
+        logarithmic = name == "wear_coefficient"
+        values[name] = low * (high / low) ** share if logarithmic else low + share * (high - low)
+    case = fretwear.Case(**with_values(base, values), error_estimate=False, output_cycles=[0])
+    worn = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
+    line = worn if "y" not in worn.dims else worn.sel(y=0.0, method="nearest")
+    x = np.linspace(-half, half, 201)
+    size = generator.uniform(0.02, 0.1) * float(line.max())
+    shift = generator.normal(scale=0.02 * half)
+    depth = np.interp(x - shift, line["x"], line, left=0.0, right=0.0)
+    depth += Noise(size, 0.03 * half).drawn(x, generator)
+    depth += 3.0 * size * (generator.normal() + generator.normal() * x / half)
+    rows = "\n".join(f"{a * 1e6:.6f},{b * 1e6:.8g}" for a, b in zip(x, depth, strict=True))
+    (folder / "scar.csv").write_text(f"x (um),depth (um)\n{rows}\n")
+    free = {}
+    for name, ends in ranges.items():
+        free[name] = [f"{end!r}{UNITS[name]}" if name in UNITS else end for end in ends]
+    start = {name: 0.7 * values[name] + 0.3 * ranges[name][1] for name in values}
+    start["wear_coefficient"] = values["wear_coefficient"] * float(generator.choice([0.3, 3.0]))
+    data = [{"file": "scar.csv", "quantity": "wear_depth"}]
+    content = {"base": with_values(base, start), "fit": {"free": free, "data": data}}
+    file = folder / "scar.yaml"
+    file.write_text(json.dumps(content))
+    found = fit(file, seed=number)
+    row: dict[str, Any] = {"kind": kind, "number": number, "runs": found.runs}
+    for place, unknown in enumerate(found.unknowns):
+        true = values[unknown.name]
+        low, high = found.interval(unknown.name, 0.9)
+        draws = unknown.value(found.draws[..., place]).ravel()[::40]
+        row[unknown.name] = {
+            "true": true,
+            "found": found.values[unknown.name],
+            "inside": bool(low <= true <= high),
+            "rank": float((draws < true).mean()),
+        }
+    return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scars", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
+    given = parser.parse_args()
+    given.output.parent.mkdir(parents=True, exist_ok=True)
+    for number in range(given.first, given.first + given.scars):
+        kind = [*KINDS][number % len(KINDS)]
+        with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
+            stream.write(json.dumps(one(kind, number, Path(folder))) + "\n")
+    report([json.loads(line) for line in given.output.read_text().splitlines()])
+
+
+def report(rows: list[dict[str, Any]]) -> None:
+    """Print coverage, ranks, errors and runs of each parameter of each kind."""
+    from scipy.stats import kstest
+
+    for kind, (_, truth, _, _) in KINDS.items():
+        of_kind = [row for row in rows if row["kind"] == kind]
+        runs = [row["runs"] for row in of_kind]
+        print(f"{kind}: {len(of_kind)} scars, {np.median(runs):.0f} runs, at most {max(runs)}")
+        for name in truth:
+            each = [row[name] for row in of_kind]
+            errors = [abs(np.log(row["found"] / row["true"])) for row in each]
+            ranks = kstest([row["rank"] for row in each], "uniform").pvalue
+            inside = 100.0 * np.mean([row["inside"] for row in each])
+            print(
+                f"  {name}: {inside:.0f} % of 90 % intervals hold the truth; median error "
+                f"{100 * np.median(errors):.1f} %; ranks uniform with p = {ranks:.2f}"
+            )
+
+
+if __name__ == "__main__":
+    main()

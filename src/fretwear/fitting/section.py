@@ -1,0 +1,150 @@
+"""The section of a report on a fit, and its figures: data with fit, band and residuals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from ruamel.yaml import YAML
+
+from fretwear.data.safe import read_data
+from fretwear.figures.study import StudyFigure
+from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
+from fretwear.report import Section, macros
+from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_unit
+
+CATEGORY = "Fit"
+_MOST_BYTES = 100_000_000
+_HEIGHT = 80.0
+
+
+def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
+    """Yield the section on the fit beside a folder of case files, if there is one."""
+    if (found := _stored(cases)) is None:
+        return
+    levels = ("0.68", "0.95")
+    rows = [
+        (
+            name,
+            _text(about["value"], about["unit"]),
+            *(
+                " to ".join(_text(end, about["unit"]) for end in about["intervals"][level])
+                for level in levels
+            ),
+        )
+        for name, about in found["parameters"].items()
+    ]
+    names = [*found["parameters"]]
+    correlation = [
+        (name, *(f"{value:.2f}".replace("-", "−") for value in row.values()))
+        for name, row in found["correlation"].items()
+    ]
+    lines = [_line(about) for about in found["measurements"]]
+    chi = (
+        f"χ² is {found['chi_square']:.4g} with {found['degrees_of_freedom']} degrees of freedom, "
+        f"p = {found['p_value']:.2g}; the fit took {found['runs']} runs."
+    )
+    stream = StringIO()
+    YAML().dump(found["fitted_study"], stream)
+    heads = ["parameter", "best value", "68 %", "95 %"]
+    body = macros("fretwear.fitting")["fit"](
+        heads,
+        rows,
+        names,
+        correlation,
+        lines,
+        chi,
+        found["warnings"],
+        found["advice"],
+        stream.getvalue(),
+    )
+    yield Section("fit", "Fit to measurements", Markup(body))
+
+
+def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
+    """Yield a figure for each profile that a fit beside a folder of case files was made to."""
+    if _stored(cases) is None:
+        return
+    path = cases.parent / "fit.nc"
+    with (
+        xr.open_dataset(path, group="observed_data") as data,
+        xr.open_dataset(path, group="posterior_predictive") as predicted,
+    ):
+        for name in data.data_vars:
+            number = str(name).removeprefix("data_")
+            if f"position_{number}" in data.coords:
+                figure = fit_profile(data, predicted, number)
+                words = figure.caption if isinstance(figure, JournalFigure) else ""
+                yield StudyFigure(f"fit_{number}", words, CATEGORY, figure)
+
+
+@styled
+def fit_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> Figure:
+    """A measured profile, what the fit predicts for it, and what is left.
+
+    `data` and `predicted` are the groups ``observed_data`` and ``posterior_predictive`` of a fit;
+    the band has 95 % of the predictions, noise included.
+    """
+    name = f"data_{number}"
+    x, measured = data[f"position_{number}"].values, data[name].values
+    draws = predicted[name].values.reshape(-1, measured.size)
+    mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)
+    along, deep = readable_unit(x, "m"), readable_unit(measured, "m")
+    figure = JournalFigure(1, _HEIGHT)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    places = along.of(x)
+    upper.fill_between(places, deep.of(low), deep.of(high), color=CATEGORICAL[0], alpha=0.2, lw=0)
+    upper.plot(places, deep.of(measured), ".", ms=2.5, color=MUTED, label="measured")
+    upper.plot(places, deep.of(mean), color=CATEGORICAL[0], label="fitted, 95 %")
+    upper.invert_yaxis()
+    upper.set_ylabel(f"Depth ({deep.name})")
+    upper.legend()
+    lower.axhline(0.0, lw=0.6, color=MUTED)
+    lower.plot(places, deep.of(measured - mean), ".", ms=2.5, color=MUTED)
+    lower.set(xlabel=f"Position ({along.name})", ylabel="Residual")
+    title = str(data[name].attrs["long_name"])
+    caption(figure, f"{title}: readings, fit with the band of 95 % of predictions, and residuals.")
+    return figure
+
+
+def _stored(cases: Path) -> dict[str, Any] | None:
+    """The content of ``fit.json`` beside a folder of case files; None without one."""
+    path = cases.parent / "fit.json"
+    if not (path.exists() and path.with_suffix(".nc").exists()):
+        return None
+    content: dict[str, Any] = json.loads(read_data(path, _MOST_BYTES))
+    return content
+
+
+def _text(value: float, unit: str) -> str:
+    if unit == "1" or unit not in BY_SI_UNIT or not 1e-4 < abs(value) < 1e4:
+        return f"{number_text(value, 4)} {'' if unit == '1' else unit}".strip()
+    return format_quantity(value, BY_SI_UNIT[unit], 4)
+
+
+def _line(about: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Measurement, noise and base line in words."""
+    length = BY_SI_UNIT["m"]
+    noise = "given"
+    if "noise" in about:
+        size, reach = (
+            format_quantity(about[key], length, 3) for key in ("noise", "correlation_length")
+        )
+        noise = f"{size}, correlated over {reach}"
+    found = []
+    for name in ("offset", "tilt", "shift"):
+        if name in about:
+            value, error = about[name]["value"], about[name]["error"]
+            texts = [
+                number_text(each, 2) if name == "tilt" else format_quantity(each, length, 3)
+                for each in (value, error)
+            ]
+            found.append(f"{name} {texts[0]} ± {texts[1]}")
+    return about["measurement"], noise, ", ".join(found)
