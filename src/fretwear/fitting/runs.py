@@ -57,7 +57,8 @@ class Prediction:
         """Run a case; `profiles` are the fields that are measured and their directions."""
         result = run(case)
         dataset, loops = result.dataset, result.loops
-        whole = mirrored(dataset[[*{name for name, _ in profiles}]])
+        fields = {name for name, _ in profiles}
+        whole = mirrored(dataset[[*fields]]) if fields else dataset
         names = [scalar.name for scalar in (*scalars_of(case.frame), *BODY_SCALARS)]
         numbers = {name: dataset[name].values for name in names if name in dataset}
         estimates = {name: f"{name}_error" for name in numbers}
