@@ -277,7 +277,28 @@ def test_bodies_share_wear_that_falls_with_the_power():
         ),
         (SLIDING, FALLING, ("each wears in a different place", "slow: [value of the indenter")),
         (SLIDING, BLOCKS, ("blocks", "two studies")),
-        (LINE, {"pulsating_load": 0.3}, ("pulsating_load = 0.3", "tangential_ratio does not give")),
+        (LINE, {"pulsating_load": 0.3}, ("pulsating_load = 0.3", "raise it above 0.8, lower Q")),
+        (
+            LINE,
+            {"pulsating_load": 0},
+            ("slide as a whole where", "write sliding_amplitude"),
+        ),
+        (
+            LINE,
+            {"pulsating_load": 0.7, "tangential_ratio": 0.15},
+            ("nothing slips after the first cycle", "must be more than 0.15"),
+        ),
+        (LINE, {"pulsating_load": 0.7, "plastic_limit": "900 MPa"}, ("for elastic bodies",)),
+        (
+            LINE,
+            {"pulsating_load": 0.7, "roughness": {**RIDGES, "slope_y": "0 deg"}},
+            ("under a force for smooth spheres",),
+        ),
+        (
+            SLIDING,
+            {"pulsating_load": 0.7, **SOFT},
+            ("displacement_amplitude is not",),
+        ),
         (SLIDING, PULSATING_BLOCKS, ("blocks", "pulsating_load: 0.999")),
     ],
 )

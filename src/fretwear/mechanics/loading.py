@@ -95,7 +95,8 @@ class NormalLoad(Normal):
         float,
         Quantity("1", "$R_P$", "load ratio", like="0.3", at_least=0.0, at_most=1.0, unsaid=1.0),
         "Least load over the largest, which is load, where it changes in phase with the motion: "
-        "largest at one end and least at the other; 0 where the contact opens. Default: constant.",
+        "largest at +Q or one end of a stroke and least at the other; 0 where the contact opens. "
+        "Default: constant.",
     ] = 1.0
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"

@@ -21,7 +21,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.geometry import WITHIN_A_CELL, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
-from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
 from fretwear.mechanics.stick_slip import Sheared
 from fretwear.theory import HertzContact
 
@@ -91,7 +91,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         # The peak at the stick edge grows as rings get narrower, up to the plastic limit where they
         # are narrow enough to yield: take the mean over an annulus as wide as a cell.
         peak = geometry.largest_mean(pressure, min(problem.spacing))
-    displacement = problem.tangential_displacement(state.approach, reduced)
+    displacement = problem.tangential_displacement(state.mean_approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
     work = 4.0 * (displacement + problem.flexibility * force) * force
@@ -341,6 +341,8 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     """
     problem: WearProblem = workspace.problem.of(state)
     coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
+    if state.pulse is not None:
+        return _pulsating_loop(problem, state, state.pulse)
     if largest := problem.loading.stroke:
         force, opening = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1), largest
         displacement = np.zeros_like(force)
@@ -368,6 +370,30 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     if problem.wears_unevenly:
         force *= problem.load_at(displacement / largest) / state.load
     return Loop(force, displacement, opening)
+
+
+def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
+    """The loop under a load in phase with the force, whose halves differ.
+
+    Distant points have moved by µκ [d(P) + d(P₁) − 2d(P′)] since the force was −Q, and by
+    µκ [d(P₂) + d(P) − 2d(P″)] the other way since it was Q: `fretwear.mechanics.pulsating`.
+    """
+    compliance = problem.friction_law.coefficient * problem.coupling
+    phase = np.linspace(0.0, 1.0, 2 * POINTS + 1)
+    least, low, high = pulse.least_load, state.reduced.load, state.load
+    under = pulse.approach(least + (high - least) * phase)
+    rising, falling = (
+        under + float(pulse.approach(end)) - 2.0 * pulse.approach(end + (low - end) * way)
+        for end, way in ((least, phase), (high, phase[::-1]))
+    )
+    amplitude = problem.tangential_displacement(state.mean_approach, state.reduced)
+    up, down = compliance * rising - amplitude, amplitude - compliance * falling
+    force = problem.tangential_force(high, state.reduced) * (2.0 * phase - 1.0)
+    return Loop(
+        np.concatenate([force[::-1], force[1:]]),
+        np.concatenate([down[::-1], up[1:]]),
+        0.5 * float(down[POINTS] - up[POINTS]),
+    )
 
 
 def _curve(

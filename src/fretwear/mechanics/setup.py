@@ -158,7 +158,14 @@ class Setup:
     def sliding(self, load: float, approach: float) -> Sliding:
         """The condition on the reduced contact of a contact with a load, N, and an approach, m."""
         friction, series = self.friction_law.coefficient, self.flexibility
-        return self.loading.sliding(friction, self.coupling, load, approach, series)
+        sliding = self.loading.sliding(friction, self.coupling, load, approach, series)
+        if sliding.load is None:
+            return sliding
+        return dataclasses.replace(sliding, load=sliding.load - self.pulsation(load))
+
+    def pulsation(self, load: float) -> float:
+        """Amplitude, N, of the change of a largest load in phase with a force; else zero."""
+        return 0.5 * (1.0 - self.normal.pulsating_load) * load * self.loading.is_force
 
     @property
     def flexibility(self) -> float:
@@ -173,7 +180,8 @@ class Setup:
     @cached_property
     def stick_load(self) -> float:
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
-        return self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
+        stuck = self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
+        return max(0.0, stuck - self.pulsation(self.hertz.load))
 
     @cached_property
     def stick_radius(self) -> float:
@@ -214,10 +222,10 @@ class Setup:
         return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
 
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
-        """Amplitude Q of the tangential force, N: µ (P − P*)."""
+        """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
         if reduced.sheared is not None:
             return reduced.sheared.force
-        return self.friction_law.coefficient * (load - reduced.load)
+        return self.friction_law.coefficient * (load - self.pulsation(load) - reduced.load)
 
     # Wear.
 

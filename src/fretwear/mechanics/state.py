@@ -10,6 +10,7 @@ import numpy as np
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Geometry, HalfSpace, Parts, Workspace
+from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip import ReducedContact, SlipModel
@@ -115,6 +116,9 @@ class WearProblem(Setup):
 
     def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
         """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
+        if stage.pulse is not None:
+            per_depth = self.friction_law.coefficient / self.combined_wear_coefficient
+            return per_depth * geometry.integral(stage.pulse.rate)
         slip = self.slip(stage.reduced)
         return 4.0 * self.friction_law.coefficient * geometry.integral(stage.pressure * slip)
 
@@ -126,6 +130,32 @@ def in_contact(stage: Stage) -> Mask:
     only have a negative one.
     """
     return np.asarray((stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach)))
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
+
+    rate: Array  #: wear depth in this one cycle, m, shape of the geometry as for all fields
+    share: Array  #: share of the slip of a point that it does in contact
+    least: Array  #: pressure under P₁, Pa
+    least_load: float  #: P₁, N
+    loads: Array  #: some loads from P₀, with which the stick zone touches, to P₂, N
+    approaches: Array  #: approaches under these loads, m
+    power: float  #: of the load, with which approaches change evenly
+
+    def approach(self, load: Array | float) -> Array:
+        """The approach under a load, N, from P₀ to P₂, m."""
+        power = self.power
+        places = np.atleast_1d(load).astype(np.float64) ** power
+        found = interpolated(self.loads**power, self.approaches, places)
+        return np.reshape(found, np.shape(load))
+
+    def on(self, old: Geometry, new: Geometry) -> Pulse:
+        """The same on other cells."""
+        fields = (self.rate, self.share, self.least)
+        rate, share, least = (old.resized(field, new) for field in fields)
+        return replace(self, rate=rate, share=share, least=least)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,6 +172,7 @@ class Stage:
     residual: float  #: largest violation of the gap conditions over the largest displacement
     reduced: ReducedContact  #: the contact at the reduced load, from which slip follows
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
+    pulse: Pulse | None = None  #: the cycle of a load that changes in phase with a force
 
     def source_since(self, base: Stage, model: SlipModel, team: Team = ALONE) -> Array:
         """Change of G, the part of slip that is not due to wear, since another stage, m.
@@ -165,6 +196,13 @@ class Stage:
         """The same by the slip of another stage."""
         factor = stage.reduced.factor
         return self.pressure if factor is None else np.multiply(factor, self.pressure)
+
+    @property
+    def mean_approach(self) -> float:
+        """δ, m, in the mean of the largest and the least load of a cycle."""
+        if self.pulse is None:
+            return self.approach
+        return 0.5 * (self.approach + float(self.pulse.approach(self.pulse.least_load)))
 
     @property
     def is_finite(self) -> bool:
@@ -198,6 +236,8 @@ class State(Stage):
         }
         if self.opening is self.wear:
             fields["opening"] = fields["wear"]
+        if self.pulse is not None:
+            fields["pulse"] = self.pulse.on(old, geometry)
         fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.plastic_limit)
         shape = bodies.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)

@@ -261,12 +261,13 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
 
 
 def _concrete(kind: Any) -> Iterator[object]:
-    """Yield a type or, if it is an abstract class, the classes that derive from it and are not."""
-    if not isabstract(kind):
-        yield kind
-    else:
-        for derived in kind.__subclasses__():
-            yield from _concrete(derived)
+    """Yield a type or, if it is an abstract class, all that derive from it and are not."""
+    kinds = [kind]
+    for each in kinds:
+        if not isabstract(each):
+            yield each
+        if isabstract(kind):
+            kinds += each.__subclasses__()
 
 
 def reason_of(error: Exception) -> tuple[str, bool]:

@@ -29,6 +29,7 @@ from fretwear.mechanics.measures import (
     share_beyond_friction,
     unresolved_peak,
 )
+from fretwear.mechanics.pulsating import pulsate
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -353,6 +354,8 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     if problem.loading.stroke:
         assert start is None or isinstance(start, StrokeState)
         return slide(problem, stops, case.tolerance, start)
+    if problem.normal.pulsating_load < 1.0:
+        return pulsate(problem, stops, case.tolerance, start)
     return evolve(problem, stops, case.tolerance, start)
 
 
@@ -438,12 +441,17 @@ def _snapshot_fields(
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK
         rate = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
+        shearing = state.pressure
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
+        elif state.pulse is not None:
+            rate, slip = state.pulse.rate, slip * state.pulse.share
+            shearing = 0.5 * (state.pressure + state.pulse.least)
         bodies = _wear_of_each(workspace.problem, state).values()
         values_of = {
             "pressure": state.pressure,
             "reduced": reduced.pressure,
+            "shearing": shearing,
             "slip": slip,
             "wear_depth": state.wear,
             "wear_rate": rate,
@@ -459,13 +467,13 @@ def _snapshot_fields(
         written = state.geometry.written(values_of, plane)
         # Means over a cell that slips in part obey Coulomb's law if computed from mean pressures.
         sticking = replace(reduced, pressure=written["reduced"])
-        written["shear_traction"] = problem.shear_traction(written["pressure"], sticking)
+        written["shear_traction"] = problem.shear_traction(written["shearing"], sticking)
         if plane != state.geometry:
             # Cells cut by an edge touch if they carry load, and their slip follows from their wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
-            if not problem.loading.stroke:
+            if not (problem.loading.stroke or state.pulse):
                 path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
         beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end

@@ -55,6 +55,8 @@ SOLUTIONS_PER_STEP = 8.0
 SOLUTIONS_PER_YIELDING_STEP = 5.0
 SOLUTIONS_PER_NARROWNESS = 6.5
 SECONDS_PER_SOLUTION = 2.5e-4
+# The same of a step under a load that changes within a cycle, of which contacts are solved.
+TIMES_IF_PULSATING = 20.0
 
 # Cost of a solution on a third or half of the rings or strips, relative to all of them.
 DENSE_COARSER = 0.35
@@ -191,6 +193,8 @@ def _alone(case: Case, coarseness: float | None = None) -> Estimate:
         per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
         if case.slip_model.couples:
             per_convolution *= TIMES_COUPLED[all(case.even)]
+    if case.normal.pulsating_load < 1.0 and not stroke:
+        per_convolution *= TIMES_IF_PULSATING
     # A finer cell narrows rings and strips.
     finer = coarseness**-2
     per_convolution, arrays = (

@@ -16,6 +16,7 @@ from fretwear.mechanics.loading import (
     SlidingDistance,
     TangentialRatio,
 )
+from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.wear_laws import FallingCoefficient
 from fretwear.problems import Problem
 from fretwear.study.setup import Draft, cell_text, members
@@ -147,12 +148,39 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, rule, "turn its axes into x and y")
 
 
-@_needing("normal loading")
-def _load_pulsates_over_a_stroke(case: Draft) -> Iterator[Problem]:
-    if case.normal.pulsating_load < 1.0 and not case.wears_unevenly:
-        rule = f"is for contacts that slide over a stroke, which {case.loading.kind} does not give"
-        hint = "write sliding_amplitude: 25 um, or leave pulsating_load out"
-        yield Problem("pulsating_load", f"{case.normal.pulsating_load:g}", rule, hint)
+@_needing(_CONTACT + "loading friction_law wear_law plastic_limit roughness counterface slip_model")
+def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
+    """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
+    least, ratio = case.normal.pulsating_load, case.tangential_ratio
+    if least == 1.0 or case.wears_unevenly or (case.loading.is_force and ratio >= 1.0):
+        return
+    hint = "write sliding_amplitude: 25 um, or leave pulsating_load out"
+    constant = case.friction_law.kinks or case.wear_law.follows_contact
+    if not case.loading.is_force:
+        rule = f"is for strokes and forces, which {case.loading.kind} is not"
+    elif constant or not (case.is_graded and isinstance(case.slip_model, Jaeger)):
+        rule = (
+            "is under a force for smooth spheres, round punches and line contacts of constant "
+            "friction and wear coefficient, with slip_model: jaeger"
+        )
+    elif math.isfinite(case.plastic_limit):
+        rule = "is under a force for elastic bodies"
+        hint = "write plastic_limit: none"
+    elif ratio >= least:
+        rule = (
+            f"lets the contact slide as a whole where the load is least: there µP bears less than "
+            f"Q, {ratio:.3g} of the largest µP"
+        )
+        hint = f"raise it above {ratio:.3g}, lower Q, or write sliding_amplitude: 25 um"
+    elif 2.0 * ratio <= 1.0 - least:
+        rule = (
+            "changes the load so fast that nothing slips after the first cycle: Q/(µP) is "
+            f"{ratio:.3g} and must be more than {0.5 * (1.0 - least):.3g}"
+        )
+        hint = f"raise it above {1.0 - 2.0 * ratio:.3g}, or raise Q"
+    else:
+        return
+    yield Problem("pulsating_load", f"{least:g}", rule, hint)
 
 
 @_needing(_CONTACT + "loading wear_law friction_law")
@@ -396,7 +424,7 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
         rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
         yield Problem("blocks", None, rule, "run them as two studies")
-    if len({block.wears_unevenly for block in blocks if block is not None}) > 1:
+    if len({block.normal.pulsating_load < 1.0 for block in blocks if block is not None}) > 1:
         rule = "has blocks with pulsating_load and blocks of constant load"
         yield Problem("blocks", None, rule, "write pulsating_load: 0.999 for the latter")
     if any(isinstance(block.loading, SlidingDistance) for block in blocks if block is not None):

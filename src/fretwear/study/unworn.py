@@ -38,10 +38,13 @@ def unworn(case: Case) -> dict[str, float]:
     # By Ciavarella and Jäger, the stick zone is the contact of the same bodies under P*.
     stick = hertz.with_load(case.stick_load)
     results["stick_area"] = stick.load / stick.mean_pressure
-    results["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
+    moved = hertz.approach
+    if pulsates := case.normal.pulsating_load < 1.0:
+        moved = 0.5 * (moved + hertz.with_load(case.load_at(-1.0)).approach)
+    results["tangential_displacement"] = friction * coupling * (moved - stick.approach)
     if is_even:
         results["stick_half_width_x"], _ = sizes(stick)
-    if is_hertzian:
+    if is_hertzian and not pulsates:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
         results["stick_load_share"] = share = sliding.stick_load_share
         results["mean_stick_pressure"] = share * hertz.load / results["stick_area"]

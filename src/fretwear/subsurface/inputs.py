@@ -64,6 +64,11 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         raise StressError(
             "a contact that slides over a stroke moves over the flat: its stresses are not known"
         )
+    if setup.normal.pulsating_load < 1.0:
+        raise StressError(
+            "a load that changes within a cycle leaves tractions that depend on how the cycles "
+            "began: its stresses are not known"
+        )
     fields = [np.asarray(snapshot[name].values, np.float64) for name in _FIELDS]
     even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
     axes = case.frame.axes

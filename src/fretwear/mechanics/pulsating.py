@@ -1,0 +1,248 @@
+"""Partial slip under a load that changes in phase with the tangential force.
+
+Load and force go on a straight line between (P₁, −Q) and (P₂, Q) and back. Where the force changes
+faster than µ times the load, Q > µ (P₂ − P₁)/2, the contact of the load P₀ = (P₁ + P₂)/2 − Q/µ
+sticks for ever (Jäger 1998; Barber, Davies and Hills, "Frictional elastic contact with periodic
+loading", Int. J. Solids Struct. 48, 2011). While the load P rises, the traction has changed by
+µ [p(P) + p(P₁) − 2p(P′)], with P′ falling from P₁ to P₀ in proportion, and while it falls again, by
+µ [p(P) + p(P₂) − 2p(P″)] the other way, with P″ falling from P₂ to P₀: points in contact slip by
+2µκ dg(P′), and by 2µκ dg(P″). So one cycle wears
+
+    Δw = 2Kµκ [∫p(P) dg(P′) + ∫p(P) dg(P″)] = β p̄ g(P₀)
+
+with a mean p̄ of the pressure over the slip of a point. Wear beside the contact of P₀ leaves that
+contact as it is, as under a constant load, and adds to g(P₀).
+
+A stage is the contact under P₂. A depth worn evenly in all contacts of a point lowers their
+pressures alike, so p̄ = ω p(P₂) − q with the share ω of the slip in contact and an offset q, both
+taken from the stage before: what is stiff is implicit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from fretwear.arrays import Array, Single
+from fretwear.mechanics.contact import Layer, solve_contact
+from fretwear.mechanics.geometry import HalfSpace
+from fretwear.mechanics.integrator import (
+    OVERESTIMATE,
+    TOLERANCE,
+    TR_BDF2,
+    Attempt,
+    Evolution,
+    assessed,
+    march,
+)
+from fretwear.mechanics.slip import ReducedContact, contact_under
+from fretwear.mechanics.stage import all_worn
+from fretwear.mechanics.state import Pulse, Stage, State, WearProblem
+from fretwear.mechanics.team import ALONE, Team
+
+StageT = TypeVar("StageT", bound=Stage)
+
+# Contacts solved between P₀ and P₁, and between P₁ and P₂; phases of half a cycle.
+_BELOW, _ABOVE, _PHASES = 5, 6, 96
+
+
+def pulse_of(
+    problem: WearProblem, half_space: HalfSpace, shape: Array, stage: Stage, tolerance: float
+) -> Pulse:
+    """The cycle of a shape, m, from its contacts under some loads from P₀ to P₂.
+
+    Between two loads, the square of a pressure and the power 2/3 of a gap change evenly with
+    P^(2/3) or, in a line contact, with P, as they do where a smooth contact ends. It ends at each
+    cell under a load that follows from the ends of these contacts.
+    """
+    geometry, low, high = half_space.geometry, stage.reduced, stage.load
+    least = problem.load_at(-1.0)
+    steps = np.linspace(high, least, _ABOVE + 1)[1:], np.linspace(least, low.load, _BELOW + 1)[1:-1]
+    family = [ReducedContact(stage.pressure, stage.gap, stage.approach, high)]
+    for load in np.concatenate(steps):
+        guess = family[-1].pressure
+        family.append(contact_under(half_space, shape, float(load), None, guess, tolerance))
+    family = [low, *family[::-1]]
+    loads = np.array([contact.load for contact in family])
+    power = 1.0 if geometry.plane_strain else 2.0 / 3.0
+    nodes = loads**power
+    pressure, gap = (
+        np.stack([getattr(contact, name)[:, 0] for contact in family])
+        for name in ("pressure", "gap")
+    )
+    inside = pressure > 0.0
+    # Cells touch beyond the number of contacts that are narrower.
+    first, cells = (~inside).sum(axis=0), np.arange(inside.shape[1])
+    ends = inside.sum(axis=1)
+    at = np.interp(cells + 0.5, ends, nodes)
+    edge = np.flatnonzero((first > 0) & (first < len(family)))
+    into, out = first[edge], first[edge] - 1
+    square, power_of_gap = pressure**2, gap ** (2.0 / 3.0)
+    part = (nodes[into] - at[edge]) / np.maximum(at[edge] - nodes[out], 1e-9 * nodes[into])
+    square[out, edge] = -square[into, edge] / np.maximum(part, 1e-9)
+    power_of_gap[into, edge] = -power_of_gap[out, edge] * part
+
+    def between(values: Array, load: Array) -> Array:
+        place = load**power
+        index = np.clip(np.searchsorted(nodes, place, "right") - 1, 0, nodes.size - 2)
+        share = ((place - nodes[index]) / np.diff(nodes)[index])[:, None]
+        return np.maximum((1.0 - share) * values[index] + share * values[index + 1], 0.0)
+
+    phase = np.linspace(0.0, 1.0, _PHASES + 1)
+    loaded = np.sqrt(between(square, least + (high - least) * phase))
+    weights = np.zeros_like(loaded)
+    for start, way in ((least, slice(None)), (high, slice(None, None, -1))):
+        gaps = between(power_of_gap, start + (low.load - start) * phase)[way] ** 1.5
+        slips = 0.5 * np.abs(np.diff(gaps, axis=0))
+        weights[:-1] += slips
+        weights[1:] += slips
+    doubled = np.maximum(2.0 * low.gap[:, 0], np.finfo(float).tiny)
+    return Pulse(
+        rate=0.5 * problem.wear_growth * (weights * loaded).sum(axis=0)[:, None],
+        share=((weights * (loaded > 0.0)).sum(axis=0) / doubled)[:, None],
+        least=loaded[0][:, None],
+        least_load=least,
+        loads=loads,
+        approaches=np.array([contact.approach for contact in family]),
+        power=power,
+    )
+
+
+@dataclass(frozen=True)
+class _Layer(Layer):
+    """Opening by wear at the end of a stage, W = W₀ + (eˣ − 1) g with x = x₀ + τ p of each cell."""
+
+    opening: Array  # W₀, m
+    gap: Array  # g at the start of the stage, m
+    known: Array  # x₀
+    rate: Array  # τ, 1/Pa
+
+    def exponent(self, pressure: Array) -> Array:
+        return np.maximum(self.known + self.rate * pressure, 0.0)
+
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
+        result += self.opening + np.expm1(self.exponent(pressure)) * self.gap
+
+    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
+        exponent = self.exponent(pressure)
+        slope = np.where(exponent > 0.0, self.rate * np.exp(exponent) * self.gap, 0.0)
+        return (slope / unit).astype(np.float32)
+
+
+def pulsate(
+    problem: WearProblem,
+    stops: Sequence[float],
+    tolerance: float = TOLERANCE,
+    start: State | None = None,
+) -> Iterator[State]:
+    """Integrate wear under a pulsating load; parameters and errors as for `evolve`."""
+    return march(problem, stops, start, partial(_Pulsation, tolerance=tolerance))
+
+
+class _Pulsation(Evolution):
+    """The steps of partial slip under a pulsating load, on graded cells of elastic bodies."""
+
+    def load(self) -> None:
+        """Load the bodies anew."""
+        super().load()
+        self.state = self._told(self.state)
+
+    def _told(self, stage: StageT) -> StageT:
+        """A stage with its cycle."""
+        bodies = self.workspace.on(self.state.geometry)
+        shape, tolerance = bodies.unworn + stage.opening, self.accuracy.reduced
+        return replace(
+            stage, pulse=pulse_of(self.problem, bodies.half_space, shape, stage, tolerance)
+        )
+
+    def _mean(self, stage: Stage) -> tuple[Array, Array, Array]:
+        """Mean pressure p̄ over the slip of each point, Pa, the share ω and the offset q, Pa."""
+        assert stage.pulse is not None
+        growth = self.problem.wear_growth * np.maximum(stage.reduced.gap, np.finfo(float).tiny)
+        mean = stage.pulse.rate / growth
+        return mean, stage.pulse.share, stage.pulse.share * stage.pressure - mean
+
+    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
+        """Take both stages, and compare them with the embedded formulas."""
+        base, geometry, numbers = self.state, self.state.geometry, TR_BDF2
+        rate, ahead = self.problem.wear_growth * step, numbers.beyond
+        implicit, weight = numbers.implicit * rate, numbers.explicit * rate
+        e0, share, offset = self._mean(base)
+        guess = base.pressure + numbers.middle * step * base.pressure_rate
+        first, lagged = self._stage(base, implicit * e0, implicit, share, offset, guess)
+        e1, then, since = self._mean(first)
+        second, expected = self._stage(
+            first,
+            weight * (e0 + e1) - implicit * (e0 + lagged),
+            implicit,
+            np.clip(then + ahead * (then - share), 0.0, 1.0),
+            since + ahead * (since - offset),
+            first.pressure + ahead * (first.pressure - base.pressure),
+            verified=output_step,
+        )
+        fitting = geometry.holding(self.workspace, second.pressure, second.approach)
+        if fitting is not geometry:
+            self._move_to(fitting)
+            return None
+        e2, *_ = self._mean(second)
+        missed = sum(d * e for d, e in zip(numbers.difference, (e0, e1, e2), strict=True))
+        lost = max(
+            geometry.integral(np.abs(exponent * second.reduced.gap))
+            for exponent in (rate * np.asarray(missed), implicit * (e2 - expected))
+        )
+        error = lost / (OVERESTIMATE * geometry.integral(second.wear))
+        state = State(
+            **vars(second),
+            cycle=end,
+            geometry=geometry,
+            next_step=step,
+            pressure_rate=(second.pressure - first.pressure) / ((1.0 - numbers.middle) * step),
+            source_rate=np.zeros_like(second.pressure),
+            step=base.step + 1,
+            error_estimate=error,
+            convolutions=base.convolutions,
+        )
+        return state, *assessed(error / self.tolerance)
+
+    def _stage(
+        self,
+        base: Stage,
+        known: Array,
+        rate: float,
+        share: Array,
+        offset: Array,
+        guess: Array,
+        *,
+        verified: bool = False,
+    ) -> tuple[Stage, Array]:
+        """A stage whose exponent is known + rate · (ω p − q), and this p̄ at its end, Pa."""
+        bodies, problem = self.workspace.on(self.state.geometry), self.problem
+        kept = problem.debris_fraction
+        known, gap = known - rate * offset, base.reduced.gap
+        layer = _Layer(base.opening, gap, (1.0 - kept) * known, (1.0 - kept) * rate * share)
+        contact = solve_contact(
+            problem.contact(bodies.half_space, bodies.unworn, layer),
+            np.maximum(guess, 0.0),
+            self.accuracy.contact,
+            verified=verified,
+        )
+        opening = layer.displacement(contact.pressure)
+        opened = opening - base.opening
+        exponent = np.maximum(known + rate * share * contact.pressure, 0.0)
+        reduced = replace(base.reduced, gap=gap + opened)
+        stage = Stage(
+            pressure=contact.pressure,
+            gap=np.maximum(contact.gap, 0.0),
+            wear=base.wear + all_worn(kept, opened, gap, reduced.gap, exponent),
+            opening=opening,
+            plastic=base.plastic,
+            load=base.load,
+            approach=contact.approach,
+            residual=contact.residual,
+            reduced=reduced,
+        )
+        return self._told(stage), share * contact.pressure - offset
