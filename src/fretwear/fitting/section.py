@@ -20,7 +20,7 @@ from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, s
 from fretwear.report import Section, macros
 from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_unit
 
-CATEGORY = "Fit"
+_CATEGORY = "Fit"
 _MOST_BYTES = 100_000_000
 _HEIGHT = 80.0
 
@@ -82,7 +82,7 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # n
             if f"position_{number}" in data.coords:
                 figure = fit_profile(data, predicted, number)
                 words = figure.caption if isinstance(figure, JournalFigure) else ""
-                yield StudyFigure(f"fit_{number}", words, CATEGORY, figure)
+                yield StudyFigure(f"fit_{number}", words, _CATEGORY, figure)
 
 
 @styled
