@@ -57,7 +57,7 @@ def crack_map(found: xr.Dataset, *, columns: Columns = 2) -> Figure:
             color=CATEGORICAL[1],
         )
         axes.plot(*place, marker="+", color=CATEGORICAL[1], linestyle="none")
-        axes.set(xlabel="x (µm)", ylabel="Depth (µm)", ylim=(z[-1], 0.0))
+        axes.set(xlabel="x (µm)", ylabel="Depth (µm)", ylim=(z[-1], z[0]))
     add_scale(figure, panels, image, f"{swt.label} (MPa)")
     return figure
 
