@@ -10,6 +10,7 @@ from fretwear.mechanics.contact import ContactError, ContactProblem, solve_conta
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.shear import shear_influence, shear_space
 from fretwear.mechanics.stick_slip import shear
+from fretwear.theory import HertzContact
 
 from ..studies import near
 from .neglected import VectorFriction
@@ -203,3 +204,36 @@ def test_a_start_from_a_similar_contact_saves_most_of_the_work():
     cold, warm = (shear(bodies, bound, 0.7 * FRICTION, start=s) for s in (None, first.under(bound)))
     assert np.abs(cold.traction - warm.traction).max() <= 3e-6 * bound.max()
     assert warm.convolutions <= 0.7 * cold.convolutions
+
+
+@pytest.mark.parametrize(
+    ("poisson", "ratio", "along", "across", "stick", "moved", "work"),
+    [
+        (0.2, 0.6, 0.902, 1.099, 0.7386, 0.9998, 0.02990),
+        (0.2, 0.9, 0.917, 1.081, 0.4659, 0.9997, 0.10215),
+        (0.3, 0.8, 0.853, 1.138, None, 0.9993, None),
+    ],
+)
+def test_a_sphere_slips_as_other_codes_say(poisson, ratio, along, across, stick, moved, work):
+    """Slip in mid-annulus on both axes and displacement over the closed form of one direction."""
+    cells = 64
+    grid = Grid((72, 72), (1 / cells, 1 / cells))
+    hertz, coupling = HertzContact(1.0, 4 / 3, 1.0), (2 - poisson) / (2 * (1 - poisson))
+    r = np.hypot(grid.x[:, None], grid.y)
+    bound = FRICTION * hertz.pressure(r)
+    whole = grid.integral(bound)
+    result = shear(shear_space(grid, 1.0, coupling), bound, ratio * whole)
+    reduced = hertz.with_load((1 - ratio) * hertz.load)
+    single = FRICTION * coupling * reduced.gap(r)
+    inner = reduced.contact_radius
+    middle = np.abs(r - 0.5 * (1 + inner)) < 0.25 * (1 - inner)
+    for beside, expected in ((grid.y < 1 / cells, along), (grid.x[:, None] < 1 / cells, across)):
+        there = middle & beside
+        assert result.amplitude[there].sum() / single[there].sum() == near(expected, rel=0.01)
+    displacement = FRICTION * coupling * (hertz.approach - reduced.approach)
+    assert result.displacement / displacement == near(moved, rel=1e-3)
+    if stick is not None:
+        zone = grid.zone(result.stick, 1.0).area
+        assert np.sqrt(zone / np.pi) == near(stick, rel=0.005)
+        friction = grid.integral(bound * result.amplitude)
+        assert friction / (whole * displacement) == near(work, rel=0.003)

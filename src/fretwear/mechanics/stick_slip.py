@@ -111,6 +111,7 @@ def shear(
     flexibility: float = 0.0,
     start: Array | None = None,
     tolerance: float = 1e-6,
+    offset: Array | None = None,
 ) -> Sheared:
     """Solve for the tractions under a force or a displacement.
 
@@ -126,6 +127,9 @@ def shear(
         A first guess of the traction, Pa, shape (2, nx, ny).
     tolerance
         Largest residual, see `Sheared`.
+    offset
+        What is added to δ − Kq, m, shape (2, nx, ny). An increment of loading from the traction q₀,
+        during which pressure drags the surfaces by d, has K q₀ − d, and slip and δ of its own.
 
     Raises
     ------
@@ -135,12 +139,18 @@ def shear(
     if force is not None and not force < bodies.geometry.integral(bound):
         raise ContactError(f"a tangential force of {force:.4g} N slides the contact as a whole")
     spent, shape = 0, bound.shape
-    if start is None and min(shape) >= _LEAST_COARSENED and not any(n % 4 for n in shape):
+    if (
+        start is None
+        and offset is None
+        and min(shape) >= _LEAST_COARSENED
+        and not any(n % 4 for n in shape)
+    ):
         means = bound.reshape(shape[0] // 2, 2, shape[1] // 2, 2).mean(axis=(1, 3))
         coarse = shear(bodies.coarser, means, force, displacement, flexibility, None, _COARSE)
         parts = np.divide(coarse.traction, means, out=0.0 * coarse.traction, where=means > 0.0)
         start, spent = parts.repeat(2, axis=1).repeat(2, axis=2) * bound, coarse.convolutions // 4
-    result = _Descent(bodies, bound, force, displacement, flexibility, start).solve(tolerance)
+    method = _Descent(bodies, bound, force, displacement, flexibility, start, offset)
+    result = method.solve(tolerance)
     return replace(result, convolutions=result.convolutions + spent)
 
 
@@ -155,8 +165,10 @@ class _Descent:
         displacement: float,
         flexibility: float,
         start: Array | None,
+        offset: Array | None,
     ) -> None:
         self.bodies, self.bound = bodies, bound
+        self.offset = 0.0 if offset is None else offset
         self.touching: Mask = bound > 0.0
         self.area = bodies.geometry.unit_area
         self.total = None if force is None else force / self.area
@@ -169,7 +181,7 @@ class _Descent:
         self.guessed = start is not None
         none = np.zeros((2, *bound.shape))
         self.traction = self.projected(none) if start is None else self.clipped(start)[0]
-        self.moved = self.displaced(self.traction)
+        self.moved = self.displaced(self.traction) - self.offset
 
     def displaced(self, traction: Array) -> Array:
         self.spent += 1.0
@@ -196,7 +208,7 @@ class _Descent:
         low, high = -np.inf, np.inf
         for _ in range(_LARGEST_SHIFTS):
             missing = wanted - result[axes].sum(axis=(1, 2))
-            if np.abs(missing).max() <= 1e-13 * self.total:
+            if np.abs(missing).max() <= 1e-13 * max(abs(self.total), scale):
                 break
             # Within the disc a cell follows the shift; beyond it turns.
             moved = traction + shift[:, None, None]
@@ -242,7 +254,8 @@ class _Descent:
             slip = passed * self.touching
             tried, factor = self.clipped(self.traction + self.unit * slip)
             error = float(np.abs(tried - self.traction).max()) / largest
-            if error <= tolerance:
+            # A guess may be in equilibrium with another force.
+            if error <= tolerance and not self.guessed:
                 return self._result(passed, factor < 1.0, float(far[0]), error)
             # A cell at the bound that slips against its traction sticks again.
             slips = at_bound & ((slip * self.traction).sum(axis=0) > 0.0)
@@ -329,7 +342,7 @@ class _Descent:
 
     def _result(self, slip: Array, slips: Mask, far: float, error: float) -> Sheared:
         sticks = self.touching & ~slips
-        energy = 0.5 * float((self.traction * self.moved).sum()) * self.area
+        energy = 0.5 * float((self.traction * (self.moved + self.offset)).sum()) * self.area
         force = float(self.traction[0].sum()) * self.area
         return Sheared(
             self.traction,
