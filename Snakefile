@@ -16,6 +16,7 @@ from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
 from fretwear.figures.index import captions, figure_category, figure_labels
+from fretwear.platform import STOPPING
 from fretwear.study.problems import StudyError
 from fretwear.version import __version__
 
@@ -35,8 +36,10 @@ if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER)
 
 # A closed terminal stops Snakemake as Ctrl-C does, so that it waits for its jobs and leaves no lock;
 # one started by nohup ignores it.
-if workflow.is_main_process and signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
-    signal.signal(signal.SIGHUP, signal.default_int_handler)
+if workflow.is_main_process:
+    for number in STOPPING[2:]:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
 
 # Snakemake reports a locked folder, but not the command that unlocks it.
 if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):

@@ -16,6 +16,7 @@ from setuptools.errors import CompileError
 FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
 # Two builds give the same bytes: the folder leaves no trace, nor do the rights of files, see below.
 FLAGS += ["-g0", f"-ffile-prefix-map={Path.cwd()}=."]
+FLAGS_OF_VISUAL = ["/O2", "/fp:precise"]
 
 
 class BuildKernels(build_ext):
@@ -23,11 +24,13 @@ class BuildKernels(build_ext):
 
     def build_extension(self, ext: Pybind11Extension) -> None:
         """Build an extension."""
+        if self.compiler.compiler_type == "msvc":
+            ext.extra_compile_args = [*FLAGS_OF_VISUAL, *set(ext.extra_compile_args) - {*FLAGS}]
         try:
             super().build_extension(ext)
         except CompileError as error:
             raise CompileError(
-                f"{error}\n\nfretwear needs a C++17 compiler, GCC or Clang, and Python's headers "
+                f"{error}\n\nfretwear needs a C++17 compiler (GCC, Clang, Visual C++) and Python's headers "
                 "(on Debian and Ubuntu: apt install g++ python3-dev); its first message is above."
             ) from error
 

@@ -1,6 +1,7 @@
 """What stands in several files says the same everywhere; the digest of what computes results."""
 
 import ast
+import json
 import re
 import shutil
 import subprocess
@@ -64,9 +65,25 @@ def test_a_wheel_brings_all_that_init_writes(tmp_path):
 def test_version_and_license_are_the_same_everywhere():
     citation = yaml.safe_load(text_of("CITATION.cff"))
     told = re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)[1]
-    assert {PROJECT["version"], citation["version"], told} == {fretwear.__version__}
     assert text_of("LICENSE").startswith("BSD 3-Clause License")
     assert citation["license"] == PROJECT["license"] == "BSD-3-Clause"
+    meta = json.loads(text_of("codemeta.json"))
+    versions = {PROJECT["version"], citation["version"], meta["version"], told}
+    assert versions == {fretwear.__version__}
+    assert meta["license"].endswith(f"/{citation['license']}")
+    names = {author["name"] for author in (*PROJECT["authors"], *meta["author"])}
+    assert names == {author["name"] for author in citation["authors"]}
+    paper = yaml.safe_load(text_of("paper/paper.md").split("---")[1])
+    assert {author["name"] for author in paper["authors"]} == names
+    cited = {*re.findall(r"@([a-z]+\d{4})", text_of("paper/paper.md"))}
+    assert cited == {*re.findall(r"@article{(\w+),", text_of("paper/paper.bib"))}
+
+
+def test_a_release_has_wheels_for_every_system():
+    release = yaml.safe_load(text_of(".github/workflows/release.yml"))
+    systems = release["jobs"]["wheels"]["strategy"]["matrix"]["system"]
+    assert {system.split("-")[0] for system in systems} == {"ubuntu", "macos", "windows"}
+    assert any(system.endswith("-arm") for system in systems)
 
 
 DANGEROUS = {"pickle", "marshal", "shelve", "dill", "eval", "exec", "system"}
@@ -130,7 +147,7 @@ def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
         if not name.startswith(covered) and not name.endswith("__init__.py")
     }
     # What mirrors and opens datasets, and the version itself, come after the numbers.
-    assert others == {*READING, *CHECKING, "data/dataset.py", "version.py"}
+    assert others == {*READING, *CHECKING, "data/dataset.py", "platform.py", "version.py"}
 
 
 def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(

@@ -16,11 +16,11 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-_WORDS = {
-    signal.SIGINT: "by Ctrl-C",
-    signal.SIGTERM: "by SIGTERM",
-    signal.SIGHUP: "because its terminal was closed",
-}
+from fretwear.platform import HAS_FORK, STOPPING
+
+_WORDS = dict(
+    zip(STOPPING, ("by Ctrl-C", "by SIGTERM", "because its terminal was closed"), strict=False)
+)
 
 KERNELS = "fretwear.mechanics.kernels"
 """Name of the compiled module, without which nothing can be computed or planned."""
@@ -88,7 +88,7 @@ def _stop(number: int, _frame: FrameType | None) -> NoReturn:
 
     # A scheduler's second signal must not interrupt the clean-up; a user's second Ctrl-C may. Files
     # are complete or absent, so none is damaged.
-    for ignored in (signal.SIGTERM, signal.SIGHUP):
+    for ignored in STOPPING[1:]:
         signal.signal(ignored, signal.SIG_IGN)
     signal.signal(signal.SIGINT, hurry)
     # An interrupted library may be unable to clean up.
@@ -111,7 +111,7 @@ def watch() -> None:
 
     A crashing library, and a kernel that is out of memory, leave a process no time for a message.
     """
-    if not hasattr(os, "fork") or "--supervise" in sys.argv:  # a supervising parent reports
+    if not HAS_FORK or "--supervise" in sys.argv:  # a supervising parent reports
         return
     try:
         child = _fork()
@@ -133,7 +133,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     from fretwear.running.workflow import ENDED, failures
 
     vanished: set[str] = set()
-    while hasattr(os, "fork"):
+    while HAS_FORK:
         for stream in (sys.stdout, sys.stderr):
             Unfailing(stream).flush()
         if not (child := _fork()):

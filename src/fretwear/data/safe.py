@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import hashlib
 import os
-import pwd
 import re
 import secrets
 import shutil
@@ -23,13 +21,14 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, BinaryIO, Self, TextIO
 
+from fretwear.platform import CAN_FLUSH_FOLDERS, PLAINLY, STOPPING, lock_file, other_user
+
 _AGAIN = "run the same command again"
 _NEARLY_FULL = 1 << 20
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _NO_RIGHT = {errno.EACCES, errno.EPERM, errno.EROFS}
 _NO_FOLDER = {errno.ENOENT, errno.ENOTDIR, errno.EEXIST}
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
 _HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
@@ -94,7 +93,7 @@ def why_not_writable(path: Path) -> str:
     The test leaves no trace: instead of a missing folder, its nearest existing parent is tested.
     """
     place = path.absolute()
-    if "\\" in str(place):
+    if "\\" in place.as_posix():  # as the netCDF library is given it
         return f"{place}: cannot be written to: the netCDF library knows no path with a backslash"
     # A path below a file counts as missing, and so does one whose folder may not be entered.
     existing = next(parent for parent in (path, *place.parents) if os.path.lexists(parent))
@@ -136,7 +135,7 @@ def _open_plainly(path: Path, flags: int) -> int:
 
     Links are not followed, and opening a pipe does not wait.
     """
-    descriptor = os.open(path, flags | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    descriptor = os.open(path, flags | PLAINLY, 0o666)
     status, is_written = os.fstat(descriptor), flags & (os.O_WRONLY | os.O_RDWR)
     if not stat.S_ISREG(status.st_mode) or (is_written and status.st_nlink > 1):
         os.close(descriptor)
@@ -284,6 +283,8 @@ def _host() -> str:
 
 
 def _flush(path: Path) -> None:
+    if not CAN_FLUSH_FOLDERS:
+        return
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -313,7 +314,7 @@ def uninterrupted() -> Iterator[None]:
     received: list[int] = []
     is_main = threading.current_thread() is threading.main_thread()
     # A handler of None was not set by Python and could not be restored.
-    before = {n: handler for n in _SIGNALS if is_main and (handler := signal.getsignal(n))}
+    before = {n: handler for n in STOPPING if is_main and (handler := signal.getsignal(n))}
     for number in before:
         signal.signal(number, lambda number, _: received.append(number))
     try:
@@ -405,7 +406,7 @@ class Lock:
         except OSError as cause:
             raise write_error(self.path, cause) from cause
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock_file(descriptor)
         except OSError as cause:
             os.close(descriptor)
             if cause.errno in _NO_LOCKS_HERE:
@@ -444,10 +445,7 @@ class Lock:
     def _owner(self) -> str:
         """Return the user whose lock this is, in words; empty if it is of this process's user."""
         with suppress(OSError):
-            user = self.file.stat().st_uid
-            if user != os.geteuid():
-                with suppress(KeyError):
-                    return f" of user {pwd.getpwuid(user).pw_name}"
+            if user := other_user(self.file.stat().st_uid):
                 return f" of user {user}"
         return ""
 

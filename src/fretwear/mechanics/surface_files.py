@@ -14,7 +14,6 @@ import json
 import math
 import os
 import re
-import resource
 import signal
 import stat
 import warnings
@@ -30,6 +29,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Mask
 from fretwear.parts import Coordinates, Plain, Schema
+from fretwear.platform import HAS_FORK, STOPPING
 from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
 
 if TYPE_CHECKING:
@@ -165,8 +165,11 @@ def _in_child(read: Callable[[], Sequence[Array]]) -> list[Array]:
     """Return the arrays that a function returns in a child process with limits.
 
     A small file may ask for any memory and time, or crash a library. `QuantityError` if the
-    function raises it, exceeds the limits, or crashes.
+    function raises it, exceeds the limits, or crashes. Systems without ``fork`` read it in this
+    process, without limits.
     """
+    if not HAS_FORK:
+        return [*read()]
     ours, theirs = os.pipe()
     with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
         child = os.fork()  # other threads do not exist in the child, which uses nothing of theirs
@@ -199,7 +202,9 @@ def _in_child(read: Callable[[], Sequence[Array]]) -> list[Array]:
 
 def _answer(read: Callable[[], Sequence[Array]], pipe: int) -> None:
     """Write the arrays that a function returns, or why there are none, to a pipe."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+    import resource  # which a system with ``fork`` has
+
+    for number in (*STOPPING, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
     signal.alarm(_MOST_SECONDS_WAITED)
     faulthandler.disable()  # the parent tells of a crash

@@ -43,11 +43,20 @@
 #define COMPILER "Clang " __clang_version__
 #elif defined(__GNUC__)
 #define COMPILER "GCC " __VERSION__
+#elif defined(_MSC_VER)
+#define COMPILER "Visual C++"
 #else
 #define COMPILER "unknown compiler"
 #endif
+// Visual C++ has neither vectors as types nor these attributes; PLAIN tries its path elsewhere.
+#if defined(__GNUC__) && !defined(PLAIN)
 #define RESTRICT __restrict__
 #define INLINED __attribute__((always_inline))
+#else
+#define PLAIN 1
+#define RESTRICT __restrict
+#define INLINED
+#endif
 
 namespace py = pybind11;
 

@@ -9,10 +9,35 @@
 
 #include "threads.h"
 
+#if defined(PLAIN)
+template <class T>
+struct Lanes {
+    T at[32 / sizeof(T)];
+
+    T &operator[](Index lane) { return at[lane]; }
+    const T &operator[](Index lane) const { return at[lane]; }
+    template <class Of>
+    Lanes each(Of of) const {
+        Lanes made;
+        for (Index lane = 0; lane < Index(32 / sizeof(T)); lane++) made[lane] = of(lane);
+        return made;
+    }
+    Lanes operator+(const Lanes &b) const { return each([&](Index i) { return at[i] + b[i]; }); }
+    Lanes operator-(const Lanes &b) const { return each([&](Index i) { return at[i] - b[i]; }); }
+    Lanes operator-() const { return each([&](Index i) { return -at[i]; }); }
+    Lanes operator*(T c) const { return each([&](Index i) { return at[i] * c; }); }
+    Lanes operator*(const Lanes &b) const { return each([&](Index i) { return at[i] * b[i]; }); }
+};
+template <class T>
+struct VectorOf {
+    using type = Lanes<T>;
+};
+#else
 template <class T>
 struct VectorOf {
     typedef T type __attribute__((vector_size(32)));
 };
+#endif
 template <class T>
 using Vector = typename VectorOf<T>::type;
 template <class T>
@@ -159,7 +184,9 @@ INLINED static inline void store_pair(const Lines<T> &pair, T *to, Index left) {
 // Some lanes of two vectors, by their numbers.
 template <class T, Index... L>
 INLINED static inline Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &other) {
-#if defined(__clang__)
+#if defined(PLAIN)
+    return {(L < LANES<T> ? one[L % LANES<T>] : other[L % LANES<T>])...};
+#elif defined(__clang__)
     return __builtin_shufflevector(one, other, L...);
 #else
     using Lane = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
