@@ -36,7 +36,7 @@ _ADVISED = (
     *("wear_volume", "wear_volume_indenter", "wear_volume_flat", "maximum_wear_depth"),
     *("contact_half_width_x", "stick_half_width_x", "dissipated_energy", "tangential_force"),
 )
-_ADVISED_ERROR, _HARDLY = 0.05, 0.95
+_ADVISED_ERROR, _HARDLY, _EARLIEST = 0.05, 0.9, 0.05
 _SHOWN = (LEVELS[0], LEVELS[-1])
 
 
@@ -531,7 +531,8 @@ def _advice(
                 continue
             for row, cycle in enumerate(first.cycles):
                 columns = [float(each[test].numbers[name][row]) for each in known]
-                if not cycle or min(columns) <= 0.0 or not np.isfinite(columns).all():
+                early = cycle < _EARLIEST * first.cycles[-1]
+                if early or min(columns) <= 0.0 or not np.isfinite(columns).all():
                     continue
                 slopes = np.log(np.array(columns[1:]) / columns[0]) @ np.linalg.inv(reach)
                 moved = covariance @ slopes

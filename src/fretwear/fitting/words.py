@@ -139,6 +139,8 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
             "which body wears cannot be told: the stroke is below a tenth of the contact "
             "half-width, and both bodies have the same scar; measure each of them"
         )
+    if case.loading.stroke:
+        return
     by_u = fit.emulator.first @ np.linalg.inv(fit.emulator.directions)
     begin = 0
     for each in fit.measurements:
@@ -146,7 +148,8 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
         begin += each.signal.size
         for place, name in enumerate(names):
             change = np.linalg.norm(by_u[part, place])
-            if name in of_wear and change < _INSENSITIVE * np.linalg.norm(each.signal):
+            is_wear = each.comparison.measurement.quantity.startswith("wear")
+            if is_wear and name in of_wear and change < _INSENSITIVE * np.linalg.norm(each.signal):
                 yield (
                     f"{each.title} hardly depends on {name}: in partial slip wear ends when the "
                     "slip zone carries no load, and a finished scar bounds the coefficient from "
