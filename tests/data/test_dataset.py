@@ -3,6 +3,7 @@
 import json
 import math
 import subprocess
+import sys
 from datetime import UTC, datetime
 
 import numpy as np
@@ -200,3 +201,41 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
     assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
     with pytest.raises(KeyError, match="not a field over x and y"):
         quarter.fretwear.map("wear_volume")
+
+
+def test_a_dataset_shows_itself_in_a_notebook_and_answers_a_wrong_name(results, monkeypatch):
+    quarter = results.dataset
+    accessor = quarter.fretwear
+    assert len(repr(accessor)) < 160
+    assert quarter.attrs["case_id"] in repr(accessor)
+    assert "src='data:image/png;base64,iVBOR" in accessor._repr_html_()
+    assert "<img" not in quarter[["load"]].fretwear._repr_html_()
+    with pytest.raises(AttributeError, match=r"the variable is dataset\['load'\]"):
+        accessor.load  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'lod'$"):
+        accessor.lod  # noqa: B018
+    monkeypatch.setitem(sys.modules, "ipywidgets", None)
+    with pytest.raises(ImportError, match=r"pip install 'fretwear\[notebook\]'"):
+        accessor.slider("wear_depth")
+
+
+def test_a_slider_stops_at_every_snapshot(results, monkeypatch):
+    quarter = results.dataset
+    widgets = pytest.importorskip("ipywidgets")
+    from matplotlib import pyplot
+
+    shown = []
+    monkeypatch.setattr("matplotlib.pyplot.show", lambda: shown.append(pyplot.gcf()))
+    made = []
+    whole = widgets.SelectionSlider.__init__
+    monkeypatch.setattr(
+        widgets.SelectionSlider,
+        "__init__",
+        lambda self, **given: (made.append(self), whole(self, **given))[1],
+    )
+    quarter.fretwear.slider("wear_depth")
+    (slider,) = made
+    assert list(slider.options) == quarter.cycle.values.tolist()
+    slider.value = 0.0
+    assert len(shown) == 2
+    pyplot.close("all")

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -138,6 +138,53 @@ class Accessor:
 
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
+
+    def __getattr__(self, name: str) -> NoReturn:
+        """Point to a variable of the dataset, such as ``load``, also a method of xarray."""
+        known = not name.startswith("_") and name in self._dataset.variables
+        hint = f"; the variable is dataset[{name!r}]" if known else ""
+        raise AttributeError(f"'fretwear' accessor has no attribute {name!r}{hint}")
+
+    def __repr__(self) -> str:
+        sizes = " × ".join(f"{size} {name}" for name, size in self._dataset.sizes.items())
+        return f"<fretwear {self._dataset.attrs.get('case_id', 'dataset')}: {sizes}>"
+
+    def _repr_html_(self) -> str:
+        """Return the identity and, of a point contact, a small map of the wear, for notebooks."""
+        from html import escape
+
+        head = f"<code>{escape(repr(self))}</code>"
+        if {X.name, Y.name, "wear_depth"} - self._dataset.variables.keys():
+            return head
+        from base64 import b64encode
+        from io import BytesIO
+
+        from matplotlib.figure import Figure
+
+        figure, file = Figure(figsize=(3.4, 2.6), dpi=80, layout="constrained"), BytesIO()
+        self.map("wear_depth").plot(ax=figure.subplots())  # type: ignore[call-arg]
+        figure.savefig(file, format="png")
+        picture = b64encode(file.getvalue()).decode("ascii")
+        return f"{head}<br><img alt='wear depth' src='data:image/png;base64,{picture}'>"
+
+    def slider(self, name: str) -> None:
+        """Show a field of a point contact in a notebook, with a slider over its snapshots.
+
+        The slider takes ipywidgets, of the extra ``notebook``; an ImportError says so without it.
+        """
+        try:
+            from ipywidgets import SelectionSlider, interact
+        except ImportError as error:
+            remedy = f"pip install 'fretwear[notebook]', or draw map({name!r}, cycle).plot()"
+            raise ImportError(f"a slider needs ipywidgets: {remedy}") from error
+        from matplotlib import pyplot
+
+        def draw(cycle: float) -> None:
+            self.map(name, cycle).plot(ax=pyplot.subplots()[1])  # type: ignore[call-arg]
+            pyplot.show()
+
+        cycles = [float(cycle) for cycle in self._dataset[CYCLE.name].values]
+        interact(draw, cycle=SelectionSlider(options=cycles, value=cycles[-1]))
 
     @property
     def case(self) -> Case:
