@@ -81,13 +81,19 @@ onstart:
     tell = partial(print, file=sys.stderr, flush=True)
     for sentence in JOBS.study.unused:
         tell(f"fretwear: warning: {sentence}")
-    PROGRESS.append(Progress(JOBS, max(1, (workflow.cores or 1) // JOBS.threads), tell))
+    PROGRESS.append(
+        Progress(JOBS, max(1, (workflow.cores or 1) // JOBS.threads), tell)
+    )
     PROGRESS[0].start()
 
 
 onsuccess:
     PROGRESS[0].stop()
-    print(Path(f"{RESULTS}/logs/report.log").read_text(encoding="utf-8"), end="", file=sys.stderr)
+    print(
+        Path(f"{RESULTS}/logs/report.log").read_text(encoding="utf-8"),
+        end="",
+        file=sys.stderr,
+    )
 
 
 # With --keep-going the finished cases are merged, drawn and reported although others have failed;
