@@ -41,7 +41,7 @@ def lock_file(descriptor: int) -> None:
 
 
 def other_user(user: int) -> str:
-    """Return the name, or else the number, of a user; empty for that of this process."""
+    """Return the name, or else the number, of a user; empty for the present one."""
     if not HAS_LOCKS or user == os.geteuid():
         return ""
     with suppress(KeyError):

@@ -24,7 +24,7 @@ _OF_PATH = ("cycles", "sliding_amplitude", "displacement_amplitude", "sliding_di
 
 
 def doubts_of(fit: Fit, case: Case) -> Iterator[str]:
-    """Yield sentences about what the data of a fit do not determine; `case` is that of the best."""
+    """Yield sentences about what the data of a fit do not determine; `case` is the best one."""
     yield from _of_ranges(fit)
     yield from _of_pairs(fit)
     yield from _of_wear(fit, case)

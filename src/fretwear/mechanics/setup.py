@@ -206,7 +206,7 @@ class Setup:
         slip = self.friction_law.coefficient * self.coupling * reduced.gap
         if reduced.sheared is None or reduced.factor is None:
             return slip
-        # Where the bodies do not touch, slip is that of cells that begin to.
+        # Where the bodies do not touch, slip is taken from cells that begin to.
         sheared, begins = reduced.sheared, np.multiply(reduced.factor, slip)
         return np.where(sheared.bound > 0.0, sheared.amplitude, begins)
 

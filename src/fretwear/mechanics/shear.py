@@ -71,7 +71,7 @@ class ShearSpace(ABC):
         influence = shear_influence(shape, geometry.spacing, modulus, coupling)
         self.self_influence = float(influence[0][0, 0])
         even = [dct(1, field, (0, 1)) for field in influence[:2]]
-        # The transform of a field that is odd is the negative of that of sines.
+        # The transform of a field that is odd is the negative of the transform of sines.
         odd = np.zeros_like(even[0])
         odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
         self._spectra: Kernels = even[0], even[1], odd

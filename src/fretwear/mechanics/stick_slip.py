@@ -197,7 +197,7 @@ class _Descent:
     def projected(self, traction: Array) -> Array:
         """The nearest traction within the discs that carries the force, if one is given.
 
-        It is that of the traction shifted evenly, by Newton's method for the shift.
+        It belongs to the traction shifted evenly, by Newton's method for the shift.
         """
         result, factor = self.clipped(traction)
         if self.total is None:
@@ -234,7 +234,7 @@ class _Descent:
         return np.asarray(self.touching & (length >= (1.0 - _AT_BOUND) * self.bound))
 
     def rigid(self, at_bound: Mask) -> Array:
-        """Displacement of distant points along x and y, m: that of the cells below the bound."""
+        """Displacement of distant points along x and y, m, from the cells below the bound."""
         if self.total is None:
             return np.array([self.given - self.series * self.traction[0].sum(), 0.0])
         inside = self.touching & ~at_bound

@@ -66,7 +66,7 @@ class Unreached:
     accuracy: float  # asked for
     result: str  # words of the result with the largest estimated error
     error: float  # this error, relative
-    times: float  # time of a run that would reach it, over that of a run on default cells
+    times: float  # time of a run that would reach it, over the time on default cells
 
     def doubt(self) -> Doubt:
         """Say what was reached, and how to go on."""
