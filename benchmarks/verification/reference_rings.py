@@ -147,7 +147,7 @@ class RingContact:
 
 
 def solve_contact(
-    rings: Rings, layer: Layer, load: float, limit: float, start: RingContact
+    rings: Rings, layer: Layer, load: float, limit: float | FloatArray, start: RingContact
 ) -> RingContact:
     """Normal contact 0 ≤ p ≤ limit of a half-space with E* = 1 and an increasing surface layer.
 
@@ -160,8 +160,9 @@ def solve_contact(
         of the pressure; the derivative is not negative.
     load : float
         Normal load.
-    limit : float
-        Largest pressure; where it acts the gap is negative, by the penetration.
+    limit : float or ndarray
+        Largest pressure, of all rings or of each; where it acts the gap is negative, by the
+        penetration.
     start : RingContact
         First guess.
 
@@ -259,11 +260,14 @@ class SmoothWear:
         X = Q / µP.
     limit_ratio : float
         Largest pressure over p0; infinite for elastic bodies.
+    growth : float
+        αµ² of junction growth, p² + αq² ≤ p_lim².
     """
 
     rings: Rings
     load_ratio: float
     limit_ratio: float
+    growth: float = 0.0
 
     @property
     def reduced_load(self) -> float:
@@ -272,8 +276,13 @@ class SmoothWear:
 
     @property
     def limit(self) -> float:
-        """Largest pressure."""
+        """Largest pressure without shear."""
         return UNIT_HERTZ.peak_pressure * self.limit_ratio
+
+    def lowered(self, full: RingContact, reduced: RingContact) -> float | FloatArray:
+        """Largest pressure, with the shear q = µ (p − p*) of the contacts just before."""
+        sheared = 1.0 - reduced.pressure / np.where(full.loaded, full.pressure, np.inf)
+        return self.limit / np.sqrt(1.0 + self.growth * sheared**2) if self.growth else self.limit
 
     def unworn(self) -> WearState:
         """State before the first cycle."""
@@ -298,7 +307,8 @@ class SmoothWear:
         # convergence: the extrapolation to vanishing steps removes the rest.
         for _ in range(6):
             layer = _WearingLayer(old, state.reduced.gap, change, rate)
-            full = solve_contact(self.rings, layer, UNIT_HERTZ.load, self.limit, full)
+            limit = self.lowered(full, reduced)
+            full = solve_contact(self.rings, layer, UNIT_HERTZ.load, limit, full)
             worn = layer(full.pressure)[0] - old
             sunk = np.where(full.yielding, -full.gap, 0.0)
             if not full.yielding.any():
@@ -387,7 +397,11 @@ class Resolution:
 
 
 def dimensionless_history(
-    load_ratio: float, limit_ratio: float, times: Sequence[float], resolution: Resolution
+    load_ratio: float,
+    limit_ratio: float,
+    times: Sequence[float],
+    resolution: Resolution,
+    growth: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Values of `SmoothWear.measure` at the times τ, and the error left by the steps.
 
@@ -395,6 +409,8 @@ def dimensionless_history(
     ----------
     load_ratio, limit_ratio : float
         Q / µP, and the largest pressure over p0.
+    growth : float
+        αµ² of junction growth.
     times : sequence of float
         Times τ, not negative and increasing.
     resolution : Resolution
@@ -417,7 +433,7 @@ def dimensionless_history(
         narrow=resolution.swept_width,
         widest=resolution.widest,
     )
-    problem = SmoothWear(rings, load_ratio, limit_ratio)
+    problem = SmoothWear(rings, load_ratio, limit_ratio, growth)
     whole, halved, quartered = (
         _march_in_time(problem, times, resolution.step, parts) for parts in (1, 2, 4)
     )

@@ -147,10 +147,10 @@ def test_endless_wear_reaches_the_limiting_state(load_ratio):
 @pytest.mark.slow
 @pytest.mark.parametrize(("load_ratio", "limit"), [(0.8, LIMIT), (0.9, math.inf)])
 def test_the_table_that_mechanics_is_compared_with_is_that_of_the_solver(load_ratio, limit):
-    """Rows are load and limit ratio, τ, the seven values and their uncertainties."""
+    """Rows are load and limit ratio, growth, τ, the seven values and their uncertainties."""
     with TABLE.open(newline="", encoding="utf-8") as file:
         rows = [[float(value) for value in row] for row in list(csv.reader(file))[1:]]
-    rows = np.array([row[2:] for row in rows if row[:2] == [load_ratio, limit] and row[2] <= 10.0])
+    rows = np.array([r[3:] for r in rows if r[:3] == [load_ratio, limit, 0.0] and r[3] <= 10.0])
     resolution = Resolution(swept_width=1 / 120, edge_width=1e-4, widest=0.015, step=0.4)
     values, _ = dimensionless_history(load_ratio, limit, list(rows[:, 0]), resolution)
     values[CENTRAL] /= P0

@@ -203,14 +203,21 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
 
     Before each step the bodies yield where the pressure reaches its limit, for good, and the
     contact at the reduced load is solved on the shape of that moment. Loads are forces, which may
-    change over the cycles as all else may.
+    change over the cycles as all else may. A limit that friction lowers follows from q/µp of the
+    step before.
     """
     bodies, unworn = problem.half_space(window), problem.unworn(window)
     wear, plastic = np.zeros(window.shape), np.zeros(window.shape)
     pressure, reduced, load = None, None, None
     for step in range(steps + 1):
         now = problem.at(step * cycles / steps)
-        contact = solve_contact(now.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE)
+        limit = now.plastic_limit
+        if reduced is not None:
+            sheared = 1.0 - reduced.pressure / np.where(pressure > 0.0, pressure, np.inf)
+            growth = now.junction_growth * now.friction_law.coefficient**2
+            limit = limit / np.sqrt(1.0 + growth * sheared**2)
+        shape = unworn + wear + plastic
+        contact = solve_contact(now.contact(bodies, shape, limit=limit), pressure, _TOLERANCE)
         pressure = contact.pressure
         contact_load = window.integral(pressure)
         plastic = plastic + contact.penetration

@@ -161,14 +161,17 @@ def covered(outer: Grid, inner: Grid) -> Mask:
     return result
 
 
-def independent(ratio: float, limit: float) -> dict[float, dict[str, float]]:
-    """What the independent solver found at each τ, for a load ratio and a limit over p0."""
+def independent(ratio: float, limit: float, growth: float = 0.0) -> dict[float, dict[str, float]]:
+    """What the independent solver found at each τ, for a load ratio and a limit over p0.
+
+    Friction lowers the limit by ``growth``, αµ².
+    """
     table = Path(__file__).parent / "reference" / "smooth_wear.csv"
     with table.open(newline="", encoding="utf-8") as file:
         rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
     return {
         row["tau"]: row
         for row in rows
-        if row["load_ratio"] == ratio
+        if (row["load_ratio"], row["growth"]) == (ratio, growth)
         and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
     }

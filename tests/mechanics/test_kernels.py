@@ -28,8 +28,9 @@ EXPONENTS = (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4)
 
 
 def field(kind, shape, random):
-    """A field to call a kernel with; of pressures, cells that are open, free and at the limit 1."""
+    """A field to call a kernel with; of pressures, cells that are open, free and at their limit."""
     some, part = random.standard_normal(shape), random.random(shape)
+    limits = 0.2 + np.random.default_rng(2).random(shape)
     if kind in ("known", "relieved"):
         # ``relieved`` has no pressure in the cells that have these exponents of ``known`` alone.
         values = EXPONENTS if kind == "known" else np.zeros(len(EXPONENTS))
@@ -37,7 +38,8 @@ def field(kind, shape, random):
     kinds = {"single": some.astype(np.float32), "inside": (part < 0.6).astype(np.float32),
              "mask": part < 0.5, "double": some, "full": np.ones(shape),
              "loaded": np.clip(0.6 + 0.8 * some, 0.1, 1.1),
-             "pressure": np.clip(0.5 + 0.8 * some, 0.0, 1.0)}  # fmt: skip
+             "pressure": np.clip(0.5 + 0.8 * some, 0.0, 1.0),
+             "limits": limits, "under limits": np.clip(0.5 + 0.8 * some, 0.0, limits)}  # fmt: skip
     return kinds.get(kind, part)
 
 
@@ -60,14 +62,25 @@ CALLS = {
     "recover_displacement without a layer": ("single", None, "single", 0.3, "single"),
     "level": (1.0, "double", "double", "pressure"),
     "level saturated": (1.0, "double", "double", "full"),
+    "level under limits": ("limits", "double", "double", "under limits"),
     "evaluate": ("double", "pressure", 1.0, 0.3, 0.1, "double", "mask"),
     "evaluate elastic": ("double", "loaded", np.inf, 0.3, 0.1, "double", "mask"),
     "evaluate saturated": ("double", "full", 1.0, 0.3, 0.1, "double", "mask"),
-    "scale_step": ("pressure", "double", "single", 0.3, "single", 0.01, "double"),
+    "evaluate under limits": ("double", "under limits", "limits", 0.3, 0.1, "double", "mask"),
+    "scale_step": ("pressure", "double", "single", 0.3, "single", 0.01, 1.0, "double"),
+    "scale_step under limits": (
+        *("under limits", "double", "single", 0.3, "single", 0.01, "limits", "double"),
+    ),
     "move": (0.8, "double", 1.0, "single", 0.3, 0.1, "double", "pressure", "double", "double"),
-    "scale_and_clip": (1.3, 1.0, 1.0, None, "pressure"),
-    "scale_and_clip weighted": (0.7, 1.0, 0.9, "positive", "pressure"),
-    "scale_and_clip elastic": (1.3, np.inf, np.inf, None, "double"),
+    "move under limits": (
+        *(0.8, "double", "limits", "single", 0.3, 0.1),
+        *("double", "under limits", "double", "double"),
+    ),
+    "scale_and_clip": (1.3, 1.0, True, None, "pressure"),
+    "scale_and_clip weighted": (0.7, 1.0, True, "positive", "pressure"),
+    "scale_and_clip elastic": (1.3, np.inf, False, None, "double"),
+    "scale_and_clip under limits": (1.3, "limits", True, None, "under limits"),
+    "scale_and_clip weighted under limits": (0.7, "limits", False, "positive", "under limits"),
     "wear": (*STAGE, "positive", "positive", "double", "double"),
     "wear without flow": (*STAGE, "positive", "positive", None, "double"),
     "wear_slope": (*STAGE, "positive", "double", 1.7, "single"),
@@ -94,7 +107,8 @@ def advance(length, direction, force, weight, pressure, residual):
 
 
 def scale_and_clip(factor, limit, rigid, weights, pressure):
-    found = np.where(pressure >= rigid, pressure, np.clip(factor * pressure, 0.0, limit))
+    kept = rigid & (pressure >= limit)
+    found = np.where(kept, pressure, np.clip(factor * pressure, 0.0, limit))
     weights = np.ones_like(found) if weights is None else weights
     return [(weights * found).sum(), weights[found >= limit].sum(), found]
 
@@ -111,9 +125,10 @@ def evaluate(separation, pressure, limit, approach, slack, *_):
     return [max(wrong.max(), 0.0), gap.sum(), gap, free]
 
 
-def scale_step(pressure, gap, found, unit, uniform, share, _):
+def scale_step(pressure, gap, found, unit, uniform, share, limit, _):
     step = found.astype(float) * unit - uniform.astype(float) * share
-    return [(pressure + step).min(), (pressure + step).max(), (step * gap).sum(), step]
+    reached = pressure + step
+    return [reached.min(), (reached - limit).max(), (step * gap).sum(), step]
 
 
 def move(fraction, step, limit, moved, unit, offset, shape, pressure, displacement, _):

@@ -53,13 +53,14 @@ RUNS = {
     "rough": {"roughness": ROUGH},
     "smooth capped": {"limit": 1.5},
     "rough capped": {"roughness": ROUGH, "limit": 2.0},
+    "capped under friction": {"roughness": ROUGH, "limit": 3.2, "junction_growth": 9.0},
     "yielding from the first loading": {"limit": 0.9},
     "mild": {"load_ratio": 0.2},
     "nearly sliding": {"load_ratio": 0.95, "limit": 2.0},
 }
 # Where explicit steps are compared with.
 CYCLES = {"smooth": 2000, "rough": 1500, "smooth capped": 2500, "rough capped": 2500}
-CYCLES["yielding from the first loading"] = 1200
+CYCLES |= {"yielding from the first loading": 1200, "capped under friction": 1700}
 ELASTIC = [name for name, changes in RUNS.items() if "limit" not in changes]
 CAPPED = [name for name in RUNS if name not in ELASTIC]
 

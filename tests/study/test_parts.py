@@ -154,6 +154,7 @@ def examples():
         {**rig, "displacement_ratio": 0.8},
         {**rig, **held},
         {"debris_fraction": 0.85, "frequency": "5 Hz", "bulk_stress": "80 MPa", "accuracy": 0.02},
+        {"junction_growth": 9.0},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
         {"wear_coefficient": LAW},
@@ -178,6 +179,7 @@ def examples():
 UNSAID = {
     "debris_fraction",
     "bulk_stress",
+    "junction_growth",
     "frequency",
     "blocks",
     "plastic_limit",

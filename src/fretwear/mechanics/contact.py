@@ -54,6 +54,8 @@ class Accuracy:
     #: The same if the contact accounts for slip that follows its approach: the remaining error is
     #: of second order and of either sign.
     following: float = 0.02
+    #: Load beyond the limits that shear lowers, relative to the load and to that tolerance.
+    limit: float = 0.05
 
 
 class ContactError(RuntimeError):
@@ -104,7 +106,8 @@ class ContactProblem:
     half_space: HalfSpace  #: the elastic bodies on a geometry
     shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
     load: float | None  #: normal load P of the whole contact, N; None if the approach is given
-    limit: float = np.inf  #: largest pressure, Pa; infinite when elastic
+    #: Largest pressure, Pa, of all cells or of each; infinite when elastic.
+    limit: float | Array = np.inf
     layer: Layer | None = None  #: local compliance
     approach: float | None = None  #: δ, m, if given instead of a load
 
@@ -157,13 +160,17 @@ class ContactProblem:
         limit, total, team = self.limit, self.total, self.half_space.team
         weights = self.half_space.geometry.weights
         result: Array = team.cellwise(np.copy, pressure)
-        carried, saturated = kernels.scale_and_clip(team, 1.0, limit, np.inf, weights, result)
+        carried, saturated = kernels.scale_and_clip(team, 1.0, limit, False, weights, result)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
             missing = total - carried
             if abs(missing) <= 1e-14 * total:
                 break
-            movable = carried - limit * saturated if saturated else carried
-            factor, rigid = 1.0, np.inf
+            movable, factor, rigid = carried, 1.0, False
+            if saturated:
+                full = limit * saturated
+                if isinstance(limit, np.ndarray):
+                    full = float(self.weighted(limit)[result >= limit].sum())
+                movable = carried - full
             if movable <= -missing:
                 # Saturated cells must yield too.
                 factor = total / carried
@@ -171,7 +178,7 @@ class ContactProblem:
                 # All loaded cells are at the limit and still do not carry the load.
                 np.maximum(result, 1e-3 * limit, out=result)
             else:
-                factor, rigid = 1.0 + missing / movable, limit
+                factor, rigid = 1.0 + missing / movable, True
             carried, saturated = kernels.scale_and_clip(team, factor, limit, rigid, weights, result)
         return result
 
@@ -182,7 +189,7 @@ class ContactProblem:
         if self.load is None:
             return np.clip(pressure, 0.0, self.limit)
         area = float(self.weighted(np.ones_like(pressure)).sum())
-        most = min(self.limit, 2.0 * self.total / area)
+        most = min(float(np.max(self.limit)), 2.0 * self.total / area)
 
         def excess(shift: float) -> float:
             carried = self.weighted(np.clip(pressure + shift, 0.0, self.limit)).sum()
@@ -253,10 +260,10 @@ def solve_contact(
         raise ValueError("the shape and the start of a contact problem must be finite everywhere")
     geometry = half_space.geometry
     if problem.load is not None:
-        capacity = geometry.integral(np.ones_like(problem.shape))
-        if not problem.limit * capacity > problem.load:
+        highest = float(np.max(problem.limit))
+        if not geometry.integral(np.broadcast_to(problem.limit, geometry.shape)) > problem.load:
             raise ContactError(
-                f"a pressure limit of {problem.limit:.4g} Pa cannot carry {problem.load:.4g} N on "
+                f"a pressure limit of {highest:.4g} Pa cannot carry {problem.load:.4g} N on "
                 f"a window of half-widths {geometry.extent[0]:.3g} m and {geometry.extent[1]:.3g} m"
             )
     if start is not None and float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:

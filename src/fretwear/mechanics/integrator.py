@@ -29,7 +29,7 @@ from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.slip import LARGEST_FACTOR
 from fretwear.mechanics.stage import Exposure, ImplicitStage, all_worn
-from fretwear.mechanics.state import Stage, State, WearProblem
+from fretwear.mechanics.state import Stage, State, WearProblem, YieldLimit
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,9 @@ _FIRST_STEP = 0.09
 _LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
 # A step shorter than this part of the usual one is no measure of how fields change over the next.
 _SHORT = 0.5
-# Largest number of loadings anew on cells that suit the loaded bodies better.
-_RELOADED = 6
+# Largest number of contacts of a loading, and of loadings anew on cells that suit the loaded bodies
+# better.
+_LARGEST_SWEEPS, _RELOADED = 60, 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
@@ -245,33 +246,43 @@ def first_loading(
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry = cells or (problem.geometry.first(problem) if before is None else before.geometry)
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
-    while True:
+    now = problem.at(cycle)
+    limit = YieldLimit(now, geometry, now.plastic_limit)
+    for _ in range(_LARGEST_SWEEPS):
         bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
         start, wear, opening, plastic = (
             zeros if before is None else before.geometry.resized(getattr(before, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
         )
         contact = solve_contact(
-            problem.contact(bodies.half_space, bodies.unworn + opening + plastic),
+            problem.contact(
+                bodies.half_space, bodies.unworn + opening + plastic, limit=limit.value
+            ),
             start,
             tolerance=accuracy.contact,
         )
         spent += contact.convolutions
         larger = geometry.holding(workspace, contact.pressure, contact.approach)
-        if larger.shape == geometry.shape:
+        if larger.shape != geometry.shape:
+            geometry, limit = larger, YieldLimit(now, larger, now.plastic_limit)
+            continue
+        plastic = plastic + contact.penetration
+        load = now.load_of(geometry, contact)
+        reduced = now.slip_model.reduced(
+            now,
+            bodies.half_space,
+            bodies.unworn + plastic + opening,
+            now.sliding(load, contact.approach),
+            tolerance=accuracy.first_reduced,
+        )
+        spent += reduced.convolutions
+        if limit.suits(contact, reduced, accuracy.contact * load):
             break
-        geometry = larger
-    now, plastic = problem.at(cycle), plastic + contact.penetration
-    load = now.load_of(geometry, contact)
-    reduced = now.slip_model.reduced(
-        now,
-        bodies.half_space,
-        bodies.unworn + plastic + opening,
-        now.sliding(load, contact.approach),
-        tolerance=accuracy.first_reduced,
-    )
+    else:
+        raise ContactError("the limit of pressure that friction lowers did not settle")
     gap = np.maximum(contact.gap, 0.0)
-    reduced = now.slip_model.sheared(now, bodies.half_space, contact.pressure, gap, reduced)
+    sheared = now.slip_model.sheared(now, bodies.half_space, contact.pressure, gap, reduced)
+    spent += sheared.convolutions - reduced.convolutions
     return State(
         cycle=float(cycle),
         geometry=geometry,
@@ -283,12 +294,12 @@ def first_loading(
         load=load,
         approach=contact.approach,
         residual=contact.residual,
-        reduced=reduced,
+        reduced=sheared,
         next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
         pressure_rate=zeros,
         source_rate=zeros,
         step=step,
-        convolutions=spent + reduced.convolutions,
+        convolutions=spent,
     )
 
 
@@ -495,9 +506,9 @@ class Evolution(Integrator[State]):
             allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)
         factor, accepted = assessed(error / allowed)
         if first.yielded or second.yielded:
-            # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A much longer
+            # A cell at the limit p sinks until wear, at the rate β p, has freed it. A much longer
             # step would miss the flow in between.
-            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.plastic_limit)
+            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.slip_limit)
             factor = min(factor, longest / step)
             accepted &= step <= _ACCEPTED * longest
         return error, factor, accepted

@@ -47,6 +47,13 @@ INLINED static inline auto whether(const void *is_given, F loop) {
     return is_given ? loop(std::true_type()) : loop(std::false_type());
 }
 
+// Compile a loop for both, one limit of pressure and one for each cell.
+template <class F>
+INLINED static inline auto limited(Limit limit, F loop) {
+    if (limit.data) return loop([limits = limit.data](Index i) INLINED { return limits[i]; });
+    return loop([limit = limit.value](Index) INLINED { return limit; });
+}
+
 // Sum over a block of what a function gives for each cell, in the precision of T.
 template <class T, class F>
 INLINED static inline T sum_of(Index n, F term) {
@@ -150,42 +157,46 @@ VECTORIZED static double recover_displacement(Index n, const float *RESTRICT sta
 
 // The active set.
 
-// Scale a pressure and clip it to 0 … `limit`, except on cells at `rigid` or above; return the weighted
-// sums of the pressure and of the cells at the limit.
-VECTORIZED static std::array<double, 2> scale_and_clip(Index n, double factor, double limit,
-                                                       double rigid, Maybe<double> weights,
+// Scale a pressure and clip it to 0 … `limit`, except on cells at the limit if these are `rigid`; return
+// the weighted sums of the pressure and of the cells at the limit.
+VECTORIZED static std::array<double, 2> scale_and_clip(Index n, double factor, Limit limit, bool rigid,
+                                                       Maybe<double> weights,
                                                        double *RESTRICT pressure) {
     const double *RESTRICT weight = weights.data;
-    return whether(weight, [=](auto weighted) INLINED -> std::array<double, 2> {
-        double carried = 0, saturated = 0;
+    return limited(limit, [=](auto limit) INLINED {
+        return whether(weight, [=](auto weighted) INLINED -> std::array<double, 2> {
+            double carried = 0, saturated = 0;
 #pragma omp simd reduction(+ : carried, saturated)
-        for (Index i = 0; i < n; i++) {
-            const double before = pressure[i], unit = weighted ? weight[i] : 1.0;
-            double value = before * factor;
-            value = value < 0 ? 0 : value;
-            value = value > limit ? limit : value;
-            value = before >= rigid ? before : value;
-            pressure[i] = value;
-            carried += unit * value;
-            saturated += value >= limit ? unit : 0.0;
-        }
-        return {carried, saturated};
+            for (Index i = 0; i < n; i++) {
+                const double before = pressure[i], unit = weighted ? weight[i] : 1.0;
+                double value = before * factor;
+                value = value < 0 ? 0 : value;
+                value = value > limit(i) ? limit(i) : value;
+                value = rigid & (before >= limit(i)) ? before : value;
+                pressure[i] = value;
+                carried += unit * value;
+                saturated += value >= limit(i) ? unit : 0.0;
+            }
+            return {carried, saturated};
+        });
     });
 }
 
 // Sum of separations and count of cells with 0 < p < `limit`; largest displacement of all.
-VECTORIZED static std::array<double, 3> level(Index n, double limit, const double *RESTRICT separation,
+VECTORIZED static std::array<double, 3> level(Index n, Limit limit, const double *RESTRICT separation,
                                               const double *RESTRICT displacement,
                                               const double *RESTRICT pressure) {
-    double sum = 0, count = 0, highest = -INFINITE;
+    return limited(limit, [=](auto limit) INLINED -> std::array<double, 3> {
+        double sum = 0, count = 0, highest = -INFINITE;
 #pragma omp simd reduction(+ : sum, count) reduction(max : highest)
-    for (Index i = 0; i < n; i++) {
-        const double free = (pressure[i] > 0) & (pressure[i] < limit) ? 1.0 : 0.0;
-        sum += free * separation[i];
-        count += free;
-        highest = displacement[i] > highest ? displacement[i] : highest;
-    }
-    return {sum, count, highest};
+        for (Index i = 0; i < n; i++) {
+            const double free = (pressure[i] > 0) & (pressure[i] < limit(i)) ? 1.0 : 0.0;
+            sum += free * separation[i];
+            count += free;
+            highest = displacement[i] > highest ? displacement[i] : highest;
+        }
+        return {sum, count, highest};
+    });
 }
 
 // Gap of a pressure, and the cells to free: those between the bounds, those at zero that interpenetrate
@@ -193,62 +204,68 @@ VECTORIZED static std::array<double, 3> level(Index n, double limit, const doubl
 // g = 0 between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit, and the sum of all gaps,
 // which tells of values that are not numbers.
 VECTORIZED static std::array<double, 2> evaluate(Index n, const double *RESTRICT separation,
-                                                 const double *RESTRICT pressure, double limit,
+                                                 const double *RESTRICT pressure, Limit limit,
                                                  double approach, double slack, double *RESTRICT gap,
                                                  bool *RESTRICT to_be_free) {
-    double worst = 0, sum = 0;
+    return limited(limit, [=](auto limit) INLINED -> std::array<double, 2> {
+        double worst = 0, sum = 0;
 #pragma omp simd reduction(+ : sum) reduction(max : worst)
-    for (Index i = 0; i < n; i++) {
-        const double value = separation[i] - approach;
-        gap[i] = value;
-        sum += value;
-        double violation = pressure[i] >= limit ? value : std::fabs(value);
-        violation = pressure[i] > 0 ? violation : -value;
-        worst = violation > worst ? violation : worst;
-        const bool open = pressure[i] <= 0, saturated = pressure[i] >= limit;
-        const bool closes = value < -slack, parts = value > slack;
-        to_be_free[i] = (open & closes) | (saturated & parts) | !(open | saturated);
-    }
-    return {worst, sum};
+        for (Index i = 0; i < n; i++) {
+            const double value = separation[i] - approach;
+            gap[i] = value;
+            sum += value;
+            double violation = pressure[i] >= limit(i) ? value : std::fabs(value);
+            violation = pressure[i] > 0 ? violation : -value;
+            worst = violation > worst ? violation : worst;
+            const bool open = pressure[i] <= 0, saturated = pressure[i] >= limit(i);
+            const bool closes = value < -slack, parts = value > slack;
+            to_be_free[i] = (open & closes) | (saturated & parts) | !(open | saturated);
+        }
+        return {worst, sum};
+    });
 }
 
-// The step `found` in some unit, minus a part of a uniform one. Return the lowest and highest pressure
-// that it leads to and its product with the gap.
+// The step `found` in some unit, minus a part of a uniform one. Return the lowest pressure that it leads
+// to, the highest one less `limit`, and its product with the gap.
 VECTORIZED static std::array<double, 3> scale_step(Index n, const double *RESTRICT pressure,
                                                    const double *RESTRICT gap,
                                                    const float *RESTRICT found, double unit,
                                                    const float *RESTRICT uniform, double share,
-                                                   double *RESTRICT step) {
-    double lowest = INFINITE, highest = -INFINITE, along = 0;
+                                                   Limit limit, double *RESTRICT step) {
+    return limited(limit, [=](auto limit) INLINED -> std::array<double, 3> {
+        double lowest = INFINITE, highest = -INFINITE, along = 0;
 #pragma omp simd reduction(+ : along) reduction(min : lowest) reduction(max : highest)
-    for (Index i = 0; i < n; i++) {
-        const double value = found[i] * unit - uniform[i] * share;
-        step[i] = value;
-        const double target = pressure[i] + value;
-        lowest = target < lowest ? target : lowest;
-        highest = target > highest ? target : highest;
-        along += value * gap[i];
-    }
-    return {lowest, highest, along};
+        for (Index i = 0; i < n; i++) {
+            const double value = found[i] * unit - uniform[i] * share;
+            step[i] = value;
+            const double target = pressure[i] + value, above = target - limit(i);
+            lowest = target < lowest ? target : lowest;
+            highest = above > highest ? above : highest;
+            along += value * gap[i];
+        }
+        return {lowest, highest, along};
+    });
 }
 
 // Add a fraction of a step to `pressure`, without leading beyond 0 and `limit` by rounding, and its
 // displacement, `moved` in some unit plus an offset, to `displacement`; set the separation to that plus
 // the shape.
-VECTORIZED static void move(Index n, double fraction, const double *RESTRICT step, double limit,
+VECTORIZED static void move(Index n, double fraction, const double *RESTRICT step, Limit limit,
                             const float *RESTRICT moved, double unit, double offset,
                             const double *RESTRICT shape, double *RESTRICT pressure,
                             double *RESTRICT displacement, double *RESTRICT separation) {
     const double part = fraction * unit, shift = fraction * offset;
+    limited(limit, [=](auto limit) INLINED {
 #pragma omp simd
-    for (Index i = 0; i < n; i++) {
-        double target = pressure[i] + fraction * step[i];
-        target = target < 0 ? 0 : target;
-        pressure[i] = target > limit ? limit : target;
-        const double value = displacement[i] + part * moved[i] + shift;
-        displacement[i] = value;
-        separation[i] = value + shape[i];
-    }
+        for (Index i = 0; i < n; i++) {
+            double target = pressure[i] + fraction * step[i];
+            target = target < 0 ? 0 : target;
+            pressure[i] = target > limit(i) ? limit(i) : target;
+            const double value = displacement[i] + part * moved[i] + shift;
+            displacement[i] = value;
+            separation[i] = value + shape[i];
+        }
+    });
 }
 
 // The wear of a stage, see `fretwear.mechanics.slip.WearLayer`.

@@ -101,7 +101,9 @@ class Rubbing:
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
         from scipy.sparse import csr_matrix
 
-        self.limit, (is_even, _) = problem.plastic_limit, problem.even
+        #: Largest pressure, Pa, for the friction of the moment.
+        self.limit = problem.slip_limit
+        is_even, _ = problem.even
         # On how many sides of the middle of the stroke the positions are.
         self.sides = 1.0 if is_even else 2.0
         along_x, self.rows = shape

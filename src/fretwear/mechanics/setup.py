@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -48,7 +48,8 @@ class Setup:
     loading: Loading  #: force, displacement or sliding imposed along x
     friction_law: Friction  #: resistance to slip
     wear_law: WearLaw  #: depth worn per pressure and path
-    plastic_limit: float = inf  #: largest pressure, Pa; infinite when elastic
+    plastic_limit: float = inf  #: largest pressure without friction, Pa; infinite when elastic
+    junction_growth: float = 0.0  #: α in p² + αq² ≤ p_lim², by which friction lowers the limit
     roughness: Roughness | None = None  #: roughness of a surface; None if smooth
     counterface: Roughness | None = None  #: roughness of the other one, if both are rough
     slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
@@ -200,6 +201,20 @@ class Setup:
         friction = self.friction_law.coefficient
         most = friction * pressure
         return np.clip(friction * (pressure - reduced.pressure), -most, most)
+
+    @property
+    def slip_limit(self) -> float:
+        """Largest pressure where the bodies slip, Pa: p_lim/√(1 + αµ²), as q = µp there."""
+        growth = self.junction_growth * self.friction_law.coefficient**2
+        return self.plastic_limit / sqrt(1.0 + growth)
+
+    def pressure_limit(self, pressure: Array, reduced: ReducedContact) -> float | Array:
+        """Largest pressure, Pa, of all cells or of each, under the shear traction of a contact."""
+        highest, lowest = self.plastic_limit, self.slip_limit
+        if highest == lowest or not reduced.pressure.any():
+            return lowest
+        growth = self.junction_growth * self.friction_law.coefficient**2
+        return self.slip_model.limit(highest, growth, pressure, reduced)
 
     def slip(self, reduced: ReducedContact) -> Array:
         """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""

@@ -18,6 +18,7 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
@@ -175,6 +176,27 @@ class SlipModel(Part):
         if not self.follows_shape:
             return True
         return setup.normal.holds_load and setup.sliding(load, 0.0).load == reduced.load
+
+    def limit(
+        self, highest: float, growth: float, pressure: Array, reduced: ReducedContact
+    ) -> Array:
+        """Pressure, Pa, at which each cell yields by p² + αq² = p_lim²; ``growth`` is αµ².
+
+        Where the bodies stick q = µ (p − p*). Plastic flow there deepens the shape of both contacts
+        alike and leaves q as it is, so that p yields at √(p_lim² − αq²). If the reduced contact
+        does not follow the shape p* is what stays, and p yields at the root of
+        p² + αµ² (p − p*)² = p_lim². ``highest`` is p_lim, Pa, and ``pressure`` a guess of p.
+        Friction in two directions changes the magnitude of q too little to matter here.
+        """
+        lowest, stuck = highest / sqrt(1.0 + growth), reduced.pressure
+        if self.follows_shape:
+            sheared = np.minimum(np.abs(pressure - stuck), lowest)
+            limit = np.sqrt(highest**2 - growth * sheared**2)
+        else:
+            stuck = np.minimum(stuck, highest)
+            root = np.sqrt((1.0 + growth) * highest**2 - growth * stuck**2)
+            limit = (growth * stuck + root) / (1.0 + growth)
+        return np.where(stuck > 0.0, limit, lowest)
 
     def source(self, gap: Array, opening: Array) -> Array:
         """G, m: g* less the gap opened by wear, if wear adds to g*."""

@@ -87,7 +87,7 @@ def solve_by_active_sets(
     spent = 0
     if start is None:
         start = problem.first_guess()
-        if isfinite(problem.limit):
+        if np.isfinite(problem.limit).all():
             # Both bounds at once from a distant start lead to wrong sets, so yielding starts from
             # the elastic state.
             elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
@@ -135,7 +135,9 @@ class ActiveSet:
     def _between_bounds(self) -> Mask:
         limit = self.problem.limit
         result: Mask = self._team.cellwise(
-            lambda pressure: (pressure > 0) & (pressure < limit), self.pressure, dtype=np.bool_
+            lambda pressure, limit: (pressure > 0) & (pressure < limit),
+            *(self.pressure, limit),
+            dtype=np.bool_,
         )
         return result
 
@@ -228,10 +230,9 @@ class ActiveSet:
         stray = missed / cells.uniform_sum
         step, gap = np.empty_like(self.pressure), problem.weighted(self.gap)
         share = stray * pressure_unit
-        lowest, highest, slope = kernels.scale_step(
-            team, self.pressure, gap, pressure, pressure_unit, cells.uniform, share, step
-        )
-        if lowest >= 0 and highest <= problem.limit:
+        fields = self.pressure, gap, pressure, pressure_unit, cells.uniform, share
+        lowest, above, slope = kernels.scale_step(team, *fields, problem.limit, step)
+        if lowest >= 0 and above <= 0:
             self._search(step, slope, moved, unit, -stray * unit)
             return True
         target = team.cellwise(np.add, self.pressure, step)

@@ -19,7 +19,7 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer, solve_contact
 from fretwear.mechanics.geometry import UnwornBodies
 from fretwear.mechanics.slip import ReducedContact, WearLayer
-from fretwear.mechanics.state import Stage, WearProblem
+from fretwear.mechanics.state import Stage, WearProblem, YieldLimit
 
 _LARGEST_SWEEPS = 12
 # A cell with less than this fraction of the mean pressure counts as unloaded.
@@ -103,21 +103,27 @@ class ImplicitStage:
         ``tolerance`` applies to the normal contact. A ContactError says that a contact or the
         iteration between flow and wear does not converge, or that a value is not finite.
         """
-        drift, reduced, problem = self._expected(change), self.base.reduced, self.problem
+        drift, reduced, geometry = self._expected(change), self.base.reduced, self._geometry
+        problem = self.problem
+        limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
-            contact, layer = self._normal_contact(exposure, drift, pressure, tolerance)
+            contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
             if isinstance(layer, WearLayer):
                 drift = replace(drift, shift=layer.shift)
             stage = self._flow(exposure, contact, layer, reduced)
             pressure, reduced = stage.pressure, stage.reduced
+            within = self.accuracy.limit * self.tolerance * stage.load
+            settled = limit.suits(contact, reduced, within)
             if not stage.yielded and drift.shift is None:
-                break
+                if settled:
+                    break
+                continue
             missing, lost = self._missing(exposure, drift, stage)
             enough = self.accuracy.sweep if drift.response is None else self.accuracy.following
-            if lost <= enough * self.tolerance * self._geometry.integral(stage.opening):
+            if settled and lost <= enough * self.tolerance * geometry.integral(stage.opening):
                 break
-            if lost > 0.5 * before:
+            if settled and lost > 0.5 * before:
                 # Flow lets wear catch up, which stops the flow: average the two.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = lost
@@ -157,7 +163,12 @@ class ImplicitStage:
         return Drift(shift, np.where(shift > change, 0.0, reduced.response), level)
 
     def _normal_contact(
-        self, exposure: Exposure, drift: Drift, pressure: Array, tolerance: float
+        self,
+        exposure: Exposure,
+        drift: Drift,
+        limit: float | Array,
+        pressure: Array,
+        tolerance: float,
     ) -> tuple[Contact, Layer]:
         """The contact of the shape at the start of the stage with its wear as a layer."""
         base, problem = self.base, self.problem
@@ -168,7 +179,7 @@ class ImplicitStage:
             *exposure.opening(problem.debris_fraction),
         )
         sunk = self._cellwise(np.add, self._unworn, base.plastic)
-        contact_problem = problem.contact(self._half_space, sunk, drift.on(layer))
+        contact_problem = problem.contact(self._half_space, sunk, drift.on(layer), limit)
         try:
             contact = solve_contact(contact_problem, pressure, tolerance, verified=self.output_step)
         except ContactError as error:

@@ -27,6 +27,8 @@ collapse to the stick zone after many cycles.
 
 # Fields of a state that other cells take over as they are.
 FIELDS = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
+# Least part of a change of the limit of pressure that is made.
+_LEAST_PART = 0.2
 # Columns of cells whose heights are computed at a time.
 _COLUMNS = 64
 
@@ -57,11 +59,16 @@ class WearProblem(Setup):
         return self.with_setup(block_at(self.blocks, cycle)).at(cycle)
 
     def contact(
-        self, half_space: HalfSpace, shape: Array, layer: Layer | None = None
+        self,
+        half_space: HalfSpace,
+        shape: Array,
+        layer: Layer | None = None,
+        limit: float | Array | None = None,
     ) -> ContactProblem:
-        """The normal contact of a shape, m."""
+        """The normal contact of a shape, m; friction may lower the limit of pressure, Pa."""
         load, approach = self.normal.given
-        return ContactProblem(half_space, shape, load, self.plastic_limit, layer, approach)
+        limit = self.plastic_limit if limit is None else limit
+        return ContactProblem(half_space, shape, load, limit, layer, approach)
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
         """P, N, of a contact: the load that is held, or else the load that it carries."""
@@ -121,6 +128,45 @@ class WearProblem(Setup):
             return per_depth * geometry.integral(stage.pulse.rate)
         slip = self.slip(stage.reduced)
         return 4.0 * self.friction_law.coefficient * geometry.integral(stage.pressure * slip)
+
+
+class YieldLimit:
+    """The limit of pressure, which shear lowers, found in turn with the contact that it changes.
+
+    Where more cells yield under a lower limit others bear more, by which the shear in the stick
+    zone falls and the limit there rises: the limits of successive contacts alternate, mostly in a
+    single mode. So they are relaxed by Aitken's method: Irons and Tuck, "A version of the Aitken
+    accelerator for computer iteration", Int. J. Numer. Meth. Engng 1 (1969).
+    """
+
+    def __init__(self, problem: WearProblem, geometry: Geometry, value: float | Array) -> None:
+        self._problem, self._geometry = problem, geometry
+        self.value = value  #: Pa, of all cells or of each
+        self._part, self._before = 1.0, np.zeros(())
+
+    def suits(self, contact: Contact, reduced: ReducedContact, enough: float) -> bool:
+        """Whether a contact keeps the limit that follows from it; else the limit is changed.
+
+        It may miss the limit by so much of its load, N: the excess, and what cells at the former
+        limit bear too little.
+        """
+        problem, integral = self._problem, self._geometry.integral
+        if problem.slip_limit == problem.plastic_limit:
+            return True
+        limit, pressure = problem.pressure_limit(contact.pressure, reduced), contact.pressure
+        matters = contact.saturated | (pressure > limit)
+        if integral(np.where(matters, np.abs(pressure - limit), 0.0)) <= enough:
+            return True
+        change = np.where(matters, limit - self.value, 0.0)
+        if self._before.any():
+            turned = self._before - change
+            part = self._part * integral(self._before * turned) / integral(turned * turned)
+            self._part = min(max(part, _LEAST_PART), 1.0)
+        self._before = change
+        if isinstance(limit, np.ndarray):
+            limit = self.value + self._part * (limit - self.value)
+        self.value = limit
+        return False
 
 
 def in_contact(stage: Stage) -> Mask:

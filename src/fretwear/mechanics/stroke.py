@@ -137,6 +137,7 @@ class _Slider(Integrator[StrokeState]):
         y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
         self._resize(x, 1 if problem.geometry.plane_strain else y)
         wide, high = problem.indenter.half_widths(hertz)
+        cycle, step = (0.0, 0) if self.before is None else (self.before.cycle, self.before.step)
         while True:
             rubbing, before = self.rubbing, self.before
             at = rubbing.x[:, None] - rubbing.places[:, None, None]
@@ -147,23 +148,29 @@ class _Slider(Integrator[StrokeState]):
                 start = np.maximum(start, (before.pressures > 0).any(axis=0))
                 worn, sunk = before.worn, before.sunk
             rigid, change = np.zeros((2, 1, 1)), inf
-            contacts = rubbing.solve(self.opens * worn + sunk, rigid, start)
+            contacts = self._contacts(cycle, worn, sunk, rigid, start)
             # Cells that sink at one position carry less at others, where more sink next time.
             for left in reversed(range(_LARGEST_PASSES)):
                 settled = change <= self.tolerance or not contacts.flow.any() or not left
                 if self._outgrown(contacts) or settled:
                     break
                 sunk, means, start = sunk + contacts.flow, contacts.means, contacts.pressures
-                contacts = rubbing.solve(self.opens * worn + sunk, rigid, start)
+                contacts = self._contacts(cycle, worn, sunk, rigid, start)
                 change = float(np.abs(contacts.means - means).sum() / means.sum())
             if rubbing is self.rubbing:
                 break
-        cycle, step = (0.0, 0) if before is None else (before.cycle, before.step)
         growth = self.opens * self.rates(cycle).max(axis=(1, 2)).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
         first = _FIRST_STEP * depth / growth if growth > 0 else inf
         state = self._state(cycle, step, contacts, worn, sunk + contacts.flow)
         self.state = replace(state, next_step=first)
+
+    def _contacts(
+        self, cycle: float, worn: Array, sunk: Array, compliance: Array, start: Array
+    ) -> Contacts:
+        """The contacts at a cycle; see `Rubbing.solve`."""
+        self.rubbing.limit = self.problem.at(cycle).slip_limit
+        return self.rubbing.solve(self.opens * worn + sunk, compliance, start)
 
     def rates(self, cycle: float, means: Means | None = None) -> Array:
         """Wear depth of both bodies per mean pressure and cycle, m/Pa.
@@ -198,21 +205,23 @@ class _Slider(Integrator[StrokeState]):
         del output_step
         base = self.state
 
-        def stage(explicit: Array, sunk: Array, rates: Array, start: Array) -> Contacts:
+        def stage(
+            cycle: float, explicit: Array, sunk: Array, rates: Array, start: Array
+        ) -> Contacts:
             compliance = self.opens * TR_BDF2.implicit * step * rates
-            return self.rubbing.solve(self.opens * explicit + sunk, compliance, start)
+            return self._contacts(cycle, explicit, sunk, compliance, start)
 
         middle, started = base.cycle + TR_BDF2.middle * step, base.rates
         # The means that the wear coefficient follows lag by one stage.
         means = self.means(base.cycle, base.pressures)
         explicit = base.worn + TR_BDF2.implicit * step * started
-        first = stage(explicit, base.sunk, self.rates(middle, means), base.pressures)
+        first = stage(middle, explicit, base.sunk, self.rates(middle, means), base.pressures)
         reached = self.means(middle, first.pressures)
         between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
         explicit = base.worn + TR_BDF2.explicit * step * (started + between)
         rates = self.rates(end, reached.ahead(means, TR_BDF2.beyond))
-        last = stage(explicit, sunk, rates, first.pressures)
+        last = stage(end, explicit, sunk, rates, first.pressures)
         if self._outgrown(last):
             return None
         ended = rates * last.means
@@ -234,7 +243,7 @@ class _Slider(Integrator[StrokeState]):
         opening, plastic = self.opens * worn.sum(axis=0), sunk.sum(axis=0)
         middle = contacts.pressures[np.abs(self.rubbing.places).argmin(), -geometry.shape[0] :]
         separation = bodies.half_space.displacement(middle) + bodies.unworn + opening + plastic
-        free = (middle > 0) & (middle < problem.plastic_limit)
+        free = (middle > 0) & (middle < problem.slip_limit)
         approach = float(separation[free].mean())
         gap = separation - approach
         residual = np.abs(np.where(free, gap, np.minimum(gap, 0.0))).max() / approach

@@ -20,6 +20,7 @@
 #include <thread>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #if defined(__GLIBC__)
@@ -106,10 +107,14 @@ struct type_caster<Field<T>> {
 }  // namespace pybind11::detail
 
 // How the arguments of a kernel come from Python: what points to cells is a field, all of one size;
-// what may point to none is a field or None.
+// what may point to none is a field or None; what may differ between cells is a field or a number.
 template <class T>
 struct Maybe {
     const T *data;
+};
+struct Limit {
+    const double *data;
+    double value;
 };
 template <class P>
 struct Argument {
@@ -130,6 +135,18 @@ struct Argument<Maybe<T>> {
         return {given ? given->data + first : nullptr};
     }
     static Index size(const Given &given, Index n) { return given ? given->size() : n; }
+};
+template <>
+struct Argument<Limit> {
+    using Given = std::variant<double, Field<const double>>;
+    static Limit passed(const Given &given, Index first) {
+        if (const auto *field = std::get_if<1>(&given)) return {field->data + first, 0.0};
+        return {nullptr, std::get<0>(given)};
+    }
+    static Index size(const Given &given, Index n) {
+        const auto *field = std::get_if<1>(&given);
+        return field ? field->size() : n;
+    }
 };
 
 // Threads that share the parts of a job, the caller's one of them. Passes over the cells follow each

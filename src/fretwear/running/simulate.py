@@ -398,7 +398,7 @@ def wear_problem(
 ) -> WearProblem:
     """The mechanical problem of a case, on its default cells or others; rings may be wider."""
     # A contact at the limit everywhere is the smallest one that carries the load.
-    spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
+    spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.slip_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
     blocks: list[tuple[float, Setup]] = []
     for end, block in case.in_blocks():

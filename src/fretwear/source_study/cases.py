@@ -45,6 +45,7 @@ _SHARED = {
     "youngs_modulus": 208e9,
     "poisson_ratio": 0.3,
     "wear_coefficient": 7e-13,
+    "junction_growth": 0.0,
 }
 _ROUGH = {
     "roughness_amplitude": 0.2e-6,

@@ -44,6 +44,7 @@ from fretwear.units import QuantityError
 # Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = (
     "counterface",
+    "junction_growth",
     "frequency",
     "debris_fraction",
     "bulk_stress",

@@ -100,7 +100,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
         cell = case.coarseness * narrowest_cell(case)
     ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
     if 0.0 < ring < cell and not tips and follows and _reaches_limit(case):
-        recedes = ring * case.cycles * case.wear_growth * case.plastic_limit
+        recedes = ring * case.cycles * case.wear_growth * case.slip_limit
         matters = recedes > SMALL_ERROR * case.stick_radius
         resolvable = share_of_band(ring, narrowest_graded(case)) > 0.0
         if matters or resolvable:
@@ -146,7 +146,7 @@ def _reaches_limit(case: Case) -> bool:
     """
     edge = float(case.hertz.pressure(case.stick_radius))
     worn = case.cycles * case.wear_growth * edge
-    return worn > _TO_SINGULAR * (1.0 - edge / case.plastic_limit)
+    return worn > _TO_SINGULAR * (1.0 - edge / case.slip_limit)
 
 
 def _of_slip(case: Case) -> Iterator[Doubt]:
@@ -242,7 +242,8 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
 
 
 def _of_materials(case: Case) -> Iterator[Doubt]:
-    pressures = case.plastic_limit, case.hertz.mean_pressure
+    limit = case.slip_limit if case.tangential_ratio >= 1.0 else case.plastic_limit
+    pressures = limit, case.hertz.mean_pressure
     if pressures[0] < pressures[1]:
         numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
         yield Doubt(

@@ -43,6 +43,9 @@ STEPS_PER_FOLD_OF_WEAR = 2.4
 STEPS_ROUGH = 1.6
 STEPS_PER_YIELDING_TIME = 0.7
 
+# Contacts of a yielding step, if shear lowers the limit, over those if it does not.
+CONTACTS_UNDER_SHEAR = 2.5
+
 # For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
 CONVOLUTIONS_PER_STEP = (17.5, 27.0)
 CONVOLUTIONS_AS_YIELDING_BEGINS = (135.0, 210.0)
@@ -220,12 +223,13 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
     The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
     1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. If the bodies
     yield and slip follows the worn shape, a step lasts no longer than wear takes to free a cell at
-    the limit, 1/(β p_lim) cycles at the default tolerance.
+    the limit p, 1/(β p) cycles at the default tolerance.
     """
     rough, worn = case.rough is not None, case.cycles * case.wear_growth
     folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
     if stick_shrinks(case):
-        times = worn * case.plastic_limit
+        times = worn * case.slip_limit
+    contacts = CONTACTS_UNDER_SHEAR if case.slip_limit < case.plastic_limit else 1.0
     finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
     elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
@@ -233,13 +237,13 @@ def _work(case: Case, cells: int) -> tuple[float, float]:
         # The narrower the slip annulus, the more often flow and wear settle in turn.
         yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
         per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-        per_step += SOLUTIONS_PER_YIELDING_STEP
+        per_step = contacts * (per_step + SOLUTIONS_PER_YIELDING_STEP)
         return elastic + yielding, SOLUTIONS_PER_STEP * elastic + per_step * yielding
     elastic *= STEPS_ROUGH if rough else 1.0
     per_step = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
     # Later and shorter steps change less and take fewer iterations.
     yielding = STEPS_PER_YIELDING_TIME * times
-    flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
+    flowing = contacts * CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
     return elastic + yielding * finer**0.5, per_step * elastic + flowing
 
 

@@ -361,6 +361,22 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
         yield Problem("plastic_limit", given, rule, hint)
 
 
+@_needing(_CONTACT + "loading friction_law plastic_limit junction_growth")
+def _lowered_limit_carries_load(case: Draft) -> Iterator[Problem]:
+    """The same where all slides, by the limit that friction lowers."""
+    largest, _ = _largest_contact(case)
+    least, lowered = case.hertz.spread_pressure(largest), case.slip_limit
+    if case.tangential_ratio >= 1.0 and lowered < least <= case.plastic_limit:
+        rule = (
+            f"lowers the plastic limit to {format_quantity(lowered, PRESSURE, 3)} where all slides,"
+            f" too little to carry the load {_force(case, case.hertz.load)} on any contact the run "
+            f"could reach: at most {_length(largest)} in {case.frame.extent}"
+        )
+        growth = ((case.plastic_limit / least) ** 2 - 1.0) / case.friction_law.coefficient**2
+        hint = f"up to {0.99 * growth:.3g} would do, or raise plastic_limit"
+        yield Problem("junction_growth", f"{case.junction_growth:.6g}", rule, hint)
+
+
 @_needing("cell roughness counterface indenter")
 def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
     """A wave or an edge on too few cells would be a different surface."""

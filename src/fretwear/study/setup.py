@@ -67,6 +67,11 @@ class Draft(Setup):
         ),
         "Highest pressure, about three times the yield stress; none: elastic.",
     ] = math.inf
+    junction_growth: Annotated[
+        float,
+        Quantity("1", "$α$", "junction growth", like="9", at_least=0.0),
+        "Factor α in p² + αq² ≤ p_lim², by which friction lowers the plastic limit.",
+    ] = 0.0
     roughness: Annotated[
         Roughness | None,
         PartOf(

@@ -175,14 +175,14 @@ def zones_of_tip(case: Draft) -> dict[str, tuple[Spacing, float]]:
     load = min(case.hertz_pressure * area, case.hertz.load)
     radius_x, radius_y = (1.0 / (c + of_indenter) for c in (tip.curvature_x, tip.curvature_y))
     contact = EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
-    widened = max(1.0, contact.spread_radius(case.plastic_limit) / contact.contact_radius)
+    widened = max(1.0, contact.spread_radius(case.slip_limit) / contact.contact_radius)
     along_x, along_y = (widened * half for half in contact.half_widths)
     zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
     share = math.cbrt(1.0 - min(case.tangential_ratio, 1.0))
     # A contact that slides as a whole has no edge of stick.
     if math.isfinite(case.plastic_limit) and share > 0.0:
         round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
-        band = LimitingState(round_one, 1.0 - share).width_above(case.plastic_limit)
+        band = LimitingState(round_one, 1.0 - share).width_above(case.slip_limit)
         part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
         cell = 2.0 / CELLS_ACROSS_TIP
         # If a band is too narrow for any cells to yield, the cells of the contact are enough.
@@ -203,7 +203,7 @@ def _zones_of_ridge(case: Draft, tip: Tip) -> dict[str, tuple[Spacing, float]]:
     load = min(case.hertz_pressure * tip.apart_x, case.hertz.load)
     modulus = case.composite_modulus
     contact = LineContact(1.0 / (tip.curvature_x + of_indenter), load, modulus)
-    half, spread = contact.contact_radius, contact.spread_radius(case.plastic_limit)
+    half, spread = contact.contact_radius, contact.spread_radius(case.slip_limit)
     share = math.sqrt(1.0 - min(case.tangential_ratio, 1.0))
     # The width grows with the load at the plastic limit, and with its root in an elastic contact.
     slip = max(half, spread) * (1.0 - (share if spread > half else math.sqrt(share)))
@@ -235,8 +235,8 @@ def greatest_contact_radius(case: Draft) -> float:
     grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
     wider = 1.0 + (limiting - 1.0) * grown
     if stick_shrinks(case):
-        wider *= (1.0 + worn * case.plastic_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
-    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
+        wider *= (1.0 + worn * case.slip_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
+    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.slip_limit))
     # Tips can touch as far out as the sphere has receded by the height of the waves.
     tips = 0.0 if case.rough is None else case.rough.tips
     reach = math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
@@ -252,7 +252,7 @@ def stick_shrinks(case: Draft) -> bool:
         return False
     if case.rough is not None and _closing_pressure(case) > case.hertz_pressure:
         yields = "band that yields" in zones_of_tip(case)
-        return yields or case.plastic_limit < _OF_CLOSING * _closing_pressure(case)
+        return yields or case.slip_limit < _OF_CLOSING * _closing_pressure(case)
     return share_of_band(yielding_ring_width(case), narrowest_cell(case)) > 0.0
 
 
@@ -282,7 +282,7 @@ def yielding_ring_width(case: Draft) -> float:
         return 0.0
     ratio = min(case.tangential_ratio, NEARLY_GROSS)
     limiting = case.indenter.limiting(case.hertz, ratio)
-    return limiting.width_above(case.plastic_limit)
+    return limiting.width_above(case.slip_limit)
 
 
 @lru_cache(maxsize=4096)

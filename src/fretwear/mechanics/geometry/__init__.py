@@ -105,8 +105,8 @@ class CellProblem(Protocol):
         """Reduced load of the unworn smooth contact, N."""
 
     @property
-    def plastic_limit(self) -> float:
-        """Largest pressure, Pa; infinite when elastic."""
+    def slip_limit(self) -> float:
+        """Largest pressure where the bodies slip, Pa; infinite when elastic."""
 
     def reach(self, approach: float) -> tuple[float, float]:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""

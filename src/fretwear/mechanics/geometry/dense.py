@@ -438,7 +438,7 @@ class DenseHalfSpace(HalfSpace):
         their gap, and the free ones by their pressure; see `Exchange`.
         """
         tolerance *= _OF_TOLERANCE
-        limit, layer = problem.limit, problem.layer
+        limit, layer = np.ravel(problem.limit), problem.layer
         weights = problem.weighted(np.ones_like(start))[:, 0]
         unit = self.self_influence
         pressure = problem.clip_to_load(start)[:, 0]

@@ -74,7 +74,7 @@ class Grading:
     @classmethod
     def of(cls, problem: CellProblem, stick: float, contact: float, *, yields: bool) -> Grading:
         """The grading for given radii of stick zone and contact, m, of bodies that yield or not."""
-        yields = yields and not math.isinf(problem.plastic_limit)
+        yields = yields and not math.isinf(problem.slip_limit)
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
         stick = stick if stick > _LEAST_STICK * contact else 0.0
@@ -88,10 +88,10 @@ class Grading:
         if not yields or stick == 0.0:
             return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
-            band = limiting.width_above(problem.plastic_limit)
+            band = limiting.width_above(problem.slip_limit)
         else:
             # The stick zone is as wide as the unworn contact: take the band of a flat punch.
-            punch = hertz.load / (2.0 * math.pi * stick * problem.plastic_limit)
+            punch = hertz.load / (2.0 * math.pi * stick * problem.slip_limit)
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
         # A band too narrow for the rings of an elastic contact to yield leaves them as they are.
@@ -138,7 +138,7 @@ class Rings(DenseCells):
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         hertz, load = problem.hertz, problem.stick_load
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        yields = hertz.peak_pressure > problem.plastic_limit
+        yields = hertz.peak_pressure > problem.slip_limit
         grading = Grading.of(problem, stick, hertz.contact_radius, yields=yields)
         return cls.graded(grading, math.sqrt(2.0) * max(problem.extent))
 
@@ -162,7 +162,7 @@ class Rings(DenseCells):
         # singular is higher on narrower rings.
         finer = max(1.0, grading.narrowest / banded.narrowest)
         peak = float(stage.pressure.max()) * math.sqrt(finer)
-        if peak > _NEARLY * problem.plastic_limit or stage.plastic.any():
+        if peak > _NEARLY * problem.slip_limit or stage.plastic.any():
             grading = banded
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
         return rings.reaching(WIDENED * touched)

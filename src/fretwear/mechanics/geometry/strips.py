@@ -97,9 +97,9 @@ class Strips(DenseCells):
         annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
         narrowest = wider * min(NARROWEST_STRIP * hertz.contact_radius, annulus)
         inward = _GRADING * wider
-        if not math.isinf(problem.plastic_limit):
+        if not math.isinf(problem.slip_limit):
             limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
-            band = limiting.width_above(problem.plastic_limit)
+            band = limiting.width_above(problem.slip_limit)
             # A band too narrow for the strips of an elastic contact to yield leaves them as is.
             share = share_of_band(band, narrowest)
             narrowest *= min(1.0, band / _ACROSS_BAND / narrowest) ** share

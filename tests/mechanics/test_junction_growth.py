@@ -1,0 +1,227 @@
+"""A limit of pressure that friction lowers: p² + αq² ≤ p_lim²."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.geometry.strips import Strips
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, SlidingAmplitude
+from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.measures import measure
+from fretwear.mechanics.slip import CattaneoMindlin, Jaeger
+from fretwear.mechanics.stroke import slide
+from fretwear.mechanics.surfaces import Cylinder
+from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear_laws import Archard
+from fretwear.theory import LineContact
+
+from ..studies import near
+from .problems import (
+    COUPLING,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    P0,
+    RADIUS,
+    ROUGH,
+    A,
+    fretting,
+    independent,
+)
+
+ALPHA = 9.0
+GROWTH = ALPHA * FRICTION**2
+STUDY_LIMIT = 4.5e9 / P0
+DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
+LINE = LineContact(6e-3, 4e5, MODULUS)
+
+
+def on_strips(limit, ratio=0.6, **changes):
+    """A cylinder on strips; the limit over its Hertz pressure."""
+    line = {"indenter": Cylinder(6e-3), "normal": NormalLoad(4e5), "geometry": Strips}
+    half = LINE.contact_radius
+    cells = {"spacing": (half / 64, half / 64), "extent": (1.15 * half, 1.15 * half)}
+    limit *= LINE.peak_pressure / P0
+    return fretting(load_ratio=ratio, limit=limit, **{**line, **cells, **changes})
+
+
+def cycles_of(problem, tau):
+    return tau / (problem.wear_growth * problem.hertz.peak_pressure)
+
+
+def excess(problem, state):
+    """How far √(p² + αq²) is beyond the limit in each cell, relative to it."""
+    now = problem.of(state)
+    shear = now.shear_traction(state.pressure, state.reduced)
+    equivalent = np.sqrt(state.pressure**2 + now.junction_growth * shear**2)
+    return equivalent / problem.plastic_limit - 1.0
+
+
+@pytest.mark.parametrize("geometry", [Rings, Grid])
+def test_where_bodies_first_yield_by_the_closed_forms_of_pressure_and_traction(geometry):
+    r = np.linspace(0.0, 1.0, 100_001) * A
+    stuck = HERTZ.with_load(0.2 * LOAD).pressure(r)
+    equivalent = np.sqrt(HERTZ.pressure(r) ** 2 + GROWTH * (HERTZ.pressure(r) - stuck) ** 2)
+    onset = r[np.argmax(equivalent)]
+    assert 0.0 < onset < A
+    given = {"junction_growth": ALPHA, "geometry": geometry}
+    below, above = (
+        first_loading(fretting(48, limit=part * equivalent.max() / P0, **given))
+        for part in (1.01, 0.99)
+    )
+    assert not below.plastic.any()
+    radius = np.hypot(*np.meshgrid(above.geometry.x, above.geometry.y, indexing="ij"))
+    depth = above.plastic
+    assert float((radius * depth).sum() / depth.sum()) == near(onset, rel=0.05)
+    assert excess(fretting(limit=0.99 * equivalent.max() / P0, **given), above).max() < 1e-5
+
+
+@pytest.mark.parametrize("geometry", [Grid, Rings])
+def test_a_limit_of_each_cell_is_kept_like_one_of_all(geometry):
+    problem = fretting(24, geometry=geometry)
+    cells = geometry.first(problem)
+    bodies, shape = problem.half_space(cells), problem.unworn(cells)
+
+    def pressed(limit):
+        return solve_contact(ContactProblem(bodies, shape, LOAD, limit), tolerance=1e-9)
+
+    one, each = pressed(0.8 * P0), pressed(np.full(cells.shape, 0.8 * P0))
+    np.testing.assert_allclose(each.pressure, one.pressure, atol=1e-9 * P0)
+    np.testing.assert_allclose(each.penetration, one.penetration, atol=1e-8 * HERTZ.approach)
+    radius = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
+    limit = P0 * (0.7 + 0.3 * (radius / A) ** 2)
+    found = pressed(limit)
+    gap = bodies.displacement(found.pressure) + shape - found.approach
+    slack, free = 1e-8 * HERTZ.approach, (found.pressure > 0) & (found.pressure < limit)
+    assert (found.pressure <= limit).all()
+    assert found.saturated.sum() > 10 < free.sum()
+    assert np.abs(gap[free]).max() < slack
+    assert gap[found.saturated].max() < slack
+    assert cells.integral(found.pressure) == near(LOAD)
+
+
+def test_bodies_without_a_limit_are_elastic_to_the_last_bit():
+    *_, elastic = evolve(fretting(12), [500])
+    *_, found = evolve(fretting(12, junction_growth=ALPHA), [500])
+    for name in ("pressure", "wear", "gap"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(elastic, name))
+
+
+SLIDES = DisplacementRatio(displacement_ratio=1.3).plain(FRICTION, COUPLING, HERTZ)
+
+
+@pytest.mark.parametrize(
+    "contact", [{"geometry": Rings}, {"roughness": ROUGH}], ids=["smooth", "rough"]
+)
+def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squared_friction(
+    contact,
+):
+    limit = 1.6
+    grown = fretting(16, loading=SLIDES, limit=limit, junction_growth=ALPHA, **contact)
+    capped = fretting(16, loading=SLIDES, limit=limit / math.sqrt(1.0 + GROWTH), **contact)
+    cycles = [cycles_of(grown, 2.0)]
+    *_, found = evolve(grown, cycles)
+    *_, expected = evolve(capped, cycles)
+    assert found.plastic.any()
+    for name in ("wear", "plastic", "pressure"):
+        one, other = (each.geometry.integral(getattr(each, name)) for each in (found, expected))
+        assert one == near(other, rel=1e-6), name
+
+
+def test_strokes_yield_at_the_limit_of_the_friction_of_the_moment():
+    limit, size = 2.6, LINE.contact_radius / 12
+    given = {"loading": SlidingAmplitude(25e-6), "wear_law": Archard((2e-14, 1e-14))}
+    given |= {"spacing": (size, size)}
+
+    def slid(limit, friction, alpha=0.0):
+        law = Coulomb(friction)
+        return list(slide(on_strips(limit, junction_growth=alpha, friction_law=law, **given), [9]))
+
+    lowered = limit / math.sqrt(1.0 + ALPHA * 0.9**2)
+    steady, expected = slid(limit, 0.9, ALPHA)[-1], slid(lowered, 0.9)[-1]
+    np.testing.assert_array_equal(steady.pressures, expected.pressures)
+    np.testing.assert_array_equal(steady.worn, expected.worn)
+    first, *_, last = slid(limit, OverCycles(cycles=(0, 5), values=(0.3, 0.9)), ALPHA)
+    assert not first.plastic.any()
+    assert last.plastic.any()
+    for state in (steady, last):
+        assert state.pressures.max() == near(lowered * LINE.peak_pressure, rel=1e-9)
+
+
+CONTACTS = {
+    "rings": fretting(limit=1.7, geometry=Rings),
+    "rings under a displacement": fretting(
+        limit=1.7,
+        geometry=Rings,
+        loading=DisplacementRatio(displacement_ratio=0.8).plain(FRICTION, COUPLING, HERTZ),
+    ),
+    "strips": on_strips(1.2),
+    "rough": fretting(16, limit=3.5, roughness=ROUGH),
+    "slip of the unworn contact": fretting(
+        16, limit=3.5, roughness=ROUGH, slip_model=CattaneoMindlin()
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CONTACTS)
+def test_no_cell_exceeds_the_limit_and_less_pressure_yields_than_without_friction(name):
+    problem = replace(CONTACTS[name], junction_growth=ALPHA)
+    cycles = cycles_of(problem, 3.0)
+    *_, without = evolve(CONTACTS[name], [cycles])
+    for state in evolve(problem, [cycles]):
+        beyond, load = excess(problem, state), problem.hertz.load
+        # A cell at the edge of stick, between two sweeps.
+        assert beyond.max() < 0.03
+        assert state.geometry.integral(np.maximum(beyond, 0.0) * state.pressure) < 3e-4 * load
+    sunk = state.plastic > 0.0
+    assert sunk.any()
+    assert state.geometry.integral(state.plastic) > without.geometry.integral(without.plastic)
+    stuck = state.reduced.stick & (state.pressure > problem.slip_limit)
+    if name != "slip of the unworn contact":
+        assert stuck.any(), "cells that stick bear more than those that slip"
+
+
+def test_models_differ_in_what_flow_leaves_in_the_stick_zone():
+    """The traction if the reduced contact follows the shape, else the reduced pressure."""
+    limit, r = STUDY_LIMIT * P0, np.linspace(0.0, 0.5, 7)[:, None] * A
+    reduced = replace(first_loading(fretting(8)).reduced, pressure=HERTZ.pressure(r))
+    for model in (Jaeger(), CattaneoMindlin()):
+        stuck = reduced.pressure
+        pressure = model.limit(limit, GROWTH, stuck + 0.3 * limit, reduced)
+        traction = 0.3 * limit if model.follows_shape else pressure - stuck
+        np.testing.assert_allclose(np.hypot(pressure, math.sqrt(GROWTH) * traction), limit)
+
+
+@pytest.mark.parametrize(("ratio", "taus"), [(0.5, (5.0, 10.0)), (0.8, (3.0, 5.0))])
+def test_wear_is_that_of_the_independent_reference(ratio, taus):
+    known = independent(ratio, STUDY_LIMIT, GROWTH)
+    problem = fretting(load_ratio=ratio, limit=STUDY_LIMIT, junction_growth=ALPHA, geometry=Rings)
+    times = {cycles_of(problem, tau): tau for tau in taus}
+    for state in evolve(problem, sorted(times)):
+        if state.cycle in times:
+            found, expected = measure(problem, state), known[times[state.cycle]]
+            assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=5e-3)
+            assert state.wear.max() / DEPTH == near(expected["deepest_wear"], rel=5e-3)
+            assert found.stick_half_width_x / A == near(expected["stick_radius"], rel=5e-3)
+    assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.02)
+
+
+def test_blocks_keep_what_earlier_ones_have_pressed_in():
+    problem = fretting(12, limit=1.5, junction_growth=ALPHA)
+    *_, whole = evolve(problem, [500, 1000])
+    *_, alike = evolve(replace(problem, blocks=((500.0, problem), (np.inf, problem))), [1000])
+    for name in ("wear", "plastic"):
+        found, expected = (getattr(each, name).sum() for each in (alike, whole))
+        assert found == near(expected, rel=5e-3), name
+    # More friction with the same Q/µP: the same slip zone yields at a lower pressure.
+    other = replace(problem, friction_law=Coulomb(0.8))
+    states = list(evolve(replace(problem, blocks=((500.0, problem), (np.inf, other))), [1000]))
+    assert states[-1].plastic.sum() > whole.plastic.sum()
+    assert excess(other, states[-1]).max() < 0.03
