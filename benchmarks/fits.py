@@ -1,8 +1,8 @@
 """How often intervals of fits hold the truth, on synthetic scars: ``python -m benchmarks.fits``.
 
 Scars of this program with correlated noise, an offset, a tilt and a shift, of 2 to 10 % of their
-depth, are fitted. Printed are the coverage of 90 % intervals, a test of the ranks of the truth among
-draws from the posterior, which are uniform where it is calibrated (Talts et al., "Validating
+depth, are fitted. Printed are the coverage of 90 % intervals, a test of the ranks of the truth
+among draws from the posterior, which are uniform where it is calibrated (Talts et al., "Validating
 Bayesian inference algorithms with simulation-based calibration", 2018), errors and runs.
 """
 
