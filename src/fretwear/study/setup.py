@@ -69,7 +69,7 @@ class Draft(Setup):
     ] = math.inf
     junction_growth: Annotated[
         float,
-        Quantity("1", "$α$", "junction growth", like="9", at_least=0.0),
+        Quantity("1", "$α_q$", "junction growth", like="9", at_least=0.0),
         "Factor α in p² + αq² ≤ p_lim², by which friction lowers the plastic limit.",
     ] = 0.0
     roughness: Annotated[
