@@ -31,7 +31,8 @@ class BuildKernels(build_ext):
         except CompileError as error:
             raise CompileError(
                 f"{error}\n\nfretwear needs a C++17 compiler (GCC, Clang, Visual C++) and "
-                "Python's headers (on Debian and Ubuntu: apt install g++ python3-dev); its first message is above."
+                "Python's headers (on Debian and Ubuntu: apt install g++ python3-dev); its first "
+                "message is above."
             ) from error
 
 

@@ -260,6 +260,13 @@ class CyclePlot:
                 picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
                 self.levels[name] = tuple(values[index] for index in np.unique(picks))
         self.levels |= {name: levels[name][-1:] for name in held}
+        if not any(all(line.values[n] in self.levels[n] for n in levels) for line in lines):
+            # In paired lists no line need have the last values of all names that are held.
+            last = lines[-1].values
+            self.levels |= {name: (last[name],) for name in held}
+            for name in levels.keys() - {*held}:
+                if last[name] not in self.levels[name]:
+                    self.levels[name] = (*self.levels[name][:-1], last[name])
         # Numbers of levels of the names of which only some levels are shown.
         self.thinned = {n: len(levels[n]) for n in levels if len(self.levels[n]) < len(levels[n])}
         # Names whose values follow from the colour, as in paired lists.

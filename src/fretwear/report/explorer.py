@@ -184,7 +184,7 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     Either is None if it does not apply. The heights are those above which 0, 1, … 100 % of the
     contact lie.
     """
-    is_seen = not all(case.even[: len(case.frame.axes)])
+    is_seen = len(case.frame.axes) > 1 and not all(case.even)
     is_rough = case.rough is not None and case.rough.is_known
     if not is_seen and not is_rough:
         return {"view": None, "heights": None}
