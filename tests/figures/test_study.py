@@ -79,7 +79,7 @@ def test_a_limit_that_is_none_stands_apart_and_no_line_rises_to_it(small_study):
     (axes, *_) = effects(Points.of(limits), ["wear_volume"]).axes
     assert axes.get_xticks().tolist() == [0.0, 1.5]
     assert [line.get_xdata().tolist() for line in axes.lines] == [[0.0], [1.5]]
-    assert "none stands apart" in effects(Points.of(limits)).caption
+    assert "stands apart" in effects(Points.of(limits)).caption
 
 
 def test_figures_that_would_show_nothing_are_a_sentence(small_study):
