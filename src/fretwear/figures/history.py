@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -259,14 +260,15 @@ class CyclePlot:
             if len(values) > most.get(name, math.inf):
                 picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
                 self.levels[name] = tuple(values[index] for index in np.unique(picks))
-        self.levels |= {name: levels[name][-1:] for name in held}
-        if not any(all(line.values[n] in self.levels[n] for n in levels) for line in lines):
-            # In paired lists no line need have the last values of all names that are held.
-            last = lines[-1].values
-            self.levels |= {name: (last[name],) for name in held}
-            for name in levels.keys() - {*held}:
-                if last[name] not in self.levels[name]:
-                    self.levels[name] = (*self.levels[name][:-1], last[name])
+        # In paired lists few lines have the last level of every name that is held, or none.
+        kept = [e for e in lines if all(e.values[n] in self.levels[n] for n in levels)]
+        kept = kept or [*lines[-1:]]
+        alike = Counter(tuple(line.values[name] for name in held) for line in reversed(kept))
+        of_most = alike.most_common(1)[0][0]
+        kept = [line for line in kept if tuple(line.values[name] for name in held) == of_most]
+        for name, values in levels.items():
+            seen = {line.values[name] for line in kept}
+            self.levels[name] = tuple(value for value in values if value in seen)
         # Numbers of levels of the names of which only some levels are shown.
         self.thinned = {n: len(levels[n]) for n in levels if len(self.levels[n]) < len(levels[n])}
         # Names whose values follow from the colour, as in paired lists.

@@ -256,8 +256,11 @@ class ActiveSet:
         m, plus an offset, m.
         """
         problem, team, reached = self.problem, self._team, 0.0
-        limit, shape, layer, level = problem.limit, problem.shape, problem.layer, problem.approach
+        limit, shape, layer, level = problem.limit, problem.shape, problem.layer, self.approach
         weighted = problem.weighted(step)
+        # A step keeps a load only up to the last digits of the highest pressure, which may exceed
+        # the lowest by ten orders of magnitude; so the approach counts whether it is given or not.
+        uniform = level * float(weighted.sum())
         fields = self.pressure, self.displacement, self.separation
 
         def slope(fraction: float) -> float:
@@ -267,7 +270,7 @@ class ActiveSet:
                 layer.add_displacement(self.pressure, self.separation, team)
             reached = fraction
             result: float = kernels.inner(team, weighted, self.separation)
-            return result if level is None else result - level * float(weighted.sum())
+            return result - uniform
 
         self._rounding += _SINGLE * (kernels.largest(team, moved) * unit + abs(offset))
         low, high = 0.0, 1.0
