@@ -89,11 +89,9 @@ onstart:
 
 onsuccess:
     PROGRESS[0].stop()
-    print(
-        Path(f"{RESULTS}/logs/report.log").read_text(encoding="utf-8"),
-        end="",
-        file=sys.stderr,
-    )
+    # There is none if a target before the report was asked for.
+    if (log := Path(f"{RESULTS}/logs/report.log")).exists():
+        print(log.read_text(encoding="utf-8"), end="", file=sys.stderr)
 
 
 # With --keep-going the finished cases are merged, drawn and reported although others have failed;
@@ -186,7 +184,7 @@ rule fit:
         f"{RESULTS}/logs/fit.log",
     benchmark:
         f"{RESULTS}/benchmarks/fit.tsv"
-    threads: workflow.cores or 1
+    threads: workflow.resource_settings.cores or 1
     params:
         version=__version__,
         code=JOBS.code,

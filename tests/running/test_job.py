@@ -135,10 +135,10 @@ def failing_below(deepest):
     """The wear layer of the slip model, which fails in every step from a depth of wear on."""
     wear_layer = Jaeger.wear_layer
 
-    def failing(self, wear, gap, shift, exponent, rate):
+    def failing(self, wear, *others):
         if wear.max() >= deepest:
             raise ContactError("the slip model does not go that far")
-        return wear_layer(self, wear, gap, shift, exponent, rate)
+        return wear_layer(self, wear, *others)
 
     return failing
 

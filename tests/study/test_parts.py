@@ -153,7 +153,13 @@ def examples():
         {**no_load, "tangential_ratio": 0.8},
         {**rig, "displacement_ratio": 0.8},
         {**rig, **held},
-        {"debris_fraction": 0.85, "frequency": "5 Hz", "bulk_stress": "80 MPa", "accuracy": 0.02},
+        {
+            "debris_fraction": 0.85,
+            "frequency": "5 Hz",
+            "bulk_stress": "80 MPa",
+            "accuracy": 0.02,
+            "budget": 20,
+        },
         {"junction_growth": 9.0},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
@@ -187,6 +193,7 @@ UNSAID = {
     "tangential_compliance",
     "pulsating_load",
     "accuracy",
+    "budget",
 }
 
 

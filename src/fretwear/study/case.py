@@ -219,17 +219,14 @@ class Case(Draft):
     def on_cells(self, times: float) -> Self:
         """The case on cells some times wider, with a tolerance larger by the square.
 
-        Graded cells have no width of their own, and a tolerance that is written beside an accuracy
-        stays as it is.
+        A tolerance that is written beside an accuracy stays as it is.
         """
         if times == 1.0:
             return self
-        changed: dict[str, object] = {}
+        dx, dy = self.grid_spacing
+        changed: dict[str, object] = {"cell": (times * dx, times * dy)}
         if self.asked_accuracy is None or self.tolerance == Case.tolerance:
             changed["tolerance"] = times**2 * self.tolerance
-        if not self.is_graded:
-            dx, dy = self.grid_spacing
-            changed["cell"] = (times * dx, times * dy)
         case = self.of(vars(self) | changed)
         # Of all that a case keeps, only the spacing follows from cell and tolerance.
         vars(case).update({**vars(self), **vars(case)})

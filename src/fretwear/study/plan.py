@@ -77,6 +77,7 @@ COMPRESSED_SHARE = 0.6
 
 WIDEST = 2.0
 """Width of the cells with which a case begins that asks for an accuracy, over the default."""
+USUAL_BUDGET = 10.0
 MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
 
@@ -138,7 +139,7 @@ def affordable_width(case: Case) -> float:
     """
     usual = _on_cells(case, 1.0)
     start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
-    allowed = start + case.budget * (usual.seconds - start)
+    allowed = start + (case.budget or USUAL_BUDGET) * (usual.seconds - start)
     width = 1.0
     while width > LEAST_COARSENESS:
         narrower = max(width / NARROWER, LEAST_COARSENESS)

@@ -152,10 +152,11 @@ class Draft(Setup):
         "cells find the cell and the tolerance that it needs.",
     ] = None
     budget: Annotated[
-        float,
+        float | None,
         Quantity("1", "budget", "budget", like="10", at_least=1.0, at_most=1000.0),
-        "How many times longer than on default cells a case may take to reach its accuracy.",
-    ] = 10.0
+        "How many times longer than on default cells a case may take to reach its accuracy; 10 "
+        "unless given.",
+    ] = None
     output_cycles: tuple[int, ...] = ()
 
     @classmethod
