@@ -2,6 +2,7 @@
 
 import csv
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -265,3 +266,13 @@ def test_seeds_of_which_one_has_no_stick_zone_have_no_mean_of_its_pressure():
     (ensemble,) = over_seeds(points)
     assert ensemble.spread["wear_volume"] == (2.0, 0.0)
     assert np.isnan(ensemble.spread["mean_stick_pressure"]).all()
+
+
+@pytest.mark.slow
+def test_a_contact_of_pressures_ten_orders_of_magnitude_apart_converges():
+    """A step keeps the load to the last digit of the highest pressure, not of the lowest."""
+    study = load_study(Path(__file__).parents[2] / "studies" / "paper.yaml")
+    case = next(case for name, case in study.cases().items() if name.endswith("163cc0a6"))
+    *_, last = steps(case)
+    assert last.state.cycle == case.cycles
+    assert last.state.pressure.max() > 1e10 * last.state.pressure[last.state.pressure > 0].min()
