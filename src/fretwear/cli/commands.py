@@ -138,6 +138,7 @@ def init(
     from fretwear.running.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.study import load_study
+    from fretwear.study.yamlfile import read_document
     from fretwear.units import did_you_mean
 
     all_studies = workspace() / "studies"
@@ -151,7 +152,10 @@ def init(
             try:
                 rows.append((name, load_study(path).title, extra))
             except StudyError as error:
-                typer.echo(f"fretwear: warning: not listed: {error}", err=True)
+                if extra:  # which its surfaces need to be read
+                    rows.append((name, str(read_document(path).data["title"]), extra))
+                else:
+                    typer.echo(f"fretwear: warning: not listed: {error}", err=True)
         for line in aligned(rows, str.ljust, indent=""):
             say(line)
         return
