@@ -12,9 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-from sphinx.application import Sphinx
+from typing import TYPE_CHECKING, Any
 
 from fretwear.data.merge import MERGED_PROFILES
 from fretwear.forms import Either, Mapped
@@ -45,6 +43,9 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 
 def table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -10,9 +10,6 @@ from generated_reference import notation
 
 from fretwear.report.page import macros
 
-pytest.importorskip("latex2mathml", reason="the extra docs is not installed")
-from mathml import to_mathml
-
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "explanation"
 
 # A symbol stands for one quantity: given or found, of one body or the other, in one law or another.
@@ -69,22 +66,27 @@ def identifiers(mathml):
     return {unicodedata.normalize("NFKC", re.sub("_?[0-9∞]$", "", one)) for one in walk(root)}
 
 
-def of_latex(latex):
-    return identifiers(to_mathml(latex, display="inline"))
+@pytest.fixture(scope="module")
+def of_latex():
+    pytest.importorskip("sphinx", reason="the extra docs is not installed")
+    mathml = pytest.importorskip("mathml", reason="the extra docs is not installed")
+    return lambda latex: identifiers(mathml.to_mathml(latex, display="inline"))
 
 
-KNOWN = set().union(*(of_latex(symbol.strip("$")) for symbol in notation())) | LOCAL
+@pytest.fixture(scope="module")
+def known(of_latex):
+    return set().union(*(of_latex(symbol.strip("$")) for symbol in notation())) | LOCAL
 
 
 @pytest.mark.parametrize("page", ["mechanics", "numerics"])
-def test_pages_use_the_symbols_of_the_table(page):
+def test_pages_use_the_symbols_of_the_table(page, of_latex, known):
     text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
     equations = re.findall(r"(\$\$?)(.+?)\1", text, re.DOTALL)
-    assert set().union(*(of_latex(latex) for _, latex in equations)) <= KNOWN
+    assert set().union(*(of_latex(latex) for _, latex in equations)) <= known
 
 
-def test_the_glossary_of_reports_uses_the_symbols_of_the_table():
+def test_the_glossary_of_reports_uses_the_symbols_of_the_table(known):
     for kinds in (["point", "wavy", "self_affine"], []):
         equations = re.findall(r"<math.*?</math>", macros()["glossary"](kinds), re.DOTALL)
         assert len(equations) > 20
-        assert set().union(*map(identifiers, equations)) <= KNOWN
+        assert set().union(*map(identifiers, equations)) <= known
