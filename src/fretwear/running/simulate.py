@@ -90,6 +90,8 @@ class RunRecord:
     last: State | StrokeState | None = None
     # Finished runs on wider cells, the widest first, of a case that asks for an accuracy.
     rounds: list[Round] = field(default_factory=list)
+    # Width of the cells of the present run over the default; None before it has begun.
+    width: float | None = None
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
@@ -100,9 +102,10 @@ class RunRecord:
         if keep_fields:
             self.snapshots.append(state)
 
-    def begin_anew(self, finished: Round) -> None:
+    def begin_anew(self, finished: Round, width: float) -> None:
         """Begin a run on narrower cells after one that has finished."""
         self.rounds.append(finished)
+        self.width = width
         self.snapshots, self.history, self.last = [], [], None
 
 
@@ -219,11 +222,15 @@ def run(
         record.arithmetic.append(arithmetic())
     for doubt in before:
         warn(str(doubt))
-    while (width := next_width(case, record.rounds)) is not None:
-        computed = _run_on_cells(case, width, record, observers, threads)
-        if next_width(case, [*record.rounds, computed.round]) is None:
+    if record.width is None:
+        record.width = next_width(case, ())
+    while True:
+        assert record.width is not None
+        computed = _run_on_cells(case, record.width, record, observers, threads)
+        width = next_width(case, [*record.rounds, computed.round])
+        if width is None:
             break
-        record.begin_anew(computed.round)
+        record.begin_anew(computed.round, width)
     return _labelled(case, computed, record, command, warn, len(before))
 
 
