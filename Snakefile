@@ -8,6 +8,7 @@
 #                                  gives each case four of the eight cores
 #
 # The study is checked here, before any job; the jobs call the command `fretwear`.
+import logging
 import shlex
 import signal
 import sys
@@ -22,7 +23,13 @@ from fretwear.version import __version__
 
 try:
     # Fails if its kernels in C++ have not been compiled.
-    from fretwear.running.workflow import BATCHES, CAPTION, Progress, StudyJobs
+    from fretwear.running.workflow import (
+        BATCHES,
+        CAPTION,
+        Progress,
+        StudyJobs,
+        is_news,
+    )
 
     JOBS = StudyJobs.of(config)
 except (ImportError, StudyError) as error:
@@ -48,6 +55,13 @@ if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
         "if none is running: snakemake --unlock, then the same command again",
         file=sys.stderr,
     )
+
+# No setting of Snakemake silences its scheduler alone. Its log file keeps every line, and a dry run and
+# --quiet none show them.
+if workflow.output_settings.quiet:
+    for handler in logger.handlers:
+        if not isinstance(handler, logging.FileHandler):
+            handler.addFilter(lambda record: workflow.dryrun or is_news(record))
 
 PROGRESS = []
 STUDY = str(JOBS.study.file)

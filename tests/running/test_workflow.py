@@ -31,7 +31,7 @@ AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     checkout = Checkout.make(tmp_path_factory.mktemp("finished"))
-    checkout.snakemake(status=0)
+    checkout.said = checkout.snakemake(status=0)
     return checkout
 
 
@@ -110,6 +110,20 @@ def jobs_record(jobs, number):
 
 
 BOTH = {"P25N-Q9N", "P50N-Q9N"}
+
+
+@pytest.mark.slow
+def test_a_run_says_which_cases_are_done_and_what_follows_and_no_more(finished):
+    # Dates stand before jobs, and hints of where Snakemake found its settings before everything.
+    lines = [line for line in finished.said.splitlines() if line and not line.startswith("[")]
+    begun = lines.index("cases to run: 2, in 2 jobs")
+    assert all("profile" in line or "filesystem" in line for line in lines[:begun])
+    told = [line.partition(" done: ")[0].partition(": ") for line in lines[begun + 1 :]]
+    assert [first for first, *_ in told[:2]] == ["case 1 of 2", "case 2 of 2"]
+    steps = [last.split()[0] for first, _, last in told[2:] if first.startswith("Job ")]
+    assert steps == ["Merging", "Drawing", "Writing", "Done:"]
+    log = max((finished.folder / ".snakemake/log").iterdir())
+    assert "Select jobs to execute" in log.read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

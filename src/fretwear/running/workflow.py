@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import logging
 import math
 import os
 import re
@@ -63,6 +64,7 @@ _MEBIBYTE = 1 << 20
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
 _FAILURES_LISTED = 20
+_STEPS_OF_SNAKEMAKE = ("Building DAG", "Using shell", "Select jobs", "Execute ")
 # Seconds between two looks at the case files, and in times of what a look takes.
 _LEAST_PAUSE, _PAUSES = 1.0, 20.0
 
@@ -214,6 +216,16 @@ class StudyJobs:
         return "\n".join([*lines, end]) if failed else ""
 
 
+def is_news(record: logging.LogRecord) -> bool:
+    """Return whether a line of Snakemake is worth showing beside `Progress`.
+
+    Errors and the jobs after the cases are, starts of simulations and the scheduler's steps not.
+    """
+    if getattr(record, "rule_name", "") == "simulate" and record.levelno <= logging.INFO:
+        return False
+    return not record.getMessage().startswith(_STEPS_OF_SNAKEMAKE)
+
+
 class Progress:
     """Tells each case of a running study once it is done, with the time left.
 
@@ -269,6 +281,8 @@ class Progress:
 
     def start(self) -> None:
         """Look every second, or more rarely at folders that take long to look at."""
+        if self._left:
+            self._tell(f"cases to run: {self._count}, in {len(self._batches)} jobs")
         threading.Thread(target=self._watch, daemon=True).start()
 
     def stop(self) -> None:
