@@ -65,4 +65,4 @@ def fit_scar(
         say(line)
     for warning in found.warnings:
         log.note(f"warning: {warning}")
-    log.result(path, f"{found.runs} runs", runs=found.runs)
+    log.result(path, f"{found.computed} runs", runs=found.computed)

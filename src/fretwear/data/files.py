@@ -304,11 +304,20 @@ def opened_case(
 def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
     """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
     path = Path(path)
-    if problem := damage(path, "merged study"):
-        raise DataFileError(path, problem, _MERGE_AGAIN)
-    with _opened(path, _MERGE_AGAIN) as file:
-        for obstacle in _summary_problems(file, path.stat().st_size):
+    with opened_parts(path, "merged study", _MERGE_AGAIN) as file:
+        for obstacle in _summary_problems(file):
             raise DataFileError(path, obstacle, _MERGE_AGAIN)
+        yield file
+
+
+@contextmanager
+def opened_parts(path: Path, kind: str, remedy: str) -> Iterator[netCDF4.Dataset]:
+    """Open a file that ends with our checksum; its arrays are no larger than it can hold."""
+    if problem := damage(path, kind):
+        raise DataFileError(path, problem, remedy)
+    with _opened(path, remedy) as file:
+        for obstacle in _size_problems((file, *file.groups.values()), path.stat().st_size):
+            raise DataFileError(path, obstacle, remedy)
         yield file
 
 
@@ -383,8 +392,7 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
         yield from _parameter_problems(file)
 
 
-def _summary_problems(file: netCDF4.Dataset, size: int) -> Iterator[str]:
-    yield from _size_problems((file,), size)
+def _summary_problems(file: netCDF4.Dataset) -> Iterator[str]:
     yield from _text_problems(file, _STUDY_TEXTS)
     required = {CYCLE.name, X.name, STATUS.name, CASE_ID.name, "contact_state_profile"}
     if lacking := required - file.variables.keys():

@@ -9,11 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import netCDF4
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.data.files import check_group, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
-from fretwear.data.safe import atomic_path, write_text
+from fretwear.data.safe import atomic_path, uninterrupted, write_text
 from fretwear.fitting.comparison import Comparison
 from fretwear.fitting.estimate import LEVELS, Emulator, Fitter, Profile, Unknown
 from fretwear.fitting.runs import Prediction, Runs
@@ -80,7 +82,8 @@ class Fit:
     misfit: float  # χ²
     degrees: int  # of freedom
     p_value: float  # of a χ² as large, if noise and model are right
-    runs: int  # runs that it took
+    runs: int  # runs that it needs
+    computed: int  # those of them that no folder had kept
     warnings: tuple[str, ...]
     advice: str  # which further measurement would narrow it most; may be empty
     fitted: Mapping[str, object]  # plain content of a study of the best values
@@ -274,13 +277,16 @@ class Fit:
         return np.reshape(found, (*draws.shape[:2], -1))
 
     def write(self, path: Path) -> None:
-        """Write ``fit.nc``: a netCDF file with a group for each part."""
+        """Write ``fit.nc``: a netCDF file with a group for each part, and a checksum."""
         groups = self.groups()
-        with atomic_path(path) as temporary:
-            for number, (name, content) in enumerate(groups.items()):
-                content.to_netcdf(
-                    temporary, mode="w" if number == 0 else "a", group=name, engine="netcdf4"
-                )
+        size = sum(content.nbytes for content in groups.values())
+        with uninterrupted(), atomic_path(path) as temporary:
+            with new_netcdf(temporary, size) as file:
+                for name, content in groups.items():
+                    write_group(file.createGroup(name), content)
+            with netCDF4.Dataset(temporary) as file:
+                for name, content in groups.items():
+                    check_group(file[name], content)
 
     def write_json(self, path: Path) -> None:
         """Write ``fit.json``."""
@@ -497,6 +503,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         emulator.least,
         degrees,
         p_value,
+        len(runs.done),
         runs.computed,
         (),
         _advice(tests, emulator, covariance, predictions),

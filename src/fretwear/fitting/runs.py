@@ -83,13 +83,33 @@ class Prediction:
     def unpacked(cls, content: Mapping[str, Any]) -> Prediction:
         """The prediction from what `packed` returned."""
 
-        def arrays(table: Mapping[str, Any]) -> dict[str, Array]:
-            return {name: np.array(values, float) for name, values in table.items()}
+        def array(values: object) -> Array:
+            return np.array(values, float)
 
-        lines = {n: (np.array(x), np.array(w)) for n, (x, w) in content["profiles"].items()}
-        curves = np.array(content["loops"][0]), np.array(content["loops"][1])
-        numbers, errors = arrays(content["numbers"]), arrays(content["errors"])
-        return cls(np.array(content["cycles"]), numbers, errors, lines, curves)
+        numbers, errors = (
+            {name: array(values) for name, values in content[table].items()}
+            for table in ("numbers", "errors")
+        )
+        lines = {n: (array(x), array(depths)) for n, (x, depths) in content["profiles"].items()}
+        where, force = content["loops"]
+        return cls(array(content["cycles"]), numbers, errors, lines, (array(where), array(force)))
+
+    def is_of(self, case: Case, profiles: Iterable[tuple[str, str]]) -> bool:
+        """Whether all is there that `of` returns for a case, of the right shapes."""
+        count = len(case.output_cycles)
+        lines = {f"{name} {along}" for name, along in profiles}
+        scalars = {scalar.name for scalar in scalars_of(case.frame)}
+        drawn = [*self.loops, *(each for pair in self.profiles.values() for each in pair)]
+        return (
+            np.array_equal(self.cycles, case.output_cycles)
+            and scalars <= self.numbers.keys()
+            and lines == self.profiles.keys()
+            and all(v.shape == (count,) for v in (*self.numbers.values(), *self.errors.values()))
+            and all(w.shape == (count, x.size) and x.size > 1 for x, w in self.profiles.values())
+            and all(each.ndim == 2 and len(each) == count for each in self.loops)
+            and self.loops[0].shape == self.loops[1].shape
+            and all(np.isfinite(values).all() for values in drawn)
+        )
 
 
 class Runs:
@@ -119,7 +139,7 @@ class Runs:
     def __call__(self, cases: Sequence[Case]) -> list[Prediction]:
         """Return what cases predict; those that are not known yet are run side by side."""
         names = [self._name(case) for case in cases]
-        new = {n: c for n, c in zip(names, cases, strict=True) if not self._known(n)}
+        new = {n: c for n, c in zip(names, cases, strict=True) if not self._known(n, c)}
         for name, prediction in zip(new, self._run([*new.values()]), strict=True):
             self.done[name] = prediction
             self.computed += 1
@@ -132,11 +152,16 @@ class Runs:
         digest = hashlib.sha256(json.dumps(rest).encode()).hexdigest()[:8]
         return f"{case.case_id}-{digest}"
 
-    def _known(self, name: str) -> bool:
+    def _known(self, name: str, case: Case) -> bool:
         if name not in self.done and self.folder is not None:
-            with suppress(OSError, ValueError, LookupError, TypeError):
+            # Anybody may have written into the folder; what is no prediction is computed again.
+            with suppress(
+                OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError
+            ):
                 stored = json.loads(read_data(self.folder / f"{name}.json", _MOST_BYTES))
-                self.done[name] = Prediction.unpacked(stored)
+                prediction = Prediction.unpacked(stored)
+                if prediction.is_of(case, self.profiles):
+                    self.done[name] = prediction
         return name in self.done
 
     def _run(self, cases: Sequence[Case]) -> Iterable[Prediction]:

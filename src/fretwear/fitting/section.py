@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from ruamel.yaml import YAML
 
-from fretwear.data.safe import read_data
+from fretwear.data.files import opened_parts
+from fretwear.data.safe import DataFileError, read_data
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.report import Section, macros
@@ -22,13 +24,22 @@ from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_un
 
 _CATEGORY = "Fit"
 _MOST_BYTES = 100_000_000
+_LARGEST = 1e3  # m
+_AGAIN = "Fit again"
 _HEIGHT = 80.0
 
 
 def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
     """Yield the section on the fit beside a folder of case files, if there is one."""
-    if (found := _stored(cases)) is None:
-        return
+    path = cases.parent / "fit.json"
+    if path.exists() and path.with_suffix(".nc").exists():
+        with _refusing(path):
+            section = _section(json.loads(read_data(path, _MOST_BYTES)))
+        yield section
+
+
+def _section(found: Mapping[str, Any]) -> Section:
+    """The section, of the content of ``fit.json``."""
     levels = ("0.68", "0.95")
     rows = [
         (
@@ -65,24 +76,50 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
         found["advice"],
         stream.getvalue(),
     )
-    yield Section("fit", "Fit to measurements", Markup(body))
+    return Section("fit", "Fit to measurements", Markup(body))
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
     """Yield a figure for each profile that a fit beside a folder of case files was made to."""
-    if _stored(cases) is None:
-        return
     path = cases.parent / "fit.nc"
-    with (
-        xr.open_dataset(path, group="observed_data") as data,
-        xr.open_dataset(path, group="posterior_predictive") as predicted,
+    if not (path.exists() and path.with_suffix(".json").exists()):
+        return
+    with opened_parts(path, "fit", _AGAIN):
+        pass
+    with _refusing(path):
+        data, predicted = (
+            xr.load_dataset(path, group=group)
+            for group in ("observed_data", "posterior_predictive")
+        )
+        numbers = [
+            name.removeprefix("data_")
+            for name in map(str, data.data_vars)
+            if f"position_{name.removeprefix('data_')}" in data.coords
+        ]
+        for number in numbers:
+            _check_profile(data, predicted, number)
+    for number in numbers:
+        figure = fit_profile(data, predicted, number)
+        words = figure.caption if isinstance(figure, JournalFigure) else ""
+        yield StudyFigure(f"fit_{number}", words, _CATEGORY, figure)
+
+
+def _check_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> None:
+    """Raise a ValueError unless a profile and what is predicted for it can be drawn."""
+    name, dim = f"data_{number}", f"reading_{number}"
+    if not (
+        number.isascii()
+        and number.isdecimal()
+        and data[name].dims == data[f"position_{number}"].dims == (dim,)
+        and predicted[name].dims == ("chain", "draw", dim)
+        and min(predicted[name].shape) > 0
+        and isinstance(data[name].attrs["long_name"], str)
+        and all(
+            values.dtype.kind == "f" and (np.abs(values) < _LARGEST).all()
+            for values in (data[name], data[f"position_{number}"], predicted[name])
+        )
     ):
-        for name in data.data_vars:
-            number = str(name).removeprefix("data_")
-            if f"position_{number}" in data.coords:
-                figure = fit_profile(data, predicted, number)
-                words = figure.caption if isinstance(figure, JournalFigure) else ""
-                yield StudyFigure(f"fit_{number}", words, _CATEGORY, figure)
+        raise ValueError(f"{name} is no profile")
 
 
 @styled
@@ -114,13 +151,13 @@ def fit_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> Figure:
     return figure
 
 
-def _stored(cases: Path) -> dict[str, Any] | None:
-    """The content of ``fit.json`` beside a folder of case files; None without one."""
-    path = cases.parent / "fit.json"
-    if not (path.exists() and path.with_suffix(".nc").exists()):
-        return None
-    content: dict[str, Any] = json.loads(read_data(path, _MOST_BYTES))
-    return content
+@contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    """Refuse a file, which anybody may have written, where it is not as a fit is stored."""
+    try:
+        yield
+    except (OSError, RuntimeError, LookupError, AttributeError, TypeError, ValueError) as cause:
+        raise DataFileError(path, f"it is not the file of a fit ({cause})", _AGAIN) from cause
 
 
 def _text(value: float, unit: str) -> str:

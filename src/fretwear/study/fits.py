@@ -43,6 +43,7 @@ from fretwear.units import (
     exact_text,
     listed,
     parse_quantity,
+    size_text,
 )
 from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, X, Y
 
@@ -56,6 +57,8 @@ _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
 _BODIES = ("indenter", "flat")
 _TEXTS = (".csv", ".txt", ".dat")
 _FEWEST, _MOST_LINES = 5, 200_000
+_MOST_TEXT_BYTES, _MOST_HEAD = 20_000_000, 200
+_NARROWEST, _FARTHEST, _LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
 _EXAMPLE = "{file: scar.csv, quantity: wear_depth_flat, cycle: 18000}"
 _FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 _COLUMN = re.compile(r"\s*(?P<name>[A-Za-z]+)[\s_]*[(\[/]?\s*(?P<unit>[^)\]\s]+)?\s*[)\]]?\s*")
@@ -482,6 +485,9 @@ def _readings(about: Measurement) -> tuple[Array, Array]:
 def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     """Two columns of a text in SI units, the names and units of which are in its first line."""
     try:
+        if (size := path.stat().st_size) > _MOST_TEXT_BYTES:
+            limit = size_text(_MOST_TEXT_BYTES)
+            raise QuantityError(f"has {size_text(size)}, more than the {limit} allowed")
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise QuantityError(f"cannot be read as text: {error}") from error
@@ -490,7 +496,8 @@ def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     names = ("displacement (um)", "force (N)") if is_loop else ("x (um)", "depth (um)")
     example = f"such as {', '.join(names)}"
-    heads = [_COLUMN.fullmatch(cell) for cell in re.split(r"[,;\t]", rows[0][1])] if rows else []
+    first = rows[0][1] if rows else ""
+    heads = [_COLUMN.fullmatch(cell) for cell in re.split(r"[,;\t]", first[:_MOST_HEAD])]
     if len(heads) < 2 or None in heads[:2]:
         raise QuantityError("must name two columns with their units in its first line", example)
     sign, scales = 1.0, []
@@ -522,6 +529,12 @@ def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     if len(table) < _FEWEST:
         raise QuantityError(f"has {len(table)} readings; at least {_FEWEST} are needed")
     x, depth = (np.array(table) * scales).T
+    if np.abs(x).max() > _FARTHEST or np.abs(depth).max() > (
+        _LARGEST_FORCE if is_loop else _FARTHEST
+    ):
+        raise QuantityError("has values that no scar has", "check the units in its first line")
+    if np.ptp(x) < _NARROWEST:
+        raise QuantityError(f"is {np.ptp(x):g} m wide", "check the units in its first line")
     return x, sign * depth
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import COMPRESSION, check_group, damage, new_netcdf, write_group
+from fretwear.data.files import COMPRESSION, check_group, new_netcdf, opened_parts, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.study.case import Case
@@ -253,8 +253,8 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
 def open_stresses(path: Path) -> xr.Dataset:
     """Open the file of `write_stresses` lazily; `DataFileError` if it is another or damaged."""
     remedy = "fretwear stress writes it from a case file"
-    if problem := damage(path, "file of stresses"):
-        raise DataFileError(path, problem, remedy)
+    with opened_parts(path, "file of stresses", remedy):
+        pass
     ds = xr.open_dataset(path, engine="netcdf4", decode_timedelta=False)
     if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
         ds.close()
