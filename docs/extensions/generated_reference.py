@@ -62,7 +62,7 @@ def parameters() -> str:
     """Write the table of every case parameter."""
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
-        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), parameter.description)
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), parameter.description or f"{parameter.words.capitalize()}.")
         for name in parameter_names()
         for parameter in [parameter_of(name)]
     ]
