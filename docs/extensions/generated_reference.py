@@ -62,9 +62,10 @@ def parameters() -> str:
     """Write the table of every case parameter."""
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
-        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), parameter.description or f"{parameter.words.capitalize()}.")
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), meaning)
         for name in parameter_names()
-        for parameter in [parameter_of(name)]
+        for about in [parameter_of(name)]
+        for meaning in [about.description or f"{about.words.capitalize()}."]
     ]
     return table(titles, rows)
 

@@ -81,7 +81,7 @@ def _loads_suit(case: Draft) -> Iterator[Problem]:
             value = vars(part)[name]
             if isinstance(value, Given) and value.si_unit != about.in_frame(case.frame).si_unit:
                 given = BY_SI_UNIT[value.si_unit].name
-                rule = f"is {given}, but the load of a {case.indenter.kind} is {load.name}"
+                rule = f"is {given}, but the load of this {case.indenter.kind} is {load.name}"
                 yield Problem(name, about.text(value), rule, f"write {name}: {load.example}")
 
 
@@ -109,16 +109,16 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
         )
         yield Problem(loading.kind, None, rule, hint)
     if isinstance(loading, DisplacementRatio) and not case.indenter.has_closed_form:
-        rule = "is in units of the amplitude that slides a smooth contact as a whole, unknown for a"
+        rule = "is in units of the amplitude that slides a smooth contact as a whole, unknown for"
         hint = "write displacement_amplitude: 1 um"
-        yield Problem(loading.kind, None, f"{rule} {kind}", hint)
+        yield Problem(loading.kind, None, f"{rule} this {kind}", hint)
 
 
 @_needing("indenter loading")
 def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and case.frame.has_depth:
-        rule = f"is for line contacts: a {case.indenter.kind} has one that follows from its load"
+        rule = f"is for line contacts: this {case.indenter.kind} has one that follows from its load"
         hint = "write rig_stiffness for a compliant rig"
         yield Problem("tangential_compliance", None, rule, hint)
 
@@ -262,7 +262,7 @@ def _line_is_straight(case: Draft) -> Iterator[Problem]:
 def _sphere_slip_needs_a_sphere(case: Draft) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
-        rule = f"is the closed form for a sphere or cylinder and does not describe a {kind}"
+        rule = f"is the closed form for a sphere or cylinder and does not describe this {kind}"
         yield Problem("slip_model", model, rule, "write slip_model: jaeger")
 
 
