@@ -103,6 +103,13 @@ output: [0, 100]
 base: [{radius: 10 mm}, {load: 1 N}]
     base = [{radius: 10 mm}, {load: 1 N}]: must hold keys with values, one to a line
     leave out the dashes
+base/indenter: {kind: sphere}
+    base.radius = 10 mm: is redundant: indenter is given too
+    write it inside indenter, beside its kind, as in {kind: sphere, radius: 10 mm}
+vary: {load: [10 N, 20 N]} | without base
+    base: is missing
+    such as base: {radius: 10 mm, youngs_modulus: 208 GPa, poisson_ratio: 0.3, tangential_ratio:
+    ... 0.8, friction: 0.5, wear_coefficient: 7e-13 / Pa, cycles: 30000}
 base/tangential_load: 40 N, vary: {load: [10 N, 20 N], friction: [0.2, 0.3]} | without
     ... base/tangential_ratio
     base.tangential_load = 40 N: is gross sliding: Q must be less than µP = 2 N (at load = 10

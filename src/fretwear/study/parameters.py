@@ -204,7 +204,8 @@ def read_values(
     for key, value in raw.items():
         with problems.at(place := f"{prefix}{key}", value):
             if key in parameters:
-                values[key] = parameters[key].read_given(key, value, units_required)
+                whole_value = _with_keys_beside(parameters[key], value, raw)
+                values[key] = parameters[key].read_given(key, whole_value, units_required)
                 continue
             whole, _, part = key.partition(".")
             remedy = ""
@@ -215,6 +216,17 @@ def read_values(
             rule, meant = "is not a case parameter", () if remedy else (*parameters,)
             problems.append(Problem(place, value, rule, remedy, written=key, valid_words=meant))
     return values
+
+
+def _with_keys_beside(about: object, value: object, raw: Mapping[str, object]) -> object:
+    """Return the value of a part with its keys beside it, which are told as redundant."""
+    content = {"kind": value} if isinstance(value, str) else value
+    if not isinstance(about, PartOf) or not isinstance(content, Mapping):
+        return value
+    kind = about.kinds.get(str(content.get("kind", "")))
+    own = {*kind.parameters()} if kind else set()
+    beside = {name: raw[name] for name in about.keys if name in raw and name in own}
+    return {**beside, **content} if beside else value
 
 
 def _other_name(key: str) -> tuple[str, str] | None:
@@ -282,7 +294,7 @@ def missing_parameters(given: Iterable[str], blocks: Sequence[Block] = ()) -> It
         if member in given:
             for name in sorted(given.intersection(about.keys)):
                 rule = f"is redundant: {member} is given too"
-                remedy = f"write it inside {member}, as in {about.example}"
+                remedy = f"write it inside {member}, beside its kind, as in {about.example}"
                 yield Problem(name, None, rule, remedy)
             continue
         # Blocks that could not be read may give the member.

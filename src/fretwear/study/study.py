@@ -457,9 +457,13 @@ def _read_base(
     # What stands in the wrong place is told already, and not missing.
     misplaced = {name for name in content if name not in SECTIONS}
     misplaced |= {key for name in misplaced for key in _mapping(content[name])}
-    missing = missing_parameters({*base, *varied, *misplaced}, blocks)
+    missing = [*missing_parameters({*base, *varied, *misplaced}, blocks)]
     if not isinstance(content.get("base", {}), Mapping):
-        missing = iter(())
+        missing = []
+    elif "base" not in content and len(missing) > 1:
+        examples = [f"{each.key}: {parameter_of(each.key).example}" for each in missing]
+        problems.add("base", None, "is missing", f"such as base: {{{', '.join(examples)}}}")
+        missing = []
     for problem in missing:
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
