@@ -105,7 +105,7 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     content = {"base": with_values(base, start), "fit": {"free": free, "data": data}}
     file = folder / "scar.yaml"
     file.write_text(json.dumps(content))
-    found = fit(file, seed=number)
+    found = fit(file, folder=folder / "runs", seed=number)
     row: dict[str, Any] = {"kind": kind, "number": number, "runs": found.runs}
     for place, unknown in enumerate(found.unknowns):
         true = values[unknown.name]
@@ -125,12 +125,15 @@ def main() -> None:
     parser.add_argument("--scars", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
+    parser.add_argument("--keep", type=Path, help="folder of scars and runs, to fit them again")
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
     for number in range(given.first, given.first + given.scars):
         kind = [*KINDS][number % len(KINDS)]
-        with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
-            stream.write(json.dumps(one(kind, number, Path(folder))) + "\n")
+        with tempfile.TemporaryDirectory() as temporary, given.output.open("a") as stream:
+            folder = given.keep / f"{number}" if given.keep else Path(temporary)
+            folder.mkdir(parents=True, exist_ok=True)
+            stream.write(json.dumps(one(kind, number, folder)) + "\n")
     report([json.loads(line) for line in given.output.read_text().splitlines()])
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.fitting.noise import Noise, estimated_noise
+from fretwear.fitting.noise import Noise, NoiseEvidence
 from fretwear.fitting.runs import Prediction
 from fretwear.study.fits import BASELINE, Measurement
 
-_MOST_POINTS, _ROOM = 4001, 0.5
+# Points of the grid of a signal, over cells: a scar is interpolated twice.
+_FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5
 _SHIFTS, _STEPS = 41, 12
 _CLOSE = 1e-6
+_DEPENDENT = 1e-8  # of singular values
 # A profile is unworn where the prediction is shallower than this part of its depth.
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
 # Displacements of a loop without a noise of their own are known to this part of the amplitude.
@@ -36,6 +39,7 @@ class Comparison:
     noise: Noise | None  # of a profile
     deviations: tuple[float, float] = (0.0, 0.0)  # of depth and width, relative; of a number, both
     grid: Array | None = None  # positions of the signal of a profile
+    evidence: NoiseEvidence | None = None  # what the noise was estimated from
 
     @classmethod
     def of(cls, measurement: Measurement, cycle: float, prediction: Prediction) -> Comparison:
@@ -45,7 +49,7 @@ class Comparison:
             x, depth = measurement.readings or (np.zeros(0), np.zeros(0))
             cells, _ = prediction.profiles[f"{measurement.quantity} {measurement.along}"]
             reach = _ROOM * (x[-1] - x[0])
-            count = (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
+            count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
             points = int(np.clip(count, 401, _MOST_POINTS))
             grid = np.linspace(x[0] - reach, x[-1] + reach, points)
             # A first guess: readings that scatter by a part of the depth.
@@ -263,23 +267,35 @@ class Comparison:
         if unworn.sum() < _FEWEST_UNWORN:
             unworn = np.ones(x.size, bool)
             doubt = f"has {int((worn < _UNWORN * signal.max()).sum())} readings beside the scar"
-        rest = (depth - worn)[unworn]
-        trend = np.vander(x[unworn] - x.mean(), 2)
-        return replace(self, noise=self._estimated(x[unworn], rest, trend)), doubt
+        rest, trend = (depth - worn)[unworn], np.vander(x[unworn] - x.mean(), 2)
+        evidence = NoiseEvidence(x[unworn], rest, trend, of.noise, of.correlation_length)
+        return replace(self, noise=evidence.best(), evidence=evidence), doubt
 
-    def with_noise_of_residuals(self, signal: Array, nuisances: Array) -> Comparison:
-        """The comparison with noise that is as large, and as correlated, as all residuals."""
+    def with_noise_of_residuals(
+        self, signal: Array, nuisances: Array, changes: Sequence[Array]
+    ) -> Comparison:
+        """The comparison with noise that is as large, and as correlated, as all residuals.
+
+        These are less free by the base line and by the changes of the signal that were sought.
+        """
         of = self.measurement
         if not of.is_profile:
             return self
         assert of.readings is not None
         x, depth = of.readings
-        trend = np.vander(x - x.mean(), 2)
-        return replace(
-            self, noise=estimated_noise(x, depth - self.modelled(signal, nuisances), trend)
+        fitted = self.unweighted(signal, nuisances, changes)[: x.size]
+        basis, sizes, _ = np.linalg.svd(
+            fitted / np.linalg.norm(fitted, axis=0), full_matrices=False
         )
+        rest = depth - self.modelled(signal, nuisances)
+        evidence = NoiseEvidence(x, rest, basis[:, sizes > _DEPENDENT * sizes[0]])
+        return replace(self, noise=evidence.best(), evidence=evidence)
 
-    def _estimated(self, x: Array, rest: Array, trend: Array) -> Noise:
-        of = self.measurement
-        found = estimated_noise(x, rest, trend, of.correlation_length)
-        return found if of.noise is None else Noise(of.noise, found.length)
+    def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
+        """Derivatives of residuals by changes of the signal and nuisances, not yet whitened.
+
+        Their shape is (n + k, p + m); residuals of a profile are in m.
+        """
+        blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
+        by_signal = [blank.by_signal(signal, nuisances, change) for change in changes]
+        return np.column_stack([*by_signal, blank.slopes(signal, nuisances)])

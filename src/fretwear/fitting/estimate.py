@@ -10,6 +10,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.fitting.comparison import Comparison
+from fretwear.fitting.noise import Noise
 from fretwear.study.fits import FreeParameter
 
 LEVELS = (0.68, 0.9, 0.95)
@@ -33,8 +34,9 @@ _ALIKE = (
 # In coordinates of the emulator, in which runs along its directions lie at 1: where a run counts as
 # known, how far runs are taken in, how far what they miss reaches, and when places are the same.
 _UNCHECKED, _NEAR, _REACH_OF_RUN, _SAME_RUN, _NUGGET = 0.3, 3.0, 1.5, 1e-6, 1e-4
-# Values of a profile, in standard deviations, up to this rise of χ².
-_REACHES, _HIGHEST = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 7.0
+# Values of a profile, in standard deviations, up to this part of the highest rise of χ² asked for.
+_REACHES, _BEYOND = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 1.8
+_NOISES = 256  # draws of the noise
 
 
 @dataclass(frozen=True)
@@ -332,12 +334,60 @@ class Fitter:
 
     def covariance(self, signal: Array, derivatives: Array) -> Array:
         """The covariance of the parameters by a linear model; unknown directions are wide."""
-        slopes = self.projected(signal, derivatives)
+        return self._covariance(self.projected(signal, derivatives))
+
+    def _covariance(self, slopes: Array) -> Array:
         # A range is a uniform prior, about as wide as this normal one.
         widths = (self.upper - self.lower) / np.sqrt(12.0)
         prior = np.diag(1.0 / widths)
         both = np.concatenate([slopes, prior])
         return np.asarray(np.linalg.inv(both.T @ both))
+
+    def spread(self, signal: Array, derivatives: Array) -> Array:
+        """Variances of the parameters with noises that the readings allow, shape (m, p).
+
+        They are divided by those with the noise that was taken, so that a parameter of which the
+        noise tells the variance v has the distribution Σ N(û, v s_j)/m: Student's where the size of
+        the noise alone is estimated.
+        """
+        told = [comparison.evidence for comparison in self.comparisons]
+        if all(evidence is None for evidence in told):
+            return np.ones((1, len(self.unknowns)))
+        parts = [
+            comparison.unweighted(part, nuisances, self.split_all(derivatives, place))
+            for place, (comparison, part, nuisances) in enumerate(
+                zip(self.comparisons, self.split(signal), self.settle(signal), strict=True)
+            )
+        ]
+
+        def variances(noises: Sequence[Noise | None]) -> Array:
+            slopes = []
+            for comparison, columns, noise in zip(self.comparisons, parts, noises, strict=True):
+                whitened = columns
+                if noise is not None and comparison.measurement.readings is not None:
+                    x, _ = comparison.measurement.readings
+                    readings = noise.whitened(x, columns[: x.size])
+                    whitened = np.concatenate([readings, columns[x.size :]])
+                moved, of_nuisances = np.split(whitened, [len(self.unknowns)], axis=1)
+                q, _ = np.linalg.qr(of_nuisances)
+                slopes.append(moved - q @ (q.T @ moved))
+            return np.diag(self._covariance(np.concatenate(slopes)))
+
+        taken = [comparison.noise for comparison in self.comparisons]
+        # A Latin hypercube: each share of probability once for every length and size.
+        generator, places = np.random.default_rng(0), (np.arange(_NOISES) + 0.5) / _NOISES
+        columns = [
+            [noise] * _NOISES
+            if evidence is None
+            else evidence.drawn(np.column_stack([generator.permutation(places) for _ in range(2)]))
+            for evidence, noise in zip(told, taken, strict=True)
+        ]
+        allowed = [variances(noises) for noises in zip(*columns, strict=True)]
+        return np.array(allowed) / variances(taken)
+
+    def split_all(self, changes: Array, place: int) -> list[Array]:
+        """Changes of the signal of one measurement, from those of all as columns."""
+        return [self.split(change)[place] for change in changes.T]
 
     def emulator(self, u: Array) -> Emulator:
         """Return an emulator of the runs around the best parameters.
@@ -399,12 +449,15 @@ class Fitter:
                 first[place], second[place] = ahead - a * curve, 2.0 * curve
         return self._emulator(u, signal, directions, *map(np.column_stack, (first, second)))
 
-    def intervals(self, emulator: Emulator) -> list[Profile]:
+    def intervals(self, emulator: Emulator, spread: Array) -> list[Profile]:
         """The profile likelihood of each parameter, its ends and its best value checked by runs."""
         ends = np.array([self.lower, self.upper])
         for last in (False, False, True):
             trials = [emulator.minimum(emulator.best, ends)]
-            profiles = [self._profile(emulator, place, ends) for place in range(ends.shape[1])]
+            profiles = [
+                self._profile(emulator, place, ends, column)
+                for place, column in enumerate(spread.T)
+            ]
             trials += [u for each in profiles for u in each.ends_at(LEVELS[1])]
             new = [u for u in trials if emulator.distance(emulator.at(u)) > _UNCHECKED]
             if last or not new:
@@ -414,11 +467,11 @@ class Fitter:
                     emulator.learn(u, self.misfit(signal))
         return profiles
 
-    def _profile(self, emulator: Emulator, place: int, ends: Array) -> Profile:
+    def _profile(self, emulator: Emulator, place: int, ends: Array, spread: Array) -> Profile:
         """Signed roots of the rise of χ² over values of one parameter, the others at their best."""
         least = float(emulator.misfit(emulator.at(emulator.best)))
         deviation = float(np.abs(emulator.directions[place]).max()) / _OUT
-        rows = [(emulator.best, 0.0)]
+        rows, highest = [(emulator.best, 0.0)], _BEYOND * root_of(LEVELS[-1], spread) ** 2
         for sign in (1.0, -1.0):
             u = emulator.best
             for reach in _REACHES:
@@ -428,11 +481,11 @@ class Fitter:
                 u = emulator.minimum(u, ends, place)
                 rise = max(float(emulator.misfit(emulator.at(u))) - least, 0.0)
                 rows.append((u, sign * np.sqrt(rise)))
-                if rise > _HIGHEST or value in ends[:, place]:
+                if rise > highest or value in ends[:, place]:
                     break
         rows.sort(key=lambda row: row[0][place])
         points, roots = (np.array(column) for column in zip(*rows, strict=True))
-        return Profile(place, points, np.maximum.accumulate(roots))
+        return Profile(place, points, np.maximum.accumulate(roots), spread)
 
 
 @dataclass(frozen=True)
@@ -442,26 +495,35 @@ class Profile:
     place: int  # of the parameter
     points: Array  # all parameters at each point, shape (m, p)
     roots: Array  # shape (m,), increasing
+    spread: Array  # variances with noises that the readings allow, over that with the noise taken
 
     def interval(self, level: float) -> tuple[float, float]:
         """The interval of a level, in the coordinate in which the parameter is sought."""
-        low, high = (self._at(sign * root_of(level)) for sign in (-1.0, 1.0))
+        low, high = (self._at(sign * root_of(level, self.spread)) for sign in (-1.0, 1.0))
         return float(low[self.place]), float(high[self.place])
 
     def is_open(self, level: float) -> tuple[bool, bool]:
         """Whether χ² rises too little, down to or up to the end of the range, to end it."""
-        return bool(self.roots[0] > -root_of(level)), bool(self.roots[-1] < root_of(level))
+        root = root_of(level, self.spread)
+        return bool(self.roots[0] > -root), bool(self.roots[-1] < root)
 
     def ends_at(self, level: float) -> list[Array]:
         """All parameters at both ends of the interval of a level."""
-        return [self._at(sign * root_of(level)) for sign in (-1.0, 1.0)]
+        return [self._at(sign * root_of(level, self.spread)) for sign in (-1.0, 1.0)]
 
     def _at(self, root: float) -> Array:
         return np.array([np.interp(root, self.roots, column) for column in self.points.T])
 
 
-def root_of(level: float) -> float:
-    """The root of the rise of χ² at both ends of the interval of a level, with one degree."""
-    from scipy.special import erfinv
+def root_of(level: float, spread: Array) -> float:
+    """The root of the rise of χ² at both ends of the interval of a level, with one degree.
 
-    return float(np.sqrt(2.0) * erfinv(level))
+    `spread` has the variances that the parameter may have, over that which the rise refers to.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import erf, erfinv
+
+    normal = np.sqrt(2.0) * float(erfinv(level))
+    widths = np.sqrt(2.0 * spread)
+    ends = 0.5 * normal * np.sqrt(spread.min()), 2.0 * normal * np.sqrt(spread.max())
+    return float(brentq(lambda root: float(erf(root / widths).mean()) - level, *ends))

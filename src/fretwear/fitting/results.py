@@ -77,7 +77,8 @@ class Fit:
     unknowns: tuple[Unknown, ...]
     emulator: Emulator
     profiles: tuple[Profile, ...]
-    covariance: Array  # of the coordinates in which parameters are sought
+    covariance: Array  # of the coordinates in which parameters are sought, with the noise taken
+    spread: Array  # variances with noises that the readings allow, over it, shape (m, p)
     measurements: tuple[FittedMeasurement, ...]
     misfit: float  # χ²
     degrees: int  # of freedom
@@ -123,13 +124,17 @@ class Fit:
         generator = np.random.default_rng(self.seed)
         lower, upper = np.array([unknown.ends for unknown in self.unknowns]).T
         root = np.linalg.cholesky(self.covariance)
-        normal = _WIDER * generator.standard_normal((_TRIALS, lower.size))
+        scales = np.exp(np.log(self.spread).mean(axis=1))
+        normal = generator.standard_normal((_TRIALS, lower.size))
+        normal *= _WIDER * np.sqrt(generator.choice(scales, _TRIALS))[:, None]
         u = self.emulator.best + normal @ root.T
         inside = ((u > lower) & (u < upper)).all(axis=1)
         u, normal = u[inside], normal[inside]
         chunks = np.array_split(self.emulator.at(u), max(1, len(u) // 500))
         misfit = np.concatenate([self.emulator.misfit(chunk) for chunk in chunks])
-        logarithm = -0.5 * misfit + 0.5 * (normal**2).sum(axis=1) / _WIDER**2
+        logarithm = log_mixture(misfit - self.misfit, scales, lower.size) - log_mixture(
+            (normal**2).sum(axis=1), _WIDER**2 * scales, lower.size
+        )
         weights = np.exp(logarithm - logarithm.max())
         count = _CHAINS * _DRAWS
         chosen = generator.choice(len(u), count, p=weights / weights.sum())
@@ -291,6 +296,12 @@ class Fit:
     def write_json(self, path: Path) -> None:
         """Write ``fit.json``."""
         write_text(path, json.dumps(self.as_dict(), indent=1, ensure_ascii=False) + "\n")
+
+
+def log_mixture(rises: Array, scales: Array, count: int) -> Array:
+    """Logarithm of Σ s_j^(−p/2) exp(−Δχ²/2s_j): the likelihood, with the noise integrated out."""
+    parts = -0.5 * rises[:, None] / scales - 0.5 * count * np.log(scales)
+    return np.asarray(np.logaddexp.reduce(parts, axis=1))
 
 
 def _rounded(value: float) -> float:
@@ -469,16 +480,15 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     for _ in range(_ROUNDS):
         emulator = fitter.emulator(best)
         best, degrees = emulator.best, _degrees(fitter)
-        p_value = _probability(emulator.least, degrees)
+        p_value = _probability(fitter, emulator.least, degrees)
         if p_value >= _UNLIKELY or not any(c.measurement.is_profile for c in fitter.comparisons):
             break
         signal = fitter.signal(best)
-        before = [c.noise for c in fitter.comparisons]
+        before, changes = [c.noise for c in fitter.comparisons], emulator.first
+        parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
         fitter.comparisons = [
-            c.with_noise_of_residuals(s, n)
-            for c, s, n in zip(
-                fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True
-            )
+            c.with_noise_of_residuals(s, n, fitter.split_all(changes, place))
+            for place, (c, s, n) in enumerate(parts)
         ]
         for old, c in zip(before, fitter.comparisons, strict=True):
             if old is not None and c.noise is not None:
@@ -488,9 +498,10 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
                     f"correlated over {c.noise.length * 1e6:.3g} µm, was taken instead, which "
                     "widens the intervals; see the residuals for what the model leaves out"
                 )
-    profiles = fitter.intervals(emulator)
-    signal, p_value = fitter.signal(emulator.best), _probability(emulator.least, degrees)
     derivatives = emulator.first @ np.linalg.inv(emulator.directions)
+    spread = fitter.spread(fitter.signal(emulator.best), derivatives)
+    profiles = fitter.intervals(emulator, spread)
+    signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
     covariance = fitter.covariance(signal, derivatives)
     compared = _compared(fitter, signal, derivatives)
     result = Fit(
@@ -499,6 +510,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         emulator,
         (*profiles,),
         covariance,
+        spread,
         (*compared,),
         emulator.least,
         degrees,
@@ -585,10 +597,23 @@ def _degrees(fitter: Fitter) -> int:
     return readings - of_baselines - len(fitter.unknowns)
 
 
-def _probability(misfit: float, degrees: int) -> float:
-    """Probability of a χ² at least as large; without degrees of freedom, as if there was one."""
-    from scipy.special import gammaincc
+def _probability(fitter: Fitter, misfit: float, degrees: int) -> float:
+    """Probability of a χ² at least as large, if noise and model are right.
 
+    The noise is scaled by that of readings beside the scars, whose χ² is their degrees of freedom:
+    what is left is compared with it by the distribution of Fisher and Snedecor. Without degrees of
+    freedom, it is as if there was one.
+    """
+    from scipy.special import betainc, gammaincc
+
+    beside = sum(
+        c.evidence.degrees
+        for c in fitter.comparisons
+        if c.evidence is not None and c.evidence.size is None
+    )
+    if 0 < beside < degrees:
+        of_scar, rest = degrees - beside, max(misfit - beside, 0.0)
+        return float(betainc(0.5 * beside, 0.5 * of_scar, beside / (beside + rest)))
     return float(gammaincc(0.5 * max(degrees, 1), 0.5 * misfit))
 
 
