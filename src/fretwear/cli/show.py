@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import chain, zip_longest
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -96,10 +97,13 @@ def compare(
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
     forces = (results for given, results in FORCES.items() if given not in case.coords)
-    results = {}
+    results, errors_of_coupling = {}, {}
     for name in (name for name in (*_CASE_RESULTS, *chain(*forces)) if name in case):
         error, units = RESULTS[name].error.name, case[name].attrs["units"]
         errors = case[error].values.tolist() if error in case else None
+        of_coupling = RESULTS[name].coupling_error.name
+        if of_coupling in case:
+            errors_of_coupling[name] = case[of_coupling].values.tolist()
         results[name] = {"values": case[name].values.tolist(), "errors": errors, "units": units}
     return {
         **{name: case.attrs.get(name) for name in ("case_id", "code_digest", "title", "source")},
@@ -116,6 +120,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         },
         "cycle": case["cycle"].values.tolist(),
         "results": results,
+        "coupling_errors": errors_of_coupling,
         "unworn": _unworn(case),
     }
 
@@ -145,6 +150,13 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         about = RESULTS[name].in_units(result["units"])
         rows.append((about.marked, *_texts(values, about, [errors[0], errors[-1]])))
     yield from aligned(rows)
+    moved = []
+    for name, errors in content["coupling_errors"].items():
+        if (value := content["results"][name]["values"][-1]) and errors[-1]:
+            moved.append(f"{RESULTS[name].words} {100.0 * errors[-1] / abs(value):.2g} %")
+    if moved:
+        words = f"Friction along y, which slip_model: coupled has, may move {', '.join(moved)}."
+        yield from ("", *wrap(words, 80))
     yield from ("", _MARK, _UNWORN)
 
 

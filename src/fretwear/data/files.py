@@ -52,6 +52,7 @@ from fretwear.vocabulary import (
     X,
     Y,
     contact_frame,
+    coupling_errors_of,
     of_steps,
     scalars_of,
 )
@@ -384,7 +385,8 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
         scalars = scalars_of(contact_frame(file.variables))
         errors = (scalar.error for scalar in scalars if scalar.error.name in file.variables)
         yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
-        yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
+        of_coupling = coupling_errors_of(file.variables)
+        yield from _variable_problems(file, (*scalars, *errors, *of_coupling), (CYCLE.name,))
         # Files saved by xarray have no history.
         if HISTORY_GROUP in file.groups:
             steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)

@@ -45,10 +45,12 @@ from fretwear.vocabulary import (
     ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
+    COUPLED,
     CYCLE,
     FIELDS,
     HEADLINES,
     POINT,
+    RESULTS,
     STATUS,
     STEP,
     PointStatus,
@@ -260,7 +262,10 @@ def _read_cases(
     expected = scalars_of(done[0][1].frame)
     # Not every case has estimates of errors.
     named = {scalar.name for scalar in expected}
-    errors_of = (scalar.error for scalar in expected)
+    errors_of = (
+        *(scalar.error for scalar in expected),
+        *(RESULTS[n].coupling_error for n in COUPLED),
+    )
     scalars = {scalar.name: scalar for scalar in (*expected, *errors_of)}
     values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, most_steps = set(), [], 0

@@ -22,6 +22,7 @@ from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import (
     Loop,
     Measures,
+    coupling_errors,
     fractions,
     loop,
     measure,
@@ -243,6 +244,7 @@ class _Computed:
     round: Round
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
+    coupling_errors: Mapping[str, NDArray[np.float64]]
     loops: Sequence[Loop]
     trouble: str  # why there are no errors although they are asked for
 
@@ -294,7 +296,8 @@ def _run_on_cells(
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = Round(width, rows, relative_errors(scalars, errors))
-    return _Computed(case, workspace, finished, scalars, errors, loops, trouble)
+    coupling = coupling_errors(problem, snapshots, scalars["dissipated_energy"])
+    return _Computed(case, workspace, finished, scalars, errors, coupling, loops, trouble)
 
 
 def _labelled(
@@ -329,6 +332,7 @@ def _labelled(
         fields,
         scalars,
         errors,
+        computed.coupling_errors,
         computed=case,
         trouble=computed.trouble,
         unreached=unreached(asked, [*record.rounds, computed.round]),
