@@ -95,9 +95,10 @@ onstart:
     tell = partial(print, file=sys.stderr, flush=True)
     for sentence in JOBS.study.unused:
         tell(f"fretwear: warning: {sentence}")
-    PROGRESS.append(
-        Progress(JOBS, max(1, (workflow.cores or 1) // JOBS.threads), tell)
-    )
+    # A cluster has a number of jobs instead of cores.
+    given = workflow.resource_settings
+    at_once = given.nodes or max(1, (given.cores or 1) // JOBS.threads)
+    PROGRESS.append(Progress(JOBS, at_once, tell))
     PROGRESS[0].start()
 
 
