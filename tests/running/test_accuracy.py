@@ -75,8 +75,8 @@ def test_cells_become_narrower_by_what_measured_errors_and_their_order_need():
     wide, usual = finished(2.0, 1.5, at=0.04), finished(1.0, 1.5, at=0.04)
     assert next_width(case, [wide]) == 1.0
     wider = finished(4.0, 1.5, at=0.04)
-    assert measured_order([wider, wide], usual.rows, 1.0) == near(1.5, rel=0.02)
-    assert measured_order([wide], usual.rows, 1.0) == 1.0
+    assert measured_order([wider, wide, usual]) == near(1.5, rel=0.02)
+    assert measured_order([wide, usual]) == 1.0
     assert next_width(case, [wide, usual]) == near(max(0.4, affordable_width(case)), rel=1e-6)
     assert next_width(case, [wider, wide, usual]) is None
 

@@ -19,7 +19,7 @@ from math import isfinite, nan
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import WITHIN_A_CELL, Geometry, Workspace
+from fretwear.mechanics.geometry import WITHIN_A_CELL, Beside, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
@@ -86,8 +86,9 @@ def measure(problem: WearProblem, state: State) -> Measures:
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
+    follows = problem.slip_model.follows_shape
     (contact_x, stick_x), (contact_y, stick_y) = (half_widths(state, axis) for axis in (0, 1))
-    zone = geometry.zone(stick, stick_x)
+    zone = geometry.zone(stick, stick_x, _beside_stick(state, follows_shape=follows))
     # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
     # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
     # worn the surface beside.
@@ -98,7 +99,6 @@ def measure(problem: WearProblem, state: State) -> Measures:
         stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
     stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
     peak, carried = float(pressure.max()), integral(pressure)
-    follows = problem.slip_model.follows_shape
     if follows and not state.plastic.any():
         # The peak at the stick edge grows as rings get narrower, up to the plastic limit where they
         # are narrow enough to yield: take the mean over an annulus as wide as a cell.
@@ -118,7 +118,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         contact_half_width_y=contact_y,
         stick_half_width_x=stick_x,
         stick_half_width_y=stick_y,
-        contact_area=geometry.zone(closed, contact_x).area,
+        contact_area=geometry.zone(closed, contact_x, _beside_contact(state)).area,
         stick_area=zone.area,
         mean_stick_pressure=stick_load / zone.area if zone.area else nan,
         stick_load_share=stick_load / carried if zone.area and carried else nan,
@@ -141,11 +141,35 @@ def half_widths(state: State, axis: int) -> tuple[float, float]:
     return contact, stick_half_width(geometry, reduced.spare_pressure(1.0), axis)
 
 
-def fractions(state: State, plane: Grid) -> tuple[Array, Array]:
+def fractions(problem: WearProblem, state: State, plane: Grid) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
-    zones = zip((in_contact(state), state.reduced.stick), half_widths(state, 0), strict=True)
-    contact, stick = (state.geometry.covered(*zone, plane) for zone in zones)
-    return contact, stick
+    covered, (contact, stick) = state.geometry.covered, half_widths(state, 0)
+    beside = _beside_stick(state, follows_shape=problem.slip_model.follows_shape)
+    return (
+        covered(in_contact(state), contact, plane, _beside_contact(state)),
+        covered(state.reduced.stick, stick, plane, beside),
+    )
+
+
+def _beside_contact(state: State) -> Beside:
+    return Beside(state.pressure, state.gap, state.opening)
+
+
+def _beside_stick(state: State, *, follows_shape: bool) -> Beside | None:
+    """Gap of the reduced contact without the wear since a cell slips, if it is known.
+
+    It opens as beside any contact, wherever wear has opened it further, so that the edge of an
+    elastic run stays where it is. Bodies that yield do so in a band at the edge hardly wider than a
+    cell, beside which no such law holds.
+    """
+    reduced, opening = state.reduced, state.opening
+    if reduced.sheared is not None or state.plastic.any():
+        return None
+    if not follows_shape:
+        return Beside(reduced.pressure, reduced.gap)
+    if opening[reduced.stick].any():
+        return Beside(reduced.pressure, reduced.gap, opening)
+    return Beside(reduced.pressure, np.maximum(reduced.gap - opening, 0.0))
 
 
 def scatter(state: State) -> dict[str, float]:
@@ -157,12 +181,13 @@ def scatter(state: State) -> dict[str, float]:
     outermost one hardly touches, or if the next one nearly does.
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
+    of_stick = _beside_stick(state, follows_shape=True)
     zones = {
-        "contact": (in_contact(state), state.gap),
-        "stick": (state.reduced.stick, state.reduced.gap),
+        "contact": (in_contact(state), state.gap, _beside_contact(state)),
+        "stick": (state.reduced.stick, state.reduced.gap, of_stick),
     }
-    for zone_name, (cells, gap) in zones.items():
-        zone = geometry.zone(cells, geometry.extent[0])
+    for zone_name, (cells, gap, beside) in zones.items():
+        zone = geometry.zone(cells, geometry.extent[0], beside)
         bend = _bend(gap)
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis_name, axis in (("x", 0), ("y", 1)):

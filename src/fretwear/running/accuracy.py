@@ -95,16 +95,10 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
     error = max(falling, default=0.0) if last.errors else math.inf
     if error <= case.asked_accuracy or len(rounds) >= _MOST_ROUNDS:
         return None
-    ratio = (error / (_AIM * case.asked_accuracy)) ** (1.0 / _order(rounds))
+    ratio = (error / (_AIM * case.asked_accuracy)) ** (1.0 / measured_order(rounds))
     ratio = min(max(ratio, _LEAST_RATIO), _MOST_RATIO) if len(rounds) > 1 else WIDEST
     width = max(last.width / ratio, affordable_width(case))
     return width if width <= last.width / _LEAST_RATIO else None
-
-
-def _order(rounds: Sequence[Round]) -> float:
-    """The order of convergence that the last runs show; 1 if there are too few."""
-    *earlier, last = rounds
-    return measured_order(earlier, last.rows, last.width)
 
 
 def relative_errors(
@@ -130,7 +124,7 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     accuracy, last = case.asked_accuracy, rounds[-1]
     if accuracy is None or last.error <= accuracy:
         return None
-    width = last.width * (_AIM * accuracy / last.error) ** (1.0 / _order(rounds))
+    width = last.width * (_AIM * accuracy / last.error) ** (1.0 / measured_order(rounds))
     times = seconds_on_cells(case, width) / seconds_on_cells(case, 1.0)
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
@@ -186,23 +180,23 @@ def estimated_errors(
     return estimates
 
 
-def measured_order(
-    rounds: Sequence[Round], rows: Sequence[Mapping[str, float]], width: float
-) -> float:
-    """Return the order at which results of a run and of two on wider cells converge.
+def measured_order(rounds: Sequence[Round]) -> float:
+    """Return the order at which results of the last three runs converge.
 
     It is the median over the results in `ASKED`, at least 1/2 and at most 3/2, and 1 if there are
-    not two runs on wider cells.
+    not three runs.
     """
-    if len(rounds) < 2:
+    if len(rounds) < 3:
         return _USUAL_ORDER
-    runs = [columns_of(run.rows) for run in rounds[-2:]] + [columns_of(rows)]
-    widths = [*(run.width for run in rounds[-2:]), width]
-    before, now = (_differences(fine, wide)[2] for wide, fine in pairwise(runs))
+    last = rounds[-3:]
+    before, now = (
+        _differences(columns_of(fine.rows), columns_of(wide.rows))[2]
+        for wide, fine in pairwise(last)
+    )
     ratios = [before[name] / now[name] for name in ASKED if before.get(name) and now.get(name)]
     if not ratios:
         return _USUAL_ORDER
-    ratio, (wide, middle, narrow) = float(np.median(ratios)), widths
+    ratio, (wide, middle, narrow) = float(np.median(ratios)), (run.width for run in last)
     orders = np.linspace(_LEAST_ORDER, _MOST_ORDER, 61)
     expected = (wide**orders - middle**orders) / (middle**orders - narrow**orders)
     return float(np.interp(ratio, expected, orders))

@@ -287,15 +287,16 @@ def _run_on_cells(
         rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
     scalars = columns_of(rows)
     errors: dict[str, NDArray[np.float64]] = {}
+    finished = Round(width, rows, {})
     if coarser and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
-        order = measured_order(record.rounds, rows, width)
+        order = measured_order([*record.rounds, finished])
         of_case = times, spread, case.tolerance, order
         errors = estimated_errors(scalars, columns_of(coarser), *of_case)
         states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
-    finished = Round(width, rows, relative_errors(scalars, errors))
+    finished = replace(finished, errors=relative_errors(scalars, errors))
     coupling = coupling_errors(problem, snapshots, scalars["dissipated_energy"])
     return _Computed(case, workspace, finished, scalars, errors, coupling, loops, trouble)
 
@@ -490,7 +491,7 @@ def _snapshot_fields(
         beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
         for name, value in (("gap", np.nan), ("slip", 0.0)):
             written[name][beyond & (written["pressure"] == 0.0)] = value
-        written["contact_fraction"], written["stick_fraction"] = fractions(state, plane)
+        written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)
     return stored

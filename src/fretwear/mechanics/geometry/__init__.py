@@ -65,6 +65,15 @@ class Zone:
     )
 
 
+@dataclass(frozen=True)
+class Beside:
+    """What tells where the edge of a zone cuts equal cells."""
+
+    pressure: Array  #: pressure in the zone, Pa, zero beside, shape of the geometry
+    gap: Array  #: gap that opens from the edge, m
+    worn: Array | None = None  #: how far wear has opened it, m; None if it has not beside the edge
+
+
 class CellProblem(Protocol):
     """The part of a problem by which a geometry chooses its cells; in SI units."""
 
@@ -173,11 +182,16 @@ class Geometry(ABC):
         """Integral of a field over the whole contact (field unit times m²)."""
 
     @abstractmethod
-    def zone(self, cells: Mask, radius: float) -> Zone:
-        """The zone of some cells, whose outermost edge on the x axis is at a distance, m."""
+    def zone(self, cells: Mask, radius: float, beside: Beside | None = None) -> Zone:
+        """The zone of some cells, whose outermost edge on the x axis is at a distance, m.
+
+        What lies beside it tells where edges cut equal cells; without it they are anywhere.
+        """
 
     @abstractmethod
-    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
+    def covered(
+        self, cells: Mask, radius: float, plane: Grid, beside: Beside | None = None
+    ) -> Array:
         """The fraction of each cell of a grid within a zone, given as for `zone`."""
 
     @abstractmethod

@@ -29,6 +29,7 @@ from fretwear.mechanics.geometry import (
     ANYWHERE,
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
+    Beside,
     CellProblem,
     Geometry,
     HalfSpace,
@@ -132,7 +133,12 @@ class DenseCells(Geometry):
         """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, self.influence(modulus))
 
-    def zone(self, cells: Mask, radius: float) -> Zone:
+    def zone(
+        self,
+        cells: Mask,
+        radius: float,
+        beside: Beside | None = None,  # noqa: ARG002
+    ) -> Zone:
         """The zone of some cells that reaches as far as a distance, m.
 
         Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
@@ -151,7 +157,13 @@ class DenseCells(Geometry):
         deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
         return Zone(area, inner, outer, deviations)
 
-    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:
+    def covered(
+        self,
+        cells: Mask,
+        radius: float,
+        plane: Grid,
+        beside: Beside | None = None,  # noqa: ARG002
+    ) -> Array:
         """The fraction of each cell of a grid in the zone of some cells that ends at a distance, m.
 
         The fractions, times the area of a cell, sum up to the area from `zone`.

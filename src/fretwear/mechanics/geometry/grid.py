@@ -22,6 +22,7 @@ from fretwear.mechanics.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.geometry import (
     ANYWHERE,
     OPEN_PER_SIDE,
+    Beside,
     CellProblem,
     Even,
     Geometry,
@@ -128,28 +129,98 @@ class Grid(Geometry):
         """Integral of a field over the whole contact (field unit times m²)."""
         return float(field.sum()) * self.unit_area
 
-    def zone(self, cells: Mask, radius: float) -> Zone:  # noqa: ARG002
-        """The zone of some cells, its area corrected for the open parts of cells at its edge.
-
-        A cell counts completely as soon as a part of it belongs to the zone, so a count of cells is
-        too large by a fraction of a cell for each cell side on the edge (Yastrebov, Anciaux and
-        Molinari 2017, "On the accurate computation of the true contact-area in mechanical contact
-        of random rough surfaces", Tribol. Int. 114).
-        """
+    def zone(
+        self,
+        cells: Mask,
+        radius: float,  # noqa: ARG002
+        beside: Beside | None = None,
+    ) -> Zone:
+        """The zone of some cells, its area corrected for the open parts of cells at its edge."""
         inner, outer, border = self._sides(cells)
-        sides = inner.size + border.size
-        area = self.unit_area * (float(cells.sum()) - OPEN_PER_SIDE * sides)
-        return Zone(area, inner, outer, np.full(inner.size, ANYWHERE * self.unit_area))
+        area = self.unit_area * (float(cells.sum()) - float(self._open(inner, outer, beside).sum()))
+        area -= OPEN_PER_SIDE * border.size * self.unit_area
+        deviation = (1.0 if beside is None else 0.5) * ANYWHERE * self.unit_area
+        return Zone(area, inner, outer, np.full(inner.size, deviation))
 
-    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
+    def covered(
+        self,
+        cells: Mask,
+        radius: float,  # noqa: ARG002
+        plane: Grid,  # noqa: ARG002
+        beside: Beside | None = None,
+    ) -> Array:
         """The fraction of each cell in the zone of some cells.
 
-        A cell at the edge loses, for each of its sides there, the part that `zone` subtracts.
+        A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
+        the cell beyond gains it.
         """
-        inner, _, border = self._sides(cells)
+        inner, outer, border = self._sides(cells)
         fractions = cells.astype(np.float64).ravel()
-        np.subtract.at(fractions, np.concatenate([inner, border]), OPEN_PER_SIDE)
+        parts = self._open(inner, outer, beside)
+        np.subtract.at(fractions, np.where(parts > 0.0, inner, outer), parts)
+        np.subtract.at(fractions, border, OPEN_PER_SIDE)
         return fractions.reshape(cells.shape)
+
+    def _open(self, inner: Places, outer: Places, beside: Beside | None) -> Array:
+        """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).
+
+        Rows of cells along x give the area of a zone by where its edge cuts them, and rows along y
+        give it again. Each counts by the square of its component of the normal of the edge, along
+        which the square of the pressure falls linearly. The gap grows with the power 3/2 of the
+        distance from the edge, and so in a valley from both ends: its power 2/3 is a parabola,
+        here through three cells outside. It grows linearly where wear has cut a corner into the
+        surface; the wear of the next cell inside, over the rise of the gap from the first to the
+        second cell outside, is the weight of this law.
+
+        Without a gap, or if it does not grow, a side takes off its mean. A cell counts
+        completely as soon as a part of it belongs to the zone, so a count of cells is too
+        large by a fraction of a cell for each side (Yastrebov, Anciaux and Molinari 2017, "On the
+        accurate computation of the true contact-area in mechanical contact of random rough
+        surfaces", Tribol. Int. 114).
+        """
+        parts = np.full(inner.size, OPEN_PER_SIDE)
+        if beside is None:
+            return parts
+        columns = self.shape[1]
+        here, there = (np.stack(np.divmod(cells, columns)) for cells in (inner, outer))
+
+        def at(field: Array, beyond: int) -> Array:
+            # Values some cells from the one inside, zero beyond the window.
+            places = here + beyond * (there - here)
+            for along, is_even in zip(places, self.even, strict=True):
+                along[:] = np.where(is_even & (along < 0), -1 - along, along)
+            shape = np.array(self.shape)[:, None]
+            within = ((places >= 0) & (places < shape)).all(axis=0)
+            row, column = np.clip(places, 0, shape - 1)
+            return np.where(within, field[row, column], 0.0)
+
+        gaps = [at(beside.gap, beyond) for beyond in (1, 2, 3)]
+        roots = [np.cbrt(gap) ** 2 for gap in gaps]
+        bend = roots[2] - 2.0 * roots[1] + roots[0]
+        fall = roots[1] - roots[0] - 0.5 * bend
+        grows = (roots[0] > 0.0) & (roots[1] > 0.0) & (fall > 0.0)
+        near, rise = gaps[0][grows], (gaps[1] - gaps[0])[grows]
+        root, bend, fall = roots[0][grows], bend[grows], fall[grows]
+        edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
+        if beside.worn is not None:
+            worn, rise = at(beside.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
+            edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
+        along_x, along_y = self._slopes(beside.pressure, inner[grows])
+        squares = np.where((here[0] != there[0])[grows], along_x, along_y), along_x + along_y
+        share = np.divide(*squares, out=np.full(edge.size, 0.5), where=squares[1] > 0.0)
+        parts[grows] = share * (np.clip(edge, 0.0, 1.0) - 0.5)
+        return parts
+
+    def _slopes(self, pressure: Array, cells: Places) -> tuple[Array, Array]:
+        """Squared slopes of the squared pressure along x and y at some cells, shape (cells,)."""
+        wide = np.pad((pressure / max(float(pressure.max()), 1.0)) ** 2, 1, mode="edge")
+        row, column = np.divmod(cells, self.shape[1])
+        here, slopes = wide[row + 1, column + 1], []
+        for i, j in ((1, 0), (0, 1)):
+            before, after = wide[row + 1 - i, column + 1 - j], wide[row + 1 + i, column + 1 + j]
+            # In a row of one cell the pressure falls to both sides.
+            slopes.append(np.where(before + after > 0.0, 0.5 * (after - before), here) ** 2)
+        return slopes[0], slopes[1]
 
     def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
         """Largest value of a field."""

@@ -22,6 +22,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.geometry import (
     ANYWHERE,
     WITHIN_A_CELL,
+    Beside,
     CellProblem,
     Parts,
     Way,
@@ -185,7 +186,12 @@ class Row(Grid):
         column = influence_of_cell(each.size, self.spacing[0], self.reference, modulus)
         return DenseHalfSpace(self, column[np.abs(each[:, None] - each)])
 
-    def zone(self, cells: Mask, radius: float) -> Zone:
+    def zone(
+        self,
+        cells: Mask,
+        radius: float,
+        beside: Beside | None = None,  # noqa: ARG002
+    ) -> Zone:
         """The zone of some strips, whose edges are at a distance, m, in the mean of both sides."""
         steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
         inner = np.where(cells[steps, 0], steps, steps + 1)
@@ -194,7 +200,13 @@ class Row(Grid):
         area = self.integral(self.covered(cells, radius, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
-    def covered(self, cells: Mask, radius: float, plane: Grid) -> Array:  # noqa: ARG002
+    def covered(
+        self,
+        cells: Mask,
+        radius: float,
+        plane: Grid,  # noqa: ARG002
+        beside: Beside | None = None,  # noqa: ARG002
+    ) -> Array:
         """The fraction of each strip in the zone of some strips, given as for `zone`."""
         fractions, inside = cells.astype(np.float64), np.flatnonzero(cells)
         if inside.size:
