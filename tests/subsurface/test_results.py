@@ -291,3 +291,30 @@ def test_shallow_depths_and_singular_pressures_are_doubted(worn):
     warnings = fretwear.stress(worn, 1000, depths=[2e-6], phases=2).warnings
     assert "less than a cell, 5 µm" in warnings
     assert "singular at the edge of stick" in warnings
+
+
+def test_friction_in_two_directions_shears_planes_of_equal_depth_along_both():
+    """Just below a cell, planes of equal depth bear its tractions; along the loop they reverse."""
+    case = steel(cycles=300, cell="5 um", slip_model="coupled", error_estimate=False)
+    ds = fretwear.simulate(case, quarter=True)
+    last = ds.isel(cycle=-1)
+    i, j = np.unravel_index(abs(last.shear_traction_y.values).argmax(), last.pressure.shape)
+    below = [(float(ds.x[i]), float(ds.y[j]), 1e-9), (float(ds.x[i]), -float(ds.y[j]), 1e-9)]
+    found = fretwear.stress(ds, 300, points=below, phases=8)
+    along, across = last.shear_traction.values[i, j], last.shear_traction_y.values[i, j]
+    assert abs(across) > 0.03 * along
+    np.testing.assert_allclose(found.stress_xz[0], [-along, -along], rtol=1e-3)
+    np.testing.assert_allclose(found.stress_yz[0], [-across, across], rtol=1e-3)
+    np.testing.assert_allclose(found.stress_yz[4], -found.stress_yz[0], rtol=1e-5)
+    turned = np.hypot(found.stress_xz, found.stress_yz)
+    bound = float(ds.friction * last.pressure.values[i, j])
+    assert (turned <= (1 + 1e-3) * bound).all()
+    np.testing.assert_allclose(
+        found.force / found.force[0], [1, 0.5, 0, -0.5, -1, -0.5, 0, 0.5], atol=2e-3
+    )
+    quarter, whole = (
+        fretwear.stress(each, 300, depths=[20e-6], phases=4) for each in (ds, ds.fretwear.full())
+    )
+    xr.testing.assert_allclose(quarter.stress_xx, whole.stress_xx, rtol=1e-4)
+    single = fretwear.stress(ds.drop_vars("shear_traction_y"), 300, depths=[20e-6], phases=4)
+    assert abs(single.stress_yy - quarter.stress_yy).max() > 0.005 * abs(quarter.stress_yy).max()

@@ -156,8 +156,8 @@ RANDOM = np.random.default_rng(7)
 
 @pytest.mark.parametrize("even", [(True, True), (True, False), (False, True), (False, False)])
 def test_layers_and_sections_are_the_sums_over_cells(even):
-    pressure, shear = RANDOM.random((2, 6, 8)), RANDOM.random((3, 6, 8))
-    fields = Tractions(pressure, shear, (0.1, 0.12), even, NU)
+    pressure, shear, across = (RANDOM.random((n, 6, 8)) for n in (2, 3, 3))
+    fields = Tractions(pressure, shear, (0.1, 0.12), even, NU, across=across)
     for depth in (0.01, 0.2, 0.5):
         x, y = np.meshgrid(fields.x, fields.y, indexing="ij")
         points = np.stack([x.ravel(), y.ravel(), np.full(x.size, depth)], axis=1)
@@ -168,6 +168,19 @@ def test_layers_and_sections_are_the_sums_over_cells(even):
             np.testing.assert_allclose(layer.reshape(sums.shape), sums, atol=accuracy)
         for section, sums in zip(fields.section(depth), fields.at(on_plane), strict=True):
             np.testing.assert_allclose(section, sums, atol=accuracy)
+
+
+@pytest.mark.parametrize("even", [(True, True), (False, False)])
+def test_shear_along_y_is_shear_along_x_of_the_turned_contact(even):
+    fields, turned = RANDOM.random((1, 6, 8)), [1, 0, 2, 3, 5, 4]
+    # Along x shear is even, along y odd: the turned contact is given on both sides.
+    along_y = Tractions(fields, 0 * fields, (0.1, 0.12), even, NU, across=fields)
+    whole = along_y.on_both_sides(fields, odd=True).swapaxes(1, 2)
+    along_x = Tractions(0 * whole, whole, (0.12, 0.1), (False, False), NU)
+    points = RANDOM.random((20, 3)) * [1.6, 1.6, 0.5] - [0.8, 0.8, -0.01]
+    expected = along_x.at(points[:, [1, 0, 2]])[1][:, turned]
+    np.testing.assert_allclose(along_y.at(points)[1], expected, atol=1e-13)
+    assert abs(expected).max() > 0.1
 
 
 def test_long_waves_are_all_that_deep_layers_need(monkeypatch):

@@ -27,8 +27,13 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 ODD = (
     ((0, 0), (0, 0), (0, 0), (1, 1), (1, 0), (0, 1)),
     ((1, 0), (1, 0), (1, 0), (0, 1), (0, 0), (1, 1)),
+    ((0, 1), (0, 1), (0, 1), (1, 0), (1, 1), (0, 0)),
 )
-"""Whether the components are odd along x and along y, of pressure and of shear traction."""
+"""Whether the components are odd along x and along y, of pressure and of shear along x and y."""
+
+
+TURNED = (1, 0, 2, 3, 5, 4)
+"""The components after x and y are exchanged."""
 
 
 def of_rectangles(x: Array, y: Array, z: Array | float, poisson_ratio: float) -> Array:

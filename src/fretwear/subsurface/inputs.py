@@ -69,7 +69,9 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
             "a load that changes within a cycle leaves tractions that depend on how the cycles "
             "began: its stresses are not known"
         )
-    fields = [np.asarray(snapshot[name].values, np.float64) for name in _FIELDS]
+    across = [name for name in ("shear_traction_y",) if name in snapshot]
+    fields = [np.asarray(snapshot[name].values, np.float64) for name in (*_FIELDS, *across)]
+    signs = (*[1.0] * len(_FIELDS), -1.0)
     even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
     axes = case.frame.axes
     if Y.name not in axes:
@@ -77,7 +79,10 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     if not fields[1].any():
         raise StressError("there is no shear traction in this snapshot, so no loop of stresses")
     for axis in range(len(axes)):
-        if not even[axis] and all(np.array_equal(f, np.flip(f, axis)) for f in fields):
+        if not even[axis] and all(
+            np.array_equal(f, sign * np.flip(f, axis))
+            for f, sign in zip(fields, signs, strict=False)
+        ):
             fields = [np.split(field, 2, axis)[1] for field in fields]
             even[axis] = True
     if Y.name not in axes and not even[0]:
@@ -87,7 +92,7 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     least = setup.unworn_sliding.of_smooth(hertz)[0]
     stuck = hertz.with_load(least) if least > 0.0 else None
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
-    pressure, shear, gap, slip = fields
+    pressure, shear, gap, slip, *of_y = fields
     surface = LoadedSurface(
         pressure,
         shear,
@@ -99,6 +104,8 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         poisson_ratio=float(flat),
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
         unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
+        across=of_y[0] if of_y else None,
+        coupling=setup.bodies.coupling,
     )
     return surface, slip
 

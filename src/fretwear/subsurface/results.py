@@ -425,7 +425,8 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     steady, alternating = history.section(0.0)
     tension = np.maximum(steady[0] + abs(alternating[:, 0]).max(axis=0), 0.0)
     surface = history.surface
-    work = abs(surface.shear) * slip
+    traction = surface.shear if surface.across is None else np.hypot(surface.shear, surface.across)
+    work = abs(traction) * slip
     # Of the rows on both sides of y = 0 the mean, which is either if the contact is even.
     middle = 0 if surface.even[1] or surface.plane_strain else work.shape[1] // 2
     row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)

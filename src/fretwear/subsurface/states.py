@@ -3,7 +3,8 @@
 From +Q to −Q a contact in partial slip reverses as it was loaded, at twice the size: where the
 tangential force has fallen by 2µ(P − P̂), the shear traction has by 2µ(p − p̂), p̂ being the normal
 pressure of the same shape under the load P̂ (Ciavarella 1998, Jäger 1998). The way back has the
-opposite signs. The shape is not stored: h = g + δ − w follows from gap and pressure.
+opposite signs. The shape is not stored: h = g + δ − w follows from gap and pressure. Friction as a
+vector reverses by Masing's rule alike: by twice the traction that the force P̂ would load.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from fretwear.mechanics.geometry import Even, HalfSpace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.slip import contact_under
+from fretwear.mechanics.stick_slip import shear
 from fretwear.subsurface.edges import stresses_at_edge
 from fretwear.subsurface.influence import ODD
 from fretwear.subsurface.tractions import Tractions
@@ -25,6 +27,8 @@ from fretwear.theory import HertzContact
 
 # Tolerance of the contacts between the ends of the loop, which differ by much more.
 _TOLERANCE = 1e-5
+# Traction over the largest bound that counts as none.
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,9 @@ class LoadedSurface:
     reference: float | None = None
     #: The unworn contact and that under its reduced load, if these determine slip.
     unworn: tuple[HertzContact, HertzContact | None] | None = None
+    #: Shear along y at +Q, Pa, and κ, of friction in two directions.
+    across: Array | None = None
+    coupling: float = 1.0
 
     @property
     def plane_strain(self) -> bool:
@@ -66,10 +73,34 @@ class LoadedSurface:
         )
         return of_cells.x, of_cells.y if whole else np.zeros(1)
 
+    def vectors_over_half_a_loop(self, count: int) -> tuple[Array, Array | None]:
+        """Shear along x and, if there is any, y as of `over_half_a_loop`.
+
+        Slip zones of the way back turn a little against those of the loading: a traction beyond
+        friction is cut to it.
+        """
+        if self.across is None:
+            return self.over_half_a_loop(count), None
+        full, bound = np.stack([self.shear, self.across]), self.friction * self.pressure
+        bodies = self.half_space.sheared(self.coupling)
+        shears, loaded = np.empty((2, count, *self.shear.shape)), full
+        shears[:, 0] = full
+        force = self.half_space.geometry.integral(self.shear)
+        for step in range(count - 1, 0, -1):
+            part = step / count
+            loaded = shear(bodies, bound, part * force, start=part * full).traction
+            vector = full - 2.0 * loaded
+            length = np.hypot(*vector)
+            shears[:, step] = vector * np.minimum(
+                1.0, bound / np.maximum(length, bound.max() * _TINY)
+            )
+        return shears[0], shears[1]
+
     def over_half_a_loop(self, count: int) -> Array:
-        """Shear tractions at that many equal steps of the force from +Q to −Q, Pa.
+        """Shear along x at that many equal steps of the force from +Q to −Q, Pa.
 
         The shape is (count, nx, ny); the end at −Q, where all have the opposite sign, is left out.
+        It is that of friction along x alone.
         """
         shears = np.empty((count, *self.pressure.shape))
         shears[0] = self.shear
@@ -127,13 +158,15 @@ class StressHistory:
     def tractions(self) -> Tractions:
         """The pressure, and the shear tractions of the first half of the loop."""
         surface = self.surface
+        along, across = surface.vectors_over_half_a_loop(self.phases // 2)
         return Tractions(
             surface.pressure[None],
-            surface.over_half_a_loop(self.phases // 2),
+            along,
             surface.spacing,
             surface.even,
             surface.poisson_ratio,
             surface.plane_strain,
+            across,
         )
 
     @property

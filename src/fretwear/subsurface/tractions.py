@@ -13,6 +13,7 @@ frequencies are transformed back.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -22,7 +23,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.convolution import dct, dst
 from fretwear.mechanics.geometry import Even
-from fretwear.subsurface.influence import ODD, of_points, of_rectangles, of_strips
+from fretwear.subsurface.influence import ODD, TURNED, of_points, of_rectangles, of_strips
 
 # Windows are padded to a multiple of this, the longest stride of a deep layer.
 _LONGEST_STRIDE = 8
@@ -37,10 +38,11 @@ _Parts = dict[tuple[int, int], Array]
 
 @dataclass(frozen=True)
 class Tractions:
-    """Fields of pressure and of shear traction along x, whose stresses may be superposed.
+    """Fields of pressure and of shear traction, whose stresses may be superposed.
 
     They act on equal cells around the origin, or on the positive side alone along axes along
-    which all fields are even. In a line contact the cells are strips, and ny is 1.
+    which all fields are even, and shear along y odd. In a line contact the cells are strips, and ny
+    is 1.
     """
 
     pressure: Array  #: Pa, shape (m, nx, ny)
@@ -49,6 +51,7 @@ class Tractions:
     even: Even  #: whether fields are even along x and along y
     poisson_ratio: float  #: of the half-space
     plane_strain: bool = False  #: whether cells are strips along y
+    across: Array | None = None  #: shear along y, Pa, shape (k, nx, ny), part of the shear traction
 
     @cached_property
     def x(self) -> Array:
@@ -92,7 +95,7 @@ class Tractions:
             nx, ny = self._padded
             x = (np.arange(nx + 2.0) - 0.5) * self.spacing[0]
             y = (np.arange(ny + 2.0) - 0.5) * self.spacing[1]
-            kernels = of_rectangles(x[:, None], y, depth, self.poisson_ratio)
+            kernels = self._of_kinds(of_rectangles, x[:, None], y, depth)
             return self._convolved(kernels, (0, 1), self._padded)
         return self._convolved(self._of_long_waves(depth, strides), (0, 1), self._counts(strides))
 
@@ -107,7 +110,7 @@ class Tractions:
             kernels = of_strips(x, depth, self.poisson_ratio)
         else:
             y = np.arange(self._half[1] + 1.0) * self.spacing[1]
-            kernels = 2.0 * of_rectangles(x, y, depth, self.poisson_ratio)
+            kernels = 2.0 * self._of_kinds(of_rectangles, x, y, depth)
         return self._convolved(kernels, (0,), self._padded, in_section=True)
 
     def at(self, points: Array) -> tuple[Array, Array]:
@@ -115,11 +118,11 @@ class Tractions:
 
         Those of each pressure, Pa, shape (m, 6, n), and of each shear traction, shape (k, 6, n).
         """
-        kinds = [self.on_both_sides(fields) for fields in (self.pressure, self.shear)]
+        kinds = [self.on_both_sides(fields, odd=n > 1) for n, fields in enumerate(self._kinds)]
         found = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
         loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
         if not loaded.any():
-            return found[0], found[1]
+            return _summed(found)
         box: Any = tuple(slice(each.min(), each.max() + 1) for each in np.nonzero(loaded))
         columns = [fields[:, *box].reshape(len(fields), -1).T for fields in kinds]
         x, y = (
@@ -134,18 +137,36 @@ class Tractions:
             if self.plane_strain:
                 kernels = -of_strips(px - x[:, None], pz, self.poisson_ratio)
             else:
-                kernels = of_rectangles(px - x[:, None], py - y, pz, self.poisson_ratio)
+                kernels = self._of_kinds(of_rectangles, px - x[:, None], py - y, pz)
             for stress, column, kernel in zip(found, columns, kernels, strict=True):
                 summed = kernel.reshape(6, px.size, -1) @ column
                 stress[..., some] = np.moveaxis(summed, -1, 0)
-        return found[0], found[1]
+        return _summed(found)
 
-    def on_both_sides(self, fields: Array) -> Array:
-        """Fields on all cells."""
+    def on_both_sides(self, fields: Array, *, odd: bool = False) -> Array:
+        """Fields on all cells, from those on the positive sides; odd ones change sign."""
         for axis in (0, 1):
             if self.even[axis] and not (axis == 1 and self.plane_strain):
-                fields = np.concatenate([np.flip(fields, axis + 1), fields], axis + 1)
+                fields = _on_both_sides(fields, axis + 1, int(odd))
         return fields
+
+    # The kinds of tractions: pressure, shear along x and, if there is any, shear along y.
+
+    @property
+    def _kinds(self) -> tuple[Array, ...]:
+        kinds = self.pressure, self.shear
+        return kinds if self.across is None else (*kinds, self.across)
+
+    def _of_kinds(
+        self, of_cells: Callable[..., Array], x: Array, y: Array, depth: Array | float
+    ) -> Array:
+        """Kernels of the kinds, shape (kinds, 6, ...): those of y have x and y exchanged."""
+        kernels = of_cells(x, y, depth, self.poisson_ratio)
+        if self.across is None:
+            return kernels
+        y_first = np.swapaxes(np.atleast_2d(y), -1, -2), np.swapaxes(x, -1, -2)
+        turned = np.swapaxes(of_cells(*y_first, depth, self.poisson_ratio)[1], -1, -2)
+        return np.concatenate([kernels, turned[None, [*TURNED]]])
 
     # The convolution.
 
@@ -167,16 +188,17 @@ class Tractions:
             offsets.append(np.arange(0.0, n + 1, stride) * step)
             factors.append(stride * step)
         x, y = offsets
-        kernels = of_points(x[:, None], y, depth, self.poisson_ratio)
+        kernels = self._of_kinds(of_points, x[:, None], y, depth)
         kernels *= math.prod(factors)
         return kernels
 
     @cached_property
-    def _parts(self) -> tuple[_Parts, _Parts]:
-        """Even and odd parts of both kinds of fields."""
+    def _parts(self) -> list[_Parts]:
+        """Even and odd parts of all kinds of fields."""
         of_kinds = []
-        for fields in (self.pressure, self.shear):
-            parts: _Parts = {(0, 0): fields}
+        for kind, fields in enumerate(self._kinds):
+            odd_sides = (int(self.even[0]), int(self.even[1])) if kind > 1 else (0, 0)
+            parts: _Parts = {odd_sides: fields}
             for axis in (0, 1):
                 if self.even[axis] or (axis == 1 and self.plane_strain):
                     continue
@@ -188,7 +210,7 @@ class Tractions:
                         split[(odd, y) if axis == 0 else (x, odd)] = part
                 parts = split
             of_kinds.append(parts)
-        return of_kinds[0], of_kinds[1]
+        return of_kinds
 
     @cached_property
     def _spectra(self) -> dict[tuple[int, ...], list[_Parts]]:
@@ -211,7 +233,7 @@ class Tractions:
         *,
         in_section: bool = False,
     ) -> tuple[Array, Array]:
-        """Convolve both kinds of fields with kernels of shape (2, 6, offsets, offsets or rows).
+        """Convolve all kinds of fields with kernels of shape (kinds, 6, offsets, offsets or rows).
 
         That many frequencies are used along x and y, in a section with the results at y = 0 only.
         """
@@ -221,7 +243,7 @@ class Tractions:
         smooth = by_offsets and counts != self._padded
         averages = self._averages(counts)
         stresses = []
-        for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=True):
+        for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=False):
             stress = np.empty((len(next(iter(sources.values()))), 6, *shape))
             for component, of_cell in enumerate(parity):
                 is_empty = True
@@ -263,7 +285,7 @@ class Tractions:
                 if is_empty:
                     stress[:, component] = 0.0
             stresses.append(stress)
-        return stresses[0], stresses[1]
+        return _summed(stresses)
 
     def _averages(self, counts: tuple[int, int]) -> Array:
         """Factors by which a mean over a cell changes each frequency."""
@@ -295,6 +317,11 @@ class Tractions:
             weights = np.where(np.arange(n // 2 + 1) > 0, 1.0, 0.5) / n
             matrices.append([np.cos(angles) * weights, np.sin(angles) * weights])
         return matrices
+
+
+def _summed(stresses: Sequence[Array]) -> tuple[Array, Array]:
+    """Stresses of pressure, and of shear along both axes together."""
+    return stresses[0], sum(stresses[2:], stresses[1])
 
 
 def _of_fields(
