@@ -58,8 +58,18 @@ vary:
 output:
   cycles: [0]
   stress: {depth: 0.3 mm, fatigue_strength: 1000 MPa, strength_exponent: -0.1}
+fit:
+  free: {wear_coefficient: [1e-13 / Pa, 1e-11 / Pa]}
+  data:
+    - file: scar.csv
+      quantity: wear_depth
+      test: 2
+      noise: 1 nm
+      correlation_length: 0 um
+      baseline: none
 """
-COMMANDS = ("batch", "merge", "figures", "report")
+SCAR = "x (um),depth (nm)\n-160,0\n-140,4\n-120,5\n-100,2\n0,0\n100,1\n120,4\n140,4\n160,0\n"
+COMMANDS = ("batch", "merge", "fit", "figures", "report")
 
 OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY, LIBRARY = (
     1 << bit for bit in range(9)
@@ -168,7 +178,7 @@ class Trials:
         """Make an empty folder with the study."""
         shutil.rmtree(self.home, ignore_errors=True)
         self.home.mkdir()
-        (self.home / "two.yaml").write_text(STUDY)
+        write_study(self.home)
 
     def undisturbed(self, command: str) -> tuple[int, str]:
         """Run a command in a child; return its exit status and its output."""
@@ -330,6 +340,12 @@ class Trials:
         return list(tallies.values())
 
 
+def write_study(folder: Path) -> None:
+    """Write the study and the readings to which it is fitted."""
+    (folder / "two.yaml").write_text(STUDY)
+    (folder / "scar.csv").write_text(SCAR)
+
+
 def is_traceback(said: str) -> bool:
     """Say whether a command has left people alone with a traceback."""
     return "Traceback" in said or "defect of fretwear" in said
@@ -461,7 +477,7 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
     study.STUDY_HISTORIES = study.STUDY_HISTORIES[:1]
     study.STUDY_PROFILES = study.STUDY_PROFILES[:1]
     with contextlib.chdir(folder), contextlib.redirect_stderr(io.StringIO()) as said:
-        Path("two.yaml").write_text(STUDY)
+        write_study(Path())
         for command in commands:
             sys.argv = ["fretwear", command, "two.yaml"]
             with contextlib.suppress(SystemExit):

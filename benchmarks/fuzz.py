@@ -50,7 +50,7 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.study.study import load_study
     from fretwear.study.yamlfile import read_document
 
-from .faults import STUDY, write_rows
+from .faults import STUDY, write_rows, write_study
 
 REPOSITORY = Path(__file__).parents[1]
 BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuzz -->"
@@ -293,7 +293,7 @@ def kinds(
     folder: Path,
 ) -> Iterator[tuple[str, Callable[[Path], str], list[bytes], int, bool, bool]]:
     """Yield the targets: name, reader, files, how many, text or not, sealed or not."""
-    (folder / "two.yaml").write_text(STUDY)
+    write_study(folder)
     study = load_study(folder / "two.yaml")
     results = folder / "results"
     case = None

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import zlib
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from fretwear.figures.index import read_figure_index
 from fretwear.running.workflow import failures, is_finished, spent_on_simulations
 from fretwear.study.problems import printable
 
-from ..studies import flip
+from ..studies import flip, spoil_chunks
 
 FULL = "not written, because the disk (or the quota on it) is full"
 
@@ -145,14 +144,7 @@ def test_a_file_system_without_locks_is_told_and_a_case_written_and_read(tmp_pat
 def test_damage_that_shows_only_when_values_are_used_is_told(copied):
     """A checksum that fits keeps nobody from reading on; HDF5 has one more in each chunk."""
     summary = Path("results/tiny/summary.nc")
-    content = bytearray(summary.read_bytes()[:-_LENGTH])
-    for start in [found.start() for found in re.finditer(rb"x\x01", content)]:
-        chunk = zlib.decompressobj()
-        with suppress(zlib.error):  # it is none
-            if len(chunk.decompress(content[start:])) > 20 and chunk.eof:
-                content[start + 6] ^= 0xFF
-    summary.write_bytes(content)
-    add_checksum(summary)
+    spoil_chunks(summary)
     result = copied.call("figures", "tiny.yaml", status=1)
     assert "NetCDF: HDF error" in result.stderr
     assert "defect" not in result.stderr
@@ -286,6 +278,11 @@ def strings(file):
     file.createVariable("words", str, ())[...] = "word"
 
 
+def pairs(file):
+    kind = file.createCompoundType(np.dtype([("a", "f8")]), "pair")
+    file.createVariable("pairs", kind, ())
+
+
 REFUSED = {
     "falling cycles": (number("cycle", [5, 3, 1]), "cycle does not increase"),
     "cycles that are none": (number("cycle", [0, 1, np.nan]), "cycle does not increase"),
@@ -304,6 +301,12 @@ REFUSED = {
     "40 GB in a small file": (large, "announces 400"),
     "40 GB in its history": (lambda file: large(file["history"]), "announces 400"),
     "text of any length": (strings, "words holds neither numbers nor plain text"),
+    "pairs of numbers": (pairs, "pairs holds neither numbers nor plain text"),
+    "a title that has no end": (attribute("title", "x" * 10_000_001), "title is not text"),
+    "a history less": (
+        lambda file: file["history"].renameVariable("approach", "appro"),
+        "it lacks history/approach",
+    ),
     "a result less": (lambda file: file.renameVariable("approach", "appro"), "it lacks approach"),
 }
 
@@ -335,6 +338,41 @@ def test_a_forged_case_is_refused_by_a_sentence(case_file, tmp_path, what):
 def test_a_forged_summary_is_refused_by_a_sentence(finished_desk, tmp_path, change, words):
     path = forged(finished_desk.folder / "results/summary.nc", tmp_path, change)
     with pytest.raises(DataFileError, match=re.escape(words)):
+        open_summary(path)
+
+
+def rebuilt(source, path, *, sizes=(), kinds=(), along=()):
+    """Write a file anew, with other sizes of dimensions, types and dimensions of variables."""
+    sizes, kinds, along = dict(sizes), dict(kinds), dict(along)
+    with netCDF4.Dataset(source) as old, netCDF4.Dataset(path, "w") as new:
+        new.setncatts(vars(old))
+        for name, dimension in old.dimensions.items():
+            new.createDimension(name, sizes.get(name, dimension.size))
+        for name, variable in old.variables.items():
+            dims = along.get(name, variable.dimensions)
+            made = new.createVariable(name, kinds.get(name, variable.dtype), dims)
+            made.setncatts({n: v for n, v in vars(variable).items() if n != "_FillValue"})
+            if made.shape == variable.shape and name not in kinds:
+                made[...] = variable[...]
+            elif made.dtype.kind in "if":
+                made[...] = np.arange(made.size).reshape(made.shape)
+    add_checksum(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"along": {"x": ("cycle",)}}, "x is not an axis"),
+        ({"kinds": {"x": "i4"}}, "x is not an axis"),
+        ({"sizes": {"x": 0}}, "x is not an axis"),
+        ({"along": {"approach": ("cycle", "load")}}, "it lacks approach"),
+        ({"kinds": {"approach": "S1"}}, "it lacks approach"),
+    ],
+)
+def test_a_summary_of_other_shapes_and_types_is_refused(finished_desk, tmp_path, change, words):
+    path = tmp_path / "summary.nc"
+    rebuilt(finished_desk.folder / "results/summary.nc", path, **change)
+    with pytest.raises(DataFileError, match=words):
         open_summary(path)
 
 

@@ -11,17 +11,22 @@ import xarray as xr
 
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import (
+    READS_BACK,
     add_checksum,
+    check_group,
     damage,
     open_case,
     open_history,
+    open_lazily,
+    open_loops,
     opened_case,
     write_case,
+    write_group,
 )
 from fretwear.data.safe import DataFileError
 from fretwear.vocabulary import FIELDS
 
-from ..studies import flip
+from ..studies import flip, spoil_chunks
 
 
 @pytest.mark.parametrize("size", [0, 7, 1 << 20, (1 << 20) + 7])
@@ -139,6 +144,52 @@ def test_what_the_library_loses_without_a_word_is_found_out_before_the_file_has_
     with pytest.raises(DataFileError, match="reads back differently"):
         write_case(results.dataset, results.history, tmp_path / "case.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "other", [np.zeros((2, 2), np.int64), xr.DataArray(np.zeros((2, 2)), dims=("y", "x"))]
+)
+def test_other_types_and_dimensions_of_the_same_bytes_are_found_out(other):
+    content = xr.Dataset({"a": (("x", "y"), np.zeros((2, 2)))})
+    with netCDF4.Dataset("memory", "w", diskless=True) as file:
+        write_group(file, content)
+        check_group(file, content)
+        dims = getattr(other, "dims", ("x", "y"))
+        with pytest.raises(RuntimeError, match=READS_BACK):
+            check_group(file, xr.Dataset({"a": (dims, np.asarray(other))}))
+
+
+def test_what_a_library_cannot_read_of_an_intact_file_is_told_and_other_errors_are_not_hidden(
+    case_path,
+):
+    """The checksum of the file matches, the one of a chunk of it, which HDF5 compares, does not."""
+    spoil_chunks(case_path)
+    with (
+        pytest.raises(DataFileError, match=r"cannot be read \(NetCDF: HDF error\)"),
+        opened_case(case_path) as file,
+    ):
+        file["pressure"][...]
+    with pytest.raises(LookupError, match="mine"), opened_case(case_path):
+        raise LookupError("mine")
+
+
+def test_a_file_that_fails_while_it_is_read_is_told_with_the_reason():
+    assert damage(Path("/proc/self/mem"), "case file") == "it cannot be read (Input/output error)"
+
+
+def test_a_file_that_is_no_netcdf_or_seems_empty_is_not_opened_lazily(tmp_path):
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"text")
+    with pytest.raises(DataFileError, match=r"it cannot be read \("):
+        open_lazily(path)
+    netCDF4.Dataset(path, "w").close()
+    with pytest.raises(DataFileError, match="it appears empty"):
+        open_lazily(path)
+
+
+def test_a_case_without_loops_says_so(case_path):
+    with pytest.raises(DataFileError, match="it holds no loops of force and displacement"):
+        open_loops(case_path)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a netCDF file", b"\x89HDF\r\n\x1a\n" + bytes(200)])
