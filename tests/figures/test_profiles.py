@@ -7,17 +7,28 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 from PIL import Image, ImageSequence
 from scipy import ndimage
 
+import fretwear
 from fretwear import figures
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
-from fretwear.figures.cases import FfmpegMissingError, durations, well_spaced_cycles
+from fretwear.figures.cases import (
+    FfmpegMissingError,
+    compare_cases,
+    durations,
+    overview,
+    well_spaced_cycles,
+)
 from fretwear.figures.datasets import profiles_of, representative_cycles
-from fretwear.figures.maps import take_wear_map
+from fretwear.figures.maps import take_wear_map, wear_map
 from fretwear.figures.profiles import compare_bearing_areas
 from fretwear.units import number_text
+from fretwear.vocabulary import ContactState
+
+from ..studies import steel
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)", 1e6),
@@ -427,3 +438,28 @@ def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_fourth_root(
     assert (chosen[0], chosen[-1]) == (0, 10000)
     steps = np.diff(np.power(chosen, 0.25))
     assert steps.max() / steps.min() < 1.1
+
+
+def test_figures_of_friction_in_two_directions_show_the_y_axis_and_the_direction_of_slip():
+    case = steel(cycles=300, cell="6 um", error_estimate=False)
+    both = fretwear.simulate(case.replace(slip_model="coupled"))
+    single = fretwear.simulate(case)
+    (arrows,), none = (wear_map(each).findobj(Quiver) for each in (both, single))
+    assert not none
+    last = both.isel(cycle=-1).transpose("x", "y")
+    angle = np.arctan2(last.slip_y.values, last.slip_x.values)
+    for x, y, along, across in zip(arrows.X, arrows.Y, arrows.U, arrows.V, strict=True):
+        cell = last.sel(x=1e-6 * x, y=1e-6 * y, method="nearest")
+        assert int(cell.contact_state) == ContactState.SLIP
+        turned = float(np.arctan2(cell.slip_y, cell.slip_x))
+        assert np.arctan2(across, along) == pytest.approx(turned, abs=1e-6)
+    assert 20 < arrows.N < 400
+    assert np.abs(arrows.V).max() > 0.3 * np.abs(np.sin(angle[last.contact_state == 1])).max()
+    depth = 1e6 * float(last.wear_depth.isel(x=last.sizes["x"] // 2).max())
+    for figure in (overview(both), compare_cases({"one": single, "two": both})):
+        (axes,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("Wear depth (")]
+        unit = {"µm": 1.0, "nm": 1e3}[axes.get_ylabel().split("(")[1].rstrip(")")]
+        deepest = max(float(np.max(line.get_ydata())) for line in axes.lines)
+        assert deepest == pytest.approx(unit * depth, rel=1e-3)
+        assert max(axes.get_ylim()) > unit * depth
+        assert "dotted: y" in axes.get_xlabel()

@@ -43,6 +43,7 @@ from fretwear.figures.maps import add_scale, depth_scale, draw_map, draw_wear_ma
 from fretwear.figures.profiles import (
     ZONE_COLORS,
     ZONES,
+    Frame,
     cycle_colors,
     cycle_key,
     draw_filled,
@@ -79,6 +80,8 @@ _MOST_TOLD = 4
 _LEAST_SPREAD = 1.25
 _MARGIN = 1.25
 _THIN = 0.7
+# Lines along y, and room above the deepest of them.
+_DOTS, _ROOM = (0, (1.0, 1.0)), 1.08
 
 _MOVING = ("pressure", "wear_depth", "contact_state")
 _BEYOND_CONTACT = 1.1
@@ -112,6 +115,11 @@ def overview(
 
     for axes, profiles in zip(grid[:, :2].flat, panels, strict=True):
         draw(axes, profiles)
+    has_both = "slip_y" in dataset
+    if has_both and not is_filled:
+        worn, axes = panels[-1], grid[1, 1]
+        looks = zip(worn.cycles, colors.values(), strict=True)
+        draw_across(axes, frame_of([worn]), [(dataset, at, color) for at, color in looks])
     place, zones = grid[:, 2]
     if "y" in dataset.dims:
         scar = take_wear_map(dataset, None)
@@ -122,8 +130,8 @@ def overview(
         add_scale(figure, [place], image, "", aspect=24)
     else:
         draw(place, profiles_of(dataset, "slip", cycles))
-    curves = draw_zone_widths(zones, dataset if history is None else history)
-    zones.set_title("Contact and stick zone")
+    curves = draw_zone_widths(zones, dataset if history is None else history, has_both=has_both)
+    zones.set_title("Contact and stick zone" + (", dotted: along y" if has_both else ""))
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
     if is_filled:
         zone_key(figure, panels[:1], "outside lower left")
@@ -133,14 +141,33 @@ def overview(
     return figure
 
 
-def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
-    """Draw the half-widths of contact and stick zone over the cycles; return their curves."""
+def draw_across(axes: Axes, frame: Frame, shown: Sequence[tuple[xr.Dataset, int, str]]) -> None:
+    """Add the wear depth along y, next to x = 0, dotted: of cases at cycles, in colours."""
+    top = frame.top
+    for case, cycle, color in shown:
+        depth = mirrored(case[["wear_depth"]].sel(cycle=cycle))["wear_depth"]
+        line = depth.isel(x=int(np.abs(depth["x"].values).argmin()))
+        y, values = MICROMETRE.of(line["y"].values), frame.unit.of(line.values)
+        axes.plot(y, values, lw=_THIN, linestyle=_DOTS, color=color)
+        top = max(top, _ROOM * float(line.max()))
+    replace(frame, top=top).apply(axes, RESULTS["wear_depth"])
+    axes.set_xlabel("x (µm), dotted: y (µm)")
+
+
+def draw_zone_widths(axes: Axes, history: xr.Dataset, *, has_both: bool = False) -> list[Line2D]:
+    """Draw the half-widths of contact and stick zone over the cycles; return their curves.
+
+    They are those along x and, if asked for both, also along y, dotted.
+    """
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
     curves, highest = [], 0.0
     for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK)):
         widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
         curves += axes.plot(cycles, widths, color=color, label=zone)
         highest = max(highest, float(np.nanmax(widths)))
+        if has_both:
+            across = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_y"].values))
+            axes.plot(cycles, across, color=color, lw=_THIN, linestyle=_DOTS)
     axes.set_ylim(0.0, 1.15 * highest)
     axes.set_ylabel(HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)
@@ -193,6 +220,9 @@ def compare_cases(
             axes.plot(x, values, lw=_THIN if profile.is_rough else None, label=title, **style)
             mark_peak(axes, profile, frame)
         frame.apply(axes, shown[0].field)
+        if name == "wear_depth" and any("slip_y" in case for case in cases.values()):
+            looks = zip(cases.values(), cycles, styles, strict=True)
+            draw_across(axes, frame, [(case, at, look["color"]) for case, at, look in looks])
     dense = [(histories or {}).get(title, case) for title, case in cases.items()]
     steps, worn = (
         [history[name].values.astype(np.float64) for history in dense]

@@ -24,6 +24,7 @@ from fretwear.figures.compare import Tiles, draw_case, draw_cases
 from fretwear.figures.datasets import Cycles, is_smooth, snapshots
 from fretwear.figures.style import (
     CATEGORICAL,
+    INK,
     MUTED,
     Columns,
     caption,
@@ -39,6 +40,8 @@ _UNEQUAL = 4.0
 _SQUARE_ROOT = 0.5
 _MOST_CELLS = 1000
 _CORNERS_OF_A_CIRCLE = 181
+# Arrows of slip along the diameter of a contact.
+_ARROWS = 15
 _EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
 
@@ -51,6 +54,9 @@ class WearMap(NamedTuple):
     contact_edge: Array  # closed outlines, shape (k, 2), NaN between several
     stick_edge: Array
     cycle: int
+    #: Arrows of unit length along the slip at +Q, (x, y, along x, along y), shape (4, k); none
+    #: where friction acts along x alone.
+    ways: Array
 
     def has(self, edge: str) -> bool:
         """Whether it has the edge of contact, or of the stick zone."""
@@ -102,6 +108,8 @@ def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
             caption(figure, "Outlines on rough surfaces surround spots in contact and in stick.")
         for axes, scar in zip(panels, scars, strict=True):
             image = draw_wear_map(axes, scar, unit, scale)
+        if any(scar.ways.size for scar in scars):
+            caption(figure, "Arrows show the direction of slip at the tangential load +Q.")
         if isinstance(scale, PowerNorm):
             caption(figure, "Colours vary as the square root of the depth.")
         # All panels share the frame of the largest scar.
@@ -134,7 +142,24 @@ def take_wear_map(dataset: xr.Dataset, cycle: Cycles) -> WearMap:
     else:
         contact = _outline(x, y, zone != ContactState.OPEN)
         stick = _outline(x, y, zone == ContactState.STICK)
-    return WearMap(x, y, depth, contact, stick, int(state["cycle"]))
+    ways = slip_ways(mirrored(state)) if "slip_y" in state else np.empty((4, 0))
+    return WearMap(x, y, depth, contact, stick, int(state["cycle"]), ways)
+
+
+def slip_ways(whole: xr.Dataset) -> Array:
+    """Where the contact of a snapshot slips, at every few cells, x and y in m and the direction."""
+    names = ("slip_x", "slip_y", "contact_state")
+    along, across, zone = (whole[name].transpose("x", "y").values for name in names)
+    x, y = (whole[name].values.astype(np.float64) for name in "xy")
+    touching = np.abs(x[(zone != ContactState.OPEN).any(axis=1)])
+    every = max(1, round(2.0 * touching.max(initial=0.0) / (x[1] - x[0]) / _ARROWS))
+    places = np.ix_(*(np.arange(every // 2, axis.size, every) for axis in (x, y)))
+    length = np.hypot(along, across)[places]
+    slips = (zone[places] == ContactState.SLIP) & (length > 0.0)
+    at = [axis.ravel()[place.ravel()] for axis, place in zip((x, y), places, strict=True)]
+    grid = np.meshgrid(*at, indexing="ij")
+    directions = (field[places][slips] / length[slips] for field in (along, across))
+    return np.stack([*(axis[slips] for axis in grid), *directions])
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
@@ -154,7 +179,13 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
     for outline, color in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
         width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
         axes.plot(*MICROMETRE.of(outline).T, color=color, linewidth=width)
-    axes.set_xlabel("x (µm), direction of slip")
+    (x, y), directions = MICROMETRE.of(scar.ways[:2]), scar.ways[2:]
+    if x.size:
+        arrows = axes.quiver(
+            x, y, *directions, units="inches", scale=10.0, width=0.012, pivot="mid"
+        )
+        arrows.set(facecolor="white", edgecolor=INK, linewidth=0.4)
+    axes.set_xlabel("x (µm), direction of slip" if not x.size else "x (µm), direction of force")
     return image
 
 
