@@ -170,6 +170,21 @@ def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
     assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
 
 
+def test_stresses_are_planned_for_each_of_their_snapshots(load):
+    def seconds(**output):
+        plan = Plan(load({**STUDY, "output": {"cycles": [10, 50], **output}}))
+        return sum(each.seconds for each in batches(plan)), plan
+
+    (wear, plan), (all_snapshots, _), (two, _) = (
+        seconds(), seconds(stress={}), seconds(stress={"cycles": [50]})
+    )  # fmt: skip
+    cases = [*plan.study.cases().values()]
+    snapshots = len(cases[0].output_cycles)
+    assert all_snapshots - wear > 0.4 * snapshots * len(cases)
+    # Cycle 0 is always among them.
+    assert all_snapshots - wear == near(snapshots / 2 * (two - wear))
+
+
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
     said = [({}, [3, 2]), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]

@@ -1,6 +1,7 @@
 """From a study file to its report, and what a change, a failure or a signal does to it."""
 
 import json
+import logging
 import os
 import shutil
 import signal
@@ -16,6 +17,7 @@ from fretwear.running.workflow import (
     Progress,
     StudyJobs,
     failures,
+    is_news,
     record,
     study_file,
     write_finished,
@@ -110,6 +112,18 @@ def jobs_record(jobs, number):
 
 
 BOTH = {"P25N-Q9N", "P50N-Q9N"}
+
+
+def test_the_start_of_a_simulation_and_of_a_job_without_a_message_is_no_news():
+    def is_told(rule, message, level=logging.INFO):
+        record = {"msg": "", "levelno": level, "rule_name": rule, "rule_msg": message}
+        return is_news(logging.makeLogRecord(record))
+
+    assert is_told("merge", "Merging demo")
+    assert not is_told("simulate", "Simulating 2 cases")
+    assert not is_told("study", None)
+    assert is_told("simulate", "Simulating 2 cases", logging.ERROR)
+    assert not is_news(logging.makeLogRecord({"msg": "Select jobs to execute..."}))
 
 
 @pytest.mark.slow

@@ -45,13 +45,13 @@ MOST_JOBS = 2000
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
 SECONDS_OF_SNAKEMAKE = 3.0
-SECONDS_OF_MERGING = 1.3
+SECONDS_OF_MERGING = 3.0
 SECONDS_PER_BYTE_MERGED = 5e-9
-SECONDS_OF_FIGURES = 6.0
-SECONDS_PER_CASE_DRAWN = 0.15
+SECONDS_OF_FIGURES = 9.0
+SECONDS_PER_CASE_DRAWN = 0.12
 MOST_CASES_DRAWN = 200
-SECONDS_OF_REPORT = 1.8
-SECONDS_PER_CASE_REPORTED = 0.02
+SECONDS_OF_REPORT = 3.3
+SECONDS_PER_CASE_REPORTED = 0.03
 
 # Processor time of a forward and inverse transform on the machine on which the constants of
 # `fretwear.study.plan` were measured, as `python -m benchmarks.cost --speed` prints it.

@@ -221,8 +221,8 @@ def is_news(record: logging.LogRecord) -> bool:
 
     Errors and the jobs after the cases are, starts of simulations and the scheduler's steps not.
     """
-    if getattr(record, "rule_name", "") == "simulate" and record.levelno <= logging.INFO:
-        return False
+    if hasattr(record, "rule_msg") and record.levelno <= logging.INFO:
+        return bool(record.rule_msg) and getattr(record, "rule_name", "") != "simulate"
     return not record.getMessage().startswith(_STEPS_OF_SNAKEMAKE)
 
 

@@ -75,6 +75,10 @@ BYTES_PER_FIELD_CELL = 7 * 4 + 2
 COMPRESSED_SHARE = 0.6
 
 
+# Stresses of a cycle below one snapshot.
+SECONDS_PER_SNAPSHOT_STRESSED = 0.45
+SECONDS_PER_CELL_STRESSED = 2.4e-5
+
 WIDEST = 2.0
 """Width of the cells with which a case begins that asks for an accuracy, over the default."""
 USUAL_BUDGET = 10.0
@@ -286,7 +290,12 @@ class Plan:
         for point in self.points:
             if (case := point.case) is None or (case_id := point.id) in planned.estimates:
                 continue
-            planned.estimates[case_id] = estimate(case)
+            cost, stress = estimate(case), self.study.stress
+            if stress is not None:
+                snapshots = len({0, *(stress.cycles or case.output_cycles)})
+                each = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
+                cost = replace(cost, seconds=cost.seconds + snapshots * each)
+            planned.estimates[case_id] = cost
             for doubt in doubts(case):
                 _, details = planned.doubts.setdefault(doubt.what, (doubt, {}))
                 details[case_id] = doubt.detail
