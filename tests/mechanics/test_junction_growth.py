@@ -14,7 +14,7 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.slip import CattaneoMindlin, Jaeger
+from fretwear.mechanics.slip import CattaneoMindlin, Coupled, Jaeger
 from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.values import OverCycles
@@ -59,7 +59,9 @@ def cycles_of(problem, tau):
 def excess(problem, state):
     """How far √(p² + αq²) is beyond the limit in each cell, relative to it."""
     now = problem.of(state)
-    shear = now.shear_traction(state.pressure, state.reduced)
+    sheared = state.reduced.sheared
+    one_way = now.shear_traction(state.pressure, state.reduced)
+    shear = one_way if sheared is None else np.hypot(*sheared.traction)
     equivalent = np.sqrt(state.pressure**2 + now.junction_growth * shear**2)
     return equivalent / problem.plastic_limit - 1.0
 
@@ -118,7 +120,9 @@ SLIDES = DisplacementRatio(displacement_ratio=1.3).plain(FRICTION, COUPLING, HER
 
 
 @pytest.mark.parametrize(
-    "contact", [{"geometry": Rings}, {"roughness": ROUGH}], ids=["smooth", "rough"]
+    "contact",
+    [{"geometry": Rings}, {"roughness": ROUGH}, {"roughness": ROUGH, "slip_model": Coupled()}],
+    ids=["smooth", "rough", "rough, in two directions"],
 )
 def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squared_friction(
     contact,
@@ -164,6 +168,7 @@ CONTACTS = {
     ),
     "strips": on_strips(1.2),
     "rough": fretting(16, limit=3.5, roughness=ROUGH),
+    "two directions": fretting(16, limit=2.0, slip_model=Coupled()),
     "slip of the unworn contact": fretting(
         16, limit=3.5, roughness=ROUGH, slip_model=CattaneoMindlin()
     ),
