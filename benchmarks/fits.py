@@ -1,9 +1,10 @@
 """How often intervals of fits hold the truth, on synthetic scars: ``python -m benchmarks.fits``.
 
 Scars of this program with correlated noise, an offset, a tilt and a shift, of 2 to 10 % of their
-depth, are fitted. Printed are the coverage of 90 % intervals, a test of the ranks of the truth
-among draws from the posterior, which are uniform where it is calibrated (Talts et al., "Validating
-Bayesian inference algorithms with simulation-based calibration", 2018), errors and runs.
+depth, are fitted; and scars in partial slip of an independent integrator on rings. Printed are the
+coverage of 90 % intervals, a test of the ranks of the truth among draws from the posterior, which
+are uniform where it is calibrated (Talts et al., "Validating Bayesian inference algorithms with
+simulation-based calibration", 2018), errors and runs.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchmarks.verification.reference_rings import Resolution, worn_rings
 
 import fretwear
+from fretwear.arrays import Array
 from fretwear.fitting.noise import Noise
-from fretwear.fitting.results import fit
+from fretwear.fitting.search import fit
 
 Numbers = dict[str, tuple[float, float]]
 SPHERE = {
@@ -43,6 +46,7 @@ CYLINDER = {
 }
 # Base, its wear coefficient from a number, ranges of the truth and of the search, half-width of the
 # line, m.
+RINGS = "rings"
 KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
     "force": (
         SPHERE | {"tangential_load": "20 N"},
@@ -62,7 +66,15 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         {"wear_coefficient": (1e-14, 1e-11), "debris_fraction": (0.0, 1.0)},
         4.5e-3,
     ),
+    RINGS: (
+        SPHERE | {"friction": 0.5},
+        {"wear_coefficient": (2e-13, 6e-13)},
+        {"wear_coefficient": (2e-14, 1e-11)},
+        300e-6,
+    ),
 }
+RATIOS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9)  # Q/µP of the scars on rings
+RESOLUTION = Resolution(swept_width=0.01, edge_width=5e-4, widest=0.025, step=0.1)
 UNITS = {"wear_coefficient": " / Pa"}
 
 
@@ -76,6 +88,22 @@ def with_values(base: dict[str, Any], values: dict[str, float]) -> dict[str, Any
     return changed
 
 
+def scar(case: fretwear.Case) -> tuple[Array, Array]:
+    """Positions and depths of the scar that the program computes, m."""
+    worn = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
+    line = worn if "y" not in worn.dims else worn.sel(y=0.0, method="nearest")
+    return line["x"].values, line.values
+
+
+def scar_on_rings(case: fretwear.Case, ratio: float) -> tuple[Array, Array]:
+    """Positions and depths by an integrator that shares nothing with the program, m."""
+    radius = case.indenter.radius
+    rate = 4.0 * case.friction * case.coupling * case.hertz_pressure * case.cycles
+    r, worn = worn_rings(ratio, case.wear_coefficient * rate, RESOLUTION)
+    x, depth = r * case.hertz_radius, worn * case.hertz_radius**2 / radius
+    return np.concatenate([-x[::-1], x]), np.concatenate([depth[::-1], depth])
+
+
 def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     """Make and fit one scar."""
     generator = np.random.default_rng([number, *kind.encode()])
@@ -85,13 +113,14 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
         share = generator.uniform()
         logarithmic = name == "wear_coefficient"
         values[name] = low * (high / low) ** share if logarithmic else low + share * (high - low)
+    ratio = RATIOS[number % len(RATIOS)]
+    base = base | ({"tangential_ratio": ratio} if kind == RINGS else {})
     case = fretwear.Case(**with_values(base, values), error_estimate=False, output_cycles=[0])
-    worn = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
-    line = worn if "y" not in worn.dims else worn.sel(y=0.0, method="nearest")
+    worn_x, worn = scar_on_rings(case, ratio) if kind == RINGS else scar(case)
     x = np.linspace(-half, half, 201)
-    size = generator.uniform(0.02, 0.1) * float(line.max())
+    size = generator.uniform(0.02, 0.1) * float(worn.max())
     shift = generator.normal(scale=0.02 * half)
-    depth = np.interp(x - shift, line["x"], line, left=0.0, right=0.0)
+    depth = np.interp(x - shift, worn_x, worn, left=0.0, right=0.0)
     depth += Noise(size, 0.03 * half).drawn(x, generator)
     depth += 3.0 * size * (generator.normal() + generator.normal() * x / half)
     rows = "\n".join(f"{a * 1e6:.6f},{b * 1e6:.8g}" for a, b in zip(x, depth, strict=True))
@@ -124,12 +153,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scars", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--kinds", nargs="+", choices=[*KINDS], default=[*KINDS])
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
     parser.add_argument("--keep", type=Path, help="folder of scars and runs, to fit them again")
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
     for number in range(given.first, given.first + given.scars):
-        kind = [*KINDS][number % len(KINDS)]
+        kind = given.kinds[number % len(given.kinds)]
         with tempfile.TemporaryDirectory() as temporary, given.output.open("a") as stream:
             folder = given.keep / f"{number}" if given.keep else Path(temporary)
             folder.mkdir(parents=True, exist_ok=True)
@@ -143,6 +173,8 @@ def report(rows: list[dict[str, Any]]) -> None:
 
     for kind, (_, truth, _, _) in KINDS.items():
         of_kind = [row for row in rows if row["kind"] == kind]
+        if not of_kind:
+            continue
         runs = [row["runs"] for row in of_kind]
         print(f"{kind}: {len(of_kind)} scars, {np.median(runs):.0f} runs, at most {max(runs)}")
         for name in truth:

@@ -422,6 +422,36 @@ def dimensionless_history(
         Extrapolated from halved and quartered steps; how far that is from the extrapolation from
         whole and halved ones.
     """
+    problem = _resolved(load_ratio, limit_ratio, resolution, growth)
+    whole, halved, quartered = (
+        _march_in_time(problem, times, resolution.step, parts) for parts in (1, 2, 4)
+    )
+    values = 2.0 * quartered - halved
+    return values, np.abs(values - (2.0 * halved - whole))
+
+
+def worn_rings(load_ratio: float, time: float, resolution: Resolution) -> tuple[FloatArray, ...]:
+    """Radii and wear depths of an elastic sphere at the time τ, in units of a and a²/R.
+
+    The depths are extrapolated from whole and halved steps.
+    """
+    problem = _resolved(load_ratio, math.inf, resolution, 0.0)
+    steps = math.ceil(time / resolution.step)
+    whole, halved = (_worn(problem, time, count) for count in (steps, 2 * steps))
+    return problem.rings.radii, 2.0 * halved - whole
+
+
+def _worn(problem: SmoothWear, time: float, steps: int) -> FloatArray:
+    state = problem.unworn()
+    for _ in range(steps):
+        state = problem.advance(state, time / steps)
+    return state.wear
+
+
+def _resolved(
+    load_ratio: float, limit_ratio: float, resolution: Resolution, growth: float
+) -> SmoothWear:
+    """The problem on rings as fine as asked where its stick edge passes."""
     edge = math.cbrt(1.0 - load_ratio)
     # the pressure under P* cannot exceed the limit, so the stick disc cannot be smaller than this
     swept = min(edge, math.sqrt(2.0 / 3.0 * (1.0 - load_ratio) / limit_ratio))
@@ -433,12 +463,7 @@ def dimensionless_history(
         narrow=resolution.swept_width,
         widest=resolution.widest,
     )
-    problem = SmoothWear(rings, load_ratio, limit_ratio, growth)
-    whole, halved, quartered = (
-        _march_in_time(problem, times, resolution.step, parts) for parts in (1, 2, 4)
-    )
-    values = 2.0 * quartered - halved
-    return values, np.abs(values - (2.0 * halved - whole))
+    return SmoothWear(rings, load_ratio, limit_ratio, growth)
 
 
 def _march_in_time(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
-    from fretwear.fitting.results import fit
+    from fretwear.fitting.search import fit
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
@@ -51,7 +51,7 @@ _HOMES = {
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
     "simulate": "fretwear.running.simulate",
-    "fit": "fretwear.fitting.results",
+    "fit": "fretwear.fitting.search",
     "fatigue": "fretwear.subsurface.fatigue",
     "stress": "fretwear.subsurface.results",
 }

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.fitting.results import fit
+from fretwear.fitting.search import fit
 
 EXPERIMENTS = Path(__file__).parents[2] / "studies/experiments"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.fitting.results import FitError, fit
+from fretwear.fitting.search import FitError, fit
 from fretwear.study.study import load_study
 
 from ..studies import base, near, steel, write_study
@@ -111,18 +111,6 @@ def test_a_range_that_does_not_hold_the_best_value_is_told(tmp_path):
     assert any("no values within the ranges explain" in warning for warning in found.warnings)
 
 
-def test_coefficient_and_slip_are_known_together_only(tmp_path):
-    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
-    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
-    free = {
-        "wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"],
-        "sliding_amplitude": ["50 um", "100 um"],
-    }
-    found = fit(study_of(tmp_path, free, number))
-    (told,) = (warning for warning in found.warnings if "together only" in warning)
-    assert "wear_coefficient · sliding_amplitude^1" in told
-
-
 @pytest.mark.slow
 def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     """Forces µP give each friction, both volumes 4 K P δ N one K: 3 %/√2."""
@@ -171,3 +159,30 @@ def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
     assert found.values["wear_coefficient"] == near(k, rel=0.01)
     low, high = found.interval("wear_coefficient", 0.9)
     assert low < k < high
+
+
+def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_path):
+    """Only K δ is known, to 2 %: the ensemble sampler is asked without being told to."""
+    pytest.importorskip("emcee")
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    free = {
+        "wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"],
+        "sliding_amplitude": ["50 um", "100 um"],
+    }
+    found = fit(study_of(tmp_path, free, number))
+    assert found.method.startswith("ensemble sampler")
+    assert found.sampled.is_checked
+    assert any("ensemble sampler" in warning for warning in found.warnings)
+    (told,) = (warning for warning in found.warnings if "together only" in warning)
+    assert "wear_coefficient · sliding_amplitude^1" in told
+    u = found.draws.reshape(-1, 2)
+    coefficient, slip = np.exp(u[:, 0]), found.unknowns[1].value(u[:, 1])
+    product = np.log(coefficient * slip)
+    assert product.std() == pytest.approx(0.02, rel=0.15)
+    assert product.mean() == pytest.approx(np.log(2e-13 * 75e-6), abs=0.005)
+    # Along the ridge the prior is uniform in ln δ: from 50 to 100 µm.
+    assert np.quantile(np.log(slip / 50e-6), (0.1, 0.5, 0.9)) == pytest.approx(
+        np.log(2) * np.array([0.1, 0.5, 0.9]), abs=0.06
+    )
+    assert found.runs <= 60

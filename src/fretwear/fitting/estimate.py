@@ -36,6 +36,7 @@ _ALIKE = (
 _UNCHECKED, _NEAR, _REACH_OF_RUN, _SAME_RUN, _NUGGET = 0.3, 3.0, 1.5, 1e-6, 1e-4
 # Values of a profile, in standard deviations, up to this part of the highest rise of χ² asked for.
 _REACHES, _BEYOND = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 1.8
+_FALLEN = 0.5  # fall of χ² along a profile that is another minimum
 _NOISES = 256  # draws of the noise
 
 
@@ -485,7 +486,9 @@ class Fitter:
                     break
         rows.sort(key=lambda row: row[0][place])
         points, roots = (np.array(column) for column in zip(*rows, strict=True))
-        return Profile(place, points, np.maximum.accumulate(roots), spread)
+        monotonic = np.maximum.accumulate(roots)
+        falls = bool((np.sign(roots) * (roots**2 - monotonic**2) < -_FALLEN).any())
+        return Profile(place, points, monotonic, spread, falls)
 
 
 @dataclass(frozen=True)
@@ -496,6 +499,7 @@ class Profile:
     points: Array  # all parameters at each point, shape (m, p)
     roots: Array  # shape (m,), increasing
     spread: Array  # variances with noises that the readings allow, over that with the noise taken
+    falls: bool = False  # whether χ² falls again away from its least value
 
     def interval(self, level: float) -> tuple[float, float]:
         """The interval of a level, in the coordinate in which the parameter is sought."""

@@ -54,6 +54,7 @@ BASELINE = ("offset", "tilt", "shift")
 _LOOPS = "loop"
 _NUMBERS = {each.name: each for each in (*SCALARS, *BODY_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
+_SAMPLERS = ("ensemble", "none")
 _BODIES = ("indenter", "flat")
 _TEXTS = (".csv", ".txt", ".dat")
 _FEWEST, _MOST_LINES = 5, 200_000
@@ -211,6 +212,7 @@ class FitRequest:
 
     free: tuple[FreeParameter, ...]
     data: tuple[Measurement, ...]
+    sampler: str | None = None  #: ensemble or none; by default an ensemble where it is needed
 
     @classmethod
     def read(cls, given: object) -> FitRequest:
@@ -218,7 +220,7 @@ class FitRequest:
         if not isinstance(given, Mapping):
             raise QuantityError("must have free and data", _FREE_EXAMPLE)
         problems = Problems()
-        problems.unknown("", given, ("free", "data"), "is not known")
+        problems.unknown("", given, ("free", "data", "sampler"), "is not known")
         free = read_free(given.get("free"), problems)
         listed_data = given.get("data")
         if not is_list(listed_data) or not listed_data:
@@ -228,8 +230,12 @@ class FitRequest:
         for number, each in enumerate(listed_data):
             with problems.at(f".data[{number}]", each):
                 data.append(_read_measurement(each))
+        sampler = given.get("sampler")
+        if sampler not in (None, *_SAMPLERS):
+            rule = f"must be {listed(_SAMPLERS, 'or')}"
+            problems.add(".sampler", sampler, rule, did_you_mean(str(sampler), _SAMPLERS))
         problems.raise_any()
-        return cls(free, (*data,))
+        return cls(free, (*data,), sampler)
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the measurements with the cases of the points of the study."""
@@ -277,7 +283,10 @@ class FitRequest:
         free = {"description": words, "type": "object", "additionalProperties": one}
         data = {"type": "array", "items": keys_schema(fields, ["quantity"]), "minItems": 1}
         data["description"] = "What was measured."
-        return keys_schema({"free": free, "data": data}, ["free", "data"])
+        words = "Draws of the posterior: by an ensemble sampler, or none; by default where needed."
+        sampler = {"description": words, "enum": [*_SAMPLERS]}
+        keys = {"free": free, "data": data, "sampler": sampler}
+        return keys_schema(keys, ["free", "data"])
 
 
 def read_free(ranges: object, problems: Problems) -> tuple[FreeParameter, ...]:

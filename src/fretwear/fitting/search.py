@@ -1,0 +1,373 @@
+"""The search: from a study with measurements to the best parameters and what they are worth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.fitting.comparison import Comparison
+from fretwear.fitting.estimate import Emulator, Fitter, Profile, Unknown
+from fretwear.fitting.posterior import Posterior, has_sampler, sampled, why_to_sample
+from fretwear.fitting.results import Fit, compared
+from fretwear.fitting.runs import Prediction, Runs
+from fretwear.fitting.words import doubts_of
+from fretwear.study.case import Case
+from fretwear.study.fits import FitRequest
+from fretwear.study.problems import StudyError
+from fretwear.study.study import MAX_TITLE, Study, assign, case_of_content, content_of, load_study
+from fretwear.units import QuantityError
+from fretwear.vocabulary import RESULTS
+
+_UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
+_ROUNDS = 3
+_ADVISED = (
+    *("wear_volume", "wear_volume_indenter", "wear_volume_flat", "maximum_wear_depth"),
+    *("contact_half_width_x", "stick_half_width_x", "dissipated_energy", "tangential_force"),
+)
+_ADVISED_ERROR, _HARDLY, _EARLIEST = 0.05, 0.9, 0.05
+
+
+class FitError(ValueError):
+    """A study cannot be fitted; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class _Tests:
+    """The tests of a study that were measured, and their cases with other parameters."""
+
+    study: Study
+    request: FitRequest
+    unknowns: tuple[Unknown, ...]
+    contents: Mapping[int, Mapping[str, object]]  # plain content of the study of each test
+
+    @classmethod
+    def of(cls, study: Study, request: FitRequest) -> _Tests:
+        tests = sorted({each.test for each in request.data})
+        unknowns = tuple(
+            Unknown(free, test)
+            for free in request.free
+            for test in (tests if free.each and len(tests) > 1 else [None])
+        )
+        points = study.points()
+        return cls(study, request, unknowns, {t: content_of(points[t - 1]) for t in tests})
+
+    def start(self) -> Array:
+        """The parameters to begin with: the values of `base`, or the middle of their ranges."""
+        base: Any = self.study.content["base"]
+        given = [unknown.free.given_in(base) for unknown in self.unknowns]
+        inside = [
+            unknown.inner(
+                unknown.free.middle
+                if value is None or not unknown.free.low < value < unknown.free.high
+                else value
+            )
+            for unknown, value in zip(self.unknowns, given, strict=True)
+        ]
+        return np.array(inside)
+
+    def content(self, test: int, u: Array) -> dict[str, object]:
+        """The plain content of a test with some parameters."""
+        content = dict(self.contents[test])
+        for unknown, inner in zip(self.unknowns, u, strict=True):
+            if unknown.test in (None, test):
+                base: Any = content["base"]
+                sought = float(f"{float(unknown.value(inner)):.12g}")
+                key, value = unknown.free.placed(base, sought)
+                assign(content, key, value)
+        return content
+
+    def case(self, test: int, u: Array, *, errors: bool = False) -> Case:
+        """The case of a test with some parameters; `StudyError` if it is invalid."""
+        case = case_of_content(self.study.file, self.content(test, u))
+        cycles = {
+            self.cycle_of(case, each.cycle) for each in self.request.data if each.test == test
+        }
+        return case.replace(
+            error_estimate=errors, output_cycles=sorted({*case.output_cycles, *cycles})
+        )
+
+    def fitted(self, u: Array) -> dict[str, object]:
+        """The plain content of a study of the best values, or of the first test if they differ."""
+        if any(unknown.test for unknown in self.unknowns):
+            content = self.content(min(self.contents), u)
+        else:
+            content = {key: v for key, v in self.study.content.items() if key != "fit"}
+            for unknown, inner in zip(self.unknowns, u, strict=True):
+                base: Any = content["base"]
+                sought = float(f"{float(unknown.value(inner)):.5g}")
+                assign(content, *unknown.free.placed(base, sought))
+        title = f"{self.study.title}: best values of a fit"[:MAX_TITLE]
+        return json.loads(json.dumps({**content, "title": title}))  # type: ignore[no-any-return]
+
+    @staticmethod
+    def cycle_of(case: Case, cycle: int | None) -> int:
+        return case.cycles if cycle is None else cycle
+
+
+def fit(
+    study: Study | str | Path,
+    *,
+    folder: str | Path | None = None,
+    processes: int = 1,
+    tell: Callable[[str], None] = lambda _: None,
+    seed: int = 0,
+) -> Fit:
+    """Find parameters of a study from what was measured, with intervals.
+
+    Parameters
+    ----------
+    study : Study or path
+        A study with the section ``fit``: see its page of the documentation.
+    folder : path, optional
+        Keeps what the runs predict, so that another call resumes where this one stopped.
+    processes : int
+        How many runs are made side by side.
+    tell : callable
+        Takes a line of text about each step.
+    seed : int
+        Of the draws from the posterior.
+
+    Raises
+    ------
+    FitError
+        If the study has no section ``fit``, or its first run fails.
+    """
+    study = study if isinstance(study, Study) else load_study(study)
+    if study.fit is None:
+        raise FitError(f"{study.file}: has no section fit: what is sought, and what was measured")
+    tests = _Tests.of(study, study.fit)
+    lines = {(each.quantity, each.along) for each in study.fit.data if each.is_profile}
+    with Runs(lines, None if folder is None else Path(folder), processes) as runs:
+        return _fitted(tests, runs, tell, seed)
+
+
+def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -> Fit:
+    data, unknowns = tests.request.data, tests.unknowns
+    start = tests.start()
+
+    def predictions(
+        points: Sequence[Array], *, errors: bool = False
+    ) -> list[dict[int, Prediction] | None]:
+        """What runs of some parameters predict for each test; None where they make no case."""
+        cases: list[dict[int, Case] | None] = []
+        for u in points:
+            try:
+                cases.append({t: tests.case(t, u, errors=errors) for t in tests.contents})
+            except (StudyError, QuantityError):
+                cases.append(None)
+        flat = [case for each in cases if each is not None for case in each.values()]
+        found = iter(runs(flat))
+        return [None if each is None else {test: next(found) for test in each} for each in cases]
+
+    def cycle(number: int) -> int:
+        of = data[number]
+        return tests.cycle_of(tests.case(of.test, start), of.cycle)
+
+    (first,) = predictions([start], errors=True)
+    if first is None:
+        raise FitError("the values to begin with make no valid case")
+    comparisons = [
+        Comparison.of(each, cycle(number), first[each.test]) for number, each in enumerate(data)
+    ]
+
+    def signals(points: Sequence[Array]) -> list[list[Array] | None]:
+        found = predictions(points)
+        for u, each in zip(points, found, strict=True):
+            values = ", ".join(
+                f"{unknown.name} = {float(unknown.value(x)):.4g}"
+                for unknown, x in zip(unknowns, u, strict=True)
+            )
+            tell(f"{values}{'' if each else ' (makes no case)'}")
+        return [
+            None
+            if each is None
+            else [c.signal(each[c.measurement.test]) for c in fitter.comparisons]
+            for each in found
+        ]
+
+    fitter = Fitter(unknowns, comparisons, signals)
+    best = fitter.best(start)
+    warnings: list[str] = []
+    fitter.comparisons, doubts = _with_noise(fitter, best)
+    warnings += doubts
+    best = fitter.best(best)
+    (exact,) = predictions([best], errors=True)
+    assert exact is not None
+    fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
+    fitter.settled = [None] * len(comparisons)
+    for _ in range(_ROUNDS):
+        emulator = fitter.emulator(best)
+        best, degrees = emulator.best, _degrees(fitter)
+        p_value = _probability(fitter, emulator.least, degrees)
+        if p_value >= _UNLIKELY or not any(c.measurement.is_profile for c in fitter.comparisons):
+            break
+        signal = fitter.signal(best)
+        before, changes = [c.noise for c in fitter.comparisons], emulator.first
+        parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
+        fitter.comparisons = [
+            c.with_noise_of_residuals(s, n, fitter.split_all(changes, place))
+            for place, (c, s, n) in enumerate(parts)
+        ]
+        for old, c in zip(before, fitter.comparisons, strict=True):
+            if old is not None and c.noise is not None:
+                warnings.append(
+                    f"the noise of {c.measurement.quantity}, {old.size * 1e6:.3g} µm, does not "
+                    f"explain its residuals (p = {p_value:.1g}): {c.noise.size * 1e6:.3g} µm, "
+                    f"correlated over {c.noise.length * 1e6:.3g} µm, was taken instead, which "
+                    "widens the intervals; see the residuals for what the model leaves out"
+                )
+    derivatives = emulator.first @ np.linalg.inv(emulator.directions)
+    spread = fitter.spread(fitter.signal(emulator.best), derivatives)
+    profiles = fitter.intervals(emulator, spread)
+    signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
+    covariance = fitter.covariance(signal, derivatives)
+    measurements = compared(fitter, signal, derivatives)
+    posterior, doubt = _sampled(tests.request, fitter, emulator, spread, covariance, profiles, seed)
+    warnings += doubt
+    result = Fit(
+        tests.study,
+        unknowns,
+        emulator,
+        (*profiles,),
+        covariance,
+        spread,
+        (*measurements,),
+        emulator.least,
+        degrees,
+        p_value,
+        len(runs.done),
+        runs.computed,
+        (),
+        _advice(tests, emulator, covariance, predictions),
+        tests.fitted(emulator.best),
+        seed,
+        posterior,
+    )
+    vars(result)["warnings"] = (
+        *dict.fromkeys([*warnings, *doubts_of(result, tests.case(data[0].test, emulator.best))]),
+    )
+    return result
+
+
+def _sampled(
+    request: FitRequest,
+    fitter: Fitter,
+    emulator: Emulator,
+    spread: Array,
+    covariance: Array,
+    profiles: Sequence[Profile],
+    seed: int,
+) -> tuple[Posterior | None, list[str]]:
+    """Draws of the ensemble sampler where it is asked for or needed, and what is to be told."""
+    deviations = np.sqrt(np.diag(covariance))
+    why = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
+    if request.sampler == "none" or not (why or request.sampler):
+        return None, []
+    if not has_sampler():
+        remedy = 'pip install "fretwear[fit]"'
+        if request.sampler:
+            raise FitError(f"sampler: ensemble needs the library emcee: {remedy}")
+        return None, [f"{why}: intervals of an ensemble sampler would be better, {remedy}"]
+    found = sampled(fitter, emulator.best, covariance, spread, seed)
+    told = [f"{why}: intervals are those of an ensemble sampler"] if why else []
+    if not found.is_checked:
+        told.append(
+            f"runs at draws from the posterior miss the χ² of its emulator by {found.missed:.2g}: "
+            "narrower ranges, or further data, make the intervals surer"
+        )
+    return found, told
+
+
+def _advice(
+    tests: _Tests,
+    emulator: Emulator,
+    covariance: Array,
+    predictions: Callable[[Sequence[Array]], list[dict[int, Prediction] | None]],
+) -> str:
+    """Say which further number, known to 5 %, would narrow the widest interval most."""
+    reach = emulator.directions
+    points = [emulator.center, *(emulator.center + reach[:, place] for place in range(len(reach)))]
+    known = [each for each in predictions(points) if each is not None]
+    if len(known) < len(points):
+        return ""
+    deviations = np.sqrt(np.diag(covariance))
+    widest = int(deviations.argmax())
+    measured = {(each.quantity, each.test) for each in tests.request.data}
+    best = (1.0, "")
+    for test, first in known[0].items():
+        for name in first.numbers:
+            if name not in _ADVISED or (name, test) in measured:
+                continue
+            for row, cycle in enumerate(first.cycles):
+                columns = [float(each[test].numbers[name][row]) for each in known]
+                early = cycle < _EARLIEST * first.cycles[-1]
+                if early or min(columns) <= 0.0 or not np.isfinite(columns).all():
+                    continue
+                slopes = np.log(np.array(columns[1:]) / columns[0]) @ np.linalg.inv(reach)
+                moved = covariance @ slopes
+                left = covariance[widest, widest] - moved[widest] ** 2 / (
+                    slopes @ moved + _ADVISED_ERROR**2
+                )
+                share = float(np.sqrt(max(left, 0.0))) / deviations[widest]
+                words = RESULTS[name].words
+                best = min(best, (share, f"the {words} at cycle {cycle:.0f} of test {test}"))
+    share, what = best
+    if not what or share > _HARDLY:
+        return ""
+    return (
+        f"Of the numbers that these tests could give, {what}, measured within "
+        f"{100 * _ADVISED_ERROR:.0f} %, would narrow {tests.unknowns[widest].name} most: its "
+        f"interval would be {100 * share:.0f} % as wide."
+    )
+
+
+def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:
+    """The comparisons with the noise beside their scars, and doubts about it."""
+    signal, found, doubts = fitter.signal(best), [], []
+    parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
+    for comparison, part, nuisances in parts:
+        better, doubt = comparison.with_noise_beside(part, nuisances)
+        found.append(better)
+        if doubt:
+            doubts.append(
+                f"{comparison.measurement.quantity} {doubt}, too few to tell its noise, which was "
+                "taken from the residuals of the fit: write noise and correlation_length"
+            )
+    return found, doubts
+
+
+def _degrees(fitter: Fitter) -> int:
+    """Degrees of freedom: readings less parameters and base lines."""
+    of_baselines = sum(
+        len(c.names) - sum(deviation > 0.0 for deviation in c.deviations)
+        for c in fitter.comparisons
+        if c.measurement.readings is not None
+    )
+    readings = sum(comparison.readings for comparison in fitter.comparisons)
+    return readings - of_baselines - len(fitter.unknowns)
+
+
+def _probability(fitter: Fitter, misfit: float, degrees: int) -> float:
+    """Probability of a χ² at least as large, if noise and model are right.
+
+    The noise is scaled by that of readings beside the scars, whose χ² is their degrees of freedom:
+    what is left is compared with it by the distribution of Fisher and Snedecor. Without degrees of
+    freedom, it is as if there was one.
+    """
+    from scipy.special import betainc, gammaincc
+
+    beside = sum(
+        c.evidence.degrees
+        for c in fitter.comparisons
+        if c.evidence is not None and c.evidence.size is None
+    )
+    if 0 < beside < degrees:
+        of_scar, rest = degrees - beside, max(misfit - beside, 0.0)
+        return float(betainc(0.5 * beside, 0.5 * of_scar, beside / (beside + rest)))
+    return float(gammaincc(0.5 * max(degrees, 1), 0.5 * misfit))
