@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear.mechanics.contact import Accuracy
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import DisplacementAmplitude
 from fretwear.mechanics.measures import coupling_errors, measure, scatter
@@ -26,10 +27,15 @@ CASE = {
 }
 
 
-def worn(problem, times):
+# Solved this well, both models are the same where Poisson's ratio is zero; at the usual tolerance
+# of the contacts of a step, 3e-5, either differs from that by as much.
+EXACT = Accuracy(*[1e-10] * 5, sheared=1e-9, sheared_between=1e-9)
+
+
+def worn(problem, times, accuracy=None):
     """States at some τ = β N p0."""
     cycles = [tau / (problem.wear_growth * P0) for tau in times]
-    states = {state.cycle: state for state in evolve(problem, cycles)}
+    states = {state.cycle: state for state in evolve(problem, cycles, accuracy=accuracy)}
     return [states[cycle] for cycle in cycles]
 
 
@@ -60,12 +66,12 @@ def test_wear_is_that_of_explicit_steps():
 def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
     bodies = Elastic(coupling=1.0)
     coupled, single = (
-        worn(fretting(12, bodies=bodies, slip_model=model, **changes), [0.5])[0]
+        worn(fretting(12, bodies=bodies, slip_model=model, **changes), [0.5], EXACT)[0]
         for model in (Coupled(), Jaeger())
     )
     volume = single.geometry.integral(single.wear)
-    assert coupled.geometry.integral(coupled.wear) == near(volume, rel=3e-5)
-    assert np.abs(coupled.wear - single.wear).max() <= 1e-4 * single.wear.max()
+    assert coupled.geometry.integral(coupled.wear) == near(volume, rel=1e-8)
+    assert np.abs(coupled.wear - single.wear).max() <= 1e-8 * single.wear.max()
 
 
 @pytest.mark.parametrize(
