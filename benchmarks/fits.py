@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from benchmarks.verification.reference_rings import Resolution, worn_rings
+from tests.studies import TITANIUM
 
 import fretwear
 from fretwear.arrays import Array
@@ -32,17 +33,6 @@ SPHERE = {
     "plastic_limit": "none",
     "roughness": "none",
     "cycles": 3000,
-}
-CYLINDER = {
-    "indenter": {"kind": "cylinder", "radius": "80 mm"},
-    "youngs_modulus": "119 GPa",
-    "poisson_ratio": 0.287,
-    "load": "1066 N/mm",
-    "sliding_amplitude": "75 um",
-    "friction": 0.6,
-    "plastic_limit": "none",
-    "roughness": "none",
-    "cycles": 5000,
 }
 # Base, its wear coefficient from a number, ranges of the truth and of the search, half-width of the
 # line, m.
@@ -61,7 +51,7 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         300e-6,
     ),
     "debris": (
-        CYLINDER | {"wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"]},
+        TITANIUM | {"cycles": 5000},
         {"wear_coefficient": (1e-13, 4e-13), "debris_fraction": (0.5, 0.95)},
         {"wear_coefficient": (1e-14, 1e-11), "debris_fraction": (0.0, 1.0)},
         4.5e-3,

@@ -17,6 +17,20 @@ from fretwear.running.simulate import run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.study import Study
 
+TITANIUM = {
+    "indenter": {"kind": "cylinder", "radius": "80 mm"},
+    "youngs_modulus": "119 GPa",
+    "poisson_ratio": 0.287,
+    "load": "1066 N/mm",
+    "sliding_amplitude": "75 um",
+    "friction": 0.6,
+    "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"],
+    "plastic_limit": "none",
+    "roughness": "none",
+    "cycles": 500,
+}
+"""Keys of a case of a cylinder that slides as a whole, of both bodies' wear."""
+
 STEEL = {
     "radius": "10 mm",
     "youngs_modulus": "208 GPa",

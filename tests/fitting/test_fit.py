@@ -7,7 +7,7 @@ import xarray as xr
 from fretwear.fitting.search import FitError, fit
 from fretwear.study.study import load_study
 
-from ..studies import base, near, steel, write_study
+from ..studies import TITANIUM, base, near, steel, write_study
 
 
 def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
@@ -68,25 +68,11 @@ def test_the_files_have_the_conventions_of_arviz(titanium, tmp_path):
 
 def test_a_study_without_measurements_is_refused(tmp_path):
     with pytest.raises(FitError, match="has no section fit"):
-        fit(write_study(tmp_path / "plain.yaml", {"base": LINE}))
-
-
-LINE = {
-    "indenter": {"kind": "cylinder", "radius": "80 mm"},
-    "youngs_modulus": "119 GPa",
-    "poisson_ratio": 0.287,
-    "load": "1066 N/mm",
-    "sliding_amplitude": "75 um",
-    "friction": 0.6,
-    "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"],
-    "plastic_limit": "none",
-    "roughness": "none",
-    "cycles": 500,
-}
+        fit(write_study(tmp_path / "plain.yaml", {"base": TITANIUM}))
 
 
 def study_of(tmp_path, free, *data, **base):
-    content = {"base": LINE | base, "fit": {"free": free, "data": [*data]}}
+    content = {"base": TITANIUM | base, "fit": {"free": free, "data": [*data]}}
     return load_study(write_study(tmp_path / "numbers.yaml", content))
 
 
@@ -125,7 +111,7 @@ def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
     free["friction"] = {"from": 0.2, "to": 0.9, "each": True}
     base = {
-        name: value for name, value in LINE.items() if name not in ("load", "sliding_amplitude")
+        name: value for name, value in TITANIUM.items() if name not in ("load", "sliding_amplitude")
     }
     vary = {"load": ["1066 N/mm", "500 N/mm"], "sliding_amplitude": ["75 um", "60 um"]}
     fitted = {"free": free, "data": data}
