@@ -126,3 +126,48 @@ def test_the_coefficient_of_one_body_needs_a_pair_in_base(tmp_path):
     (tmp_path / "scar.csv").write_text(text())
     with pytest.raises(StudyError, match="base has one value for both together"):
         load_study(write_study(tmp_path / "scar.yaml", content))
+
+
+def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
+    """Heights of 600 µm by 400 µm; lines across count from the edge, and default to the middle."""
+    library = pytest.importorskip("SurfaceTopography")
+    x, y = 10.0 * np.arange(60), 10.0 * np.arange(40)  # µm
+    depth = 0.4 * np.exp(-(((x[:, None] - 290) / 100) ** 2) - ((y - 190) / 60) ** 2)
+    library.Topography(-depth, (600.0, 400.0), unit="um").to_netcdf(str(tmp_path / "map.nc"))
+
+    def line(**changes):
+        given = {"file": "map.nc", "noise": "20 nm"} | changes
+        return study(tmp_path, **given).fit.data[0].readings
+
+    for expected, changes in (
+        (depth[:, 10], {"line": "100 um"}),
+        (depth[20], {"along": "y", "line": "200 um"}),
+    ):
+        places, read = line(**changes)
+        assert np.diff(places) == pytest.approx(10e-6)
+        assert read - read.mean() == pytest.approx(1e-6 * (expected - expected.mean()), abs=1e-9)
+    assert np.ptp(line(along="y")[1]) == near(1e-6 * np.ptp(depth[30]), rel=0.02)
+    assert "no line at" in refusal(tmp_path, file="map.nc", line="900 um")
+
+
+def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_path):
+    turn = np.linspace(0.0, 2 * np.pi, 20)
+    scar = text(np.cos(turn), 2 * np.sin(turn), "displacement (um),force (kN)")
+    loop = {"quantity": "loop", "force_noise": "0.2 N"}
+    (measured,) = study(tmp_path, scar, **loop).fit.data
+    assert measured.readings[0] == pytest.approx(1e-6 * np.cos(turn))
+    assert measured.readings[1] == pytest.approx(2e3 * np.sin(turn))
+    assert "force_noise: is missing" in refusal(tmp_path, scar, quantity="loop")
+    assert "column 'depth', not force" in refusal(
+        tmp_path, scar.replace("force (kN)", "depth (um)"), **loop
+    )
+
+
+def test_a_sampler_is_an_ensemble_or_none(tmp_path):
+    data = [{"quantity": "wear_volume", "value": "1e-3 mm^3", "error": "5 %"}]
+    content = {"base": base(wear_coefficient=None), "fit": {"free": SCHEMA_FREE, "data": data}}
+    content["fit"]["sampler"] = "ensemble"
+    assert load_study(write_study(tmp_path / "one.yaml", content)).fit.sampler == "ensemble"
+    content["fit"]["sampler"] = "ensembel"
+    with pytest.raises(StudyError, match="must be ensemble or none"):
+        load_study(write_study(tmp_path / "two.yaml", content))
