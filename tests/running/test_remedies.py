@@ -41,7 +41,7 @@ KINDS = {
     ),
     "grid": (
         {"indenter": {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "12 mm"},
-         "radius": None, "cell": "9 um", "tangential_ratio": 0.7},
+         "radius": None, "cell": "14 um", "tangential_ratio": 0.7},
         None,
     ),
     "grid, stroke": (
