@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fretwear.study.case import Case
 from fretwear.study.doubts import Unreached
-from fretwear.study.plan import WIDEST, affordable_width, seconds_on_cells
+from fretwear.study.plan import USUAL_BUDGET, WIDEST, affordable_width
+from fretwear.study.spacing import LEAST_RATIO
 from fretwear.vocabulary import RESULTS
 
 # Standard deviations in an estimated error, chosen on half of the cases of the verification page.
@@ -48,9 +49,10 @@ _LEAST_ORDER, _MOST_ORDER, _USUAL_ORDER = 0.5, 1.5, 1.0
 _FALLING = 1.2
 # Share of the accuracy that the next run aims at.
 _AIM = 0.8
-# Ratios of the widths of two runs from which errors are estimated.
-_LEAST_RATIO, _MOST_RATIO = 1.6, 4.0
+_MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated
 _MOST_ROUNDS = 3
+# Cells along two axes, or matrices of cells, make each step dearer by at least this power.
+_LEAST_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ class Round:
     rows: list[dict[str, float]]  # every scalar at each snapshot
     # The largest relative error of each result that an accuracy is asked for; none if unknown.
     errors: dict[str, float]
+    work: float = 0.0  # counted, so that it is the same on every machine: `RunRecord.work`
 
     @property
     def error(self) -> float:
@@ -78,27 +81,45 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
 
     A case that asks for an accuracy begins on cells wider by `WIDEST`, and goes on with default
     ones if it has not reached the accuracy. If these do not reach it either, the cells become as
-    narrow as the last errors and the order at which they have fallen let expect, within the budget.
-    Errors that have not fallen cannot be helped by narrower cells: the half-width of a rough
-    contact jumps by a row of asperities.
+    narrow as the last errors and the order at which they have fallen let expect, within what the
+    budget and the work so far leave. An error that has not fallen and is far above the accuracy
+    cannot be helped by narrower cells: the half-width of a rough contact jumps by a row of
+    asperities.
     """
     if case.asked_accuracy is None:
         return None if rounds else 1.0
     if not rounds:
         return WIDEST
-    last, earlier = rounds[-1], rounds[-2].errors if len(rounds) > 1 else {}
-    falling = [
-        error
-        for name, error in last.errors.items()
-        if _FALLING * error <= earlier.get(name, math.inf)
-    ]
-    error = max(falling, default=0.0) if last.errors else math.inf
-    if error <= case.asked_accuracy or len(rounds) >= _MOST_ROUNDS:
+    last, accuracy = rounds[-1], case.asked_accuracy
+    if last.error <= accuracy or len(rounds) >= _MOST_ROUNDS:
         return None
-    ratio = (error / (_AIM * case.asked_accuracy)) ** (1.0 / measured_order(rounds))
-    ratio = min(max(ratio, _LEAST_RATIO), _MOST_RATIO) if len(rounds) > 1 else WIDEST
-    width = max(last.width / ratio, affordable_width(case))
-    return width if width <= last.width / _LEAST_RATIO else None
+    if len(rounds) == 1:
+        return last.width / WIDEST
+    left = (case.budget or USUAL_BUDGET) * last.work - sum(run.work for run in rounds)
+    affordable = (max(left, last.work) / last.work) ** (-1.0 / _growth(rounds)) * last.width
+    narrowest = max(affordable, affordable_width(case, math.inf), last.width / _MOST_RATIO)
+    order, before = measured_order(rounds), rounds[-2].errors
+    reachable = accuracy * (last.width / narrowest) ** order
+    error = max(
+        (
+            error
+            for name, error in last.errors.items()
+            if error <= reachable or _FALLING * error <= before.get(name, math.inf)
+        ),
+        default=0.0,
+    )
+    if error <= accuracy:
+        return None
+    ratio = max((error / (_AIM * accuracy)) ** (1.0 / order), LEAST_RATIO)
+    width = max(last.width / ratio, narrowest)
+    return width if width <= last.width / LEAST_RATIO else None
+
+
+def _growth(rounds: Sequence[Round]) -> float:
+    """Power of the inverse width of cells by which the work of the last two runs has grown."""
+    wide, narrow = rounds[-2:]
+    grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
+    return max(grown, _LEAST_GROWTH)
 
 
 def relative_errors(
@@ -124,8 +145,9 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     accuracy, last = case.asked_accuracy, rounds[-1]
     if accuracy is None or last.error <= accuracy:
         return None
-    width = last.width * (_AIM * accuracy / last.error) ** (1.0 / measured_order(rounds))
-    times = seconds_on_cells(case, width) / seconds_on_cells(case, 1.0)
+    narrower = (last.error / (_AIM * accuracy)) ** (1.0 / measured_order(rounds))
+    before, usual = sum(run.work for run in rounds[:2]), rounds[1].work
+    times = (before + last.work * narrower ** _growth(rounds)) / usual
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
     return Unreached(accuracy, words, last.error, times)

@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import (
     Loop,
@@ -93,10 +94,19 @@ class RunRecord:
     rounds: list[Round] = field(default_factory=list)
     # Width of the cells of the present run over the default; None before it has begun.
     width: float | None = None
+    # Work of the present run: cells times convolutions, or the third power of cells times solutions
+    # of their matrices, summed over steps; of a stroke, cells in contact at all positions.
+    work: float = 0.0
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
-        self.last = state = step.state
+        spent, self.last = getattr(self.last, "convolutions", 0), step.state
+        state, geometry = step.state, step.state.geometry
+        if isinstance(state, StrokeState):
+            self.work += len(state.pressures) * float(np.count_nonzero(state.pressure)) ** 3
+        else:
+            each = float(state.pressure.size) ** (1 if type(geometry) is Grid else 3)
+            self.work += max(1, state.convolutions - spent) * each
         numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
         self.history.append(numbers | vars(step.measures))
@@ -106,7 +116,7 @@ class RunRecord:
     def begin_anew(self, finished: Round, width: float) -> None:
         """Begin a run on narrower cells after one that has finished."""
         self.rounds.append(finished)
-        self.width = width
+        self.width, self.work = width, 0.0
         self.snapshots, self.history, self.last = [], [], None
 
 
@@ -193,7 +203,7 @@ def _without_threads_of_blas(case: Case) -> Iterator[None]:
     More of them change the last bits of a product, and on a loaded machine wait for one another
     ten times as long as they compute.
     """
-    if case.loading.stroke:
+    if case.loading.stroke or case.geometry is not Grid:
         import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
     with threadpool_limits(1, user_api="blas"):
         yield
@@ -287,7 +297,7 @@ def _run_on_cells(
         rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
     scalars = columns_of(rows)
     errors: dict[str, NDArray[np.float64]] = {}
-    finished = Round(width, rows, {})
+    finished = Round(width, rows, {}, record.work)
     if coarser and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
         order = measured_order([*record.rounds, finished])

@@ -36,6 +36,7 @@ from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
 from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
+    LEAST_RATIO,
     default_spacing,
     usual_spacing,
 )
@@ -210,11 +211,13 @@ class Case(Draft):
     def times_coarser(self) -> float:
         """How many times wider the cells of the coarser run are, from which errors are estimated.
 
-        Details to be resolved and scars of a stroke allow cells only twice as wide, and so do cells
-        that are wide already because an accuracy allows it.
+        Details to be resolved and scars of a stroke allow cells only twice as wide, and cells that
+        are wide already because an accuracy allows it `LEAST_RATIO` times.
         """
+        if self.asked_accuracy is not None:
+            return LEAST_RATIO
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())
-        return 3.0 if plain and not self.loading.stroke and self.asked_accuracy is None else 2.0
+        return 3.0 if plain and not self.loading.stroke else 2.0
 
     def on_cells(self, times: float) -> Self:
         """The case on cells some times wider, with a tolerance larger by the square.

@@ -20,7 +20,12 @@ from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate, value_text
 from fretwear.study.problems import as_cell
-from fretwear.study.spacing import LEAST_COARSENESS, greatest_contact_radius, stick_shrinks
+from fretwear.study.spacing import (
+    LEAST_COARSENESS,
+    LEAST_RATIO,
+    greatest_contact_radius,
+    stick_shrinks,
+)
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
@@ -115,8 +120,8 @@ def estimate(case: Case) -> Estimate:
     estimates is included.
     """
     if case.asked_accuracy is not None:
-        runs = [_on_cells(case, width) for width in (2.0 * WIDEST, WIDEST, 1.0)]
-        largest = _on_cells(case, affordable_width(case))
+        runs = [_on_cells(case, width) for width in (LEAST_RATIO * WIDEST, WIDEST, 1.0)]
+        largest = _on_cells(case, affordable_width(case, case.budget or USUAL_BUDGET))
         return replace(
             runs[-1],
             seconds=sum(run.seconds for run in runs) - 2 * (SECONDS_TO_START + SECONDS_PER_CASE),
@@ -135,15 +140,14 @@ def estimate(case: Case) -> Estimate:
     )
 
 
-def affordable_width(case: Case) -> float:
-    """Width of the narrowest cells over the default that the budget of a case allows.
+def affordable_width(case: Case, budget: float) -> float:
+    """Width of the narrowest cells over the default within a budget and `MOST_MEMORY`.
 
-    A run on them takes as long as the budget says, relative to default cells, or its memory comes
-    to `MOST_MEMORY`.
+    The budget is the time of a run relative to default cells, expected before any has run.
     """
     usual = _on_cells(case, 1.0)
     start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
-    allowed = start + (case.budget or USUAL_BUDGET) * (usual.seconds - start)
+    allowed = start + budget * (usual.seconds - start)
     width = 1.0
     while width > LEAST_COARSENESS:
         narrower = max(width / NARROWER, LEAST_COARSENESS)
@@ -152,11 +156,6 @@ def affordable_width(case: Case) -> float:
             break
         width = narrower
     return width
-
-
-def seconds_on_cells(case: Case, width: float) -> float:
-    """Return the time, s, of a run on cells of some width over the default, without its start."""
-    return _on_cells(case, width).seconds - SECONDS_TO_START - SECONDS_PER_CASE
 
 
 def _on_cells(case: Case, width: float) -> Estimate:

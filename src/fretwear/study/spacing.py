@@ -44,6 +44,8 @@ LEAST_COARSENESS = 0.125
 """Width of graded rings and strips relative to the usual one, however fine the written cell."""
 MOST_WRITTEN = 600
 """Cells along an axis of the whole contact on which fields of graded cells are only written."""
+LEAST_RATIO = 1.5
+"""Least ratio of the widths of cells of two runs from which errors are estimated."""
 LARGEST_ROUNDING = 1.1
 """Largest ratio of a length to itself rounded down to two digits."""
 # Largest half-width of the window, over the contact radius.
