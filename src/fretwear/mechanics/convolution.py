@@ -22,7 +22,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import pairwise, product
-from typing import Generic, Protocol
+from typing import Any, Generic, Protocol
 
 import numpy as np
 
@@ -172,23 +172,39 @@ class Window(Protocol):
     def convolve(self, team: Team, field: Real, factors: Sequence[Real], result: Real) -> None:
         """Convolve a field on all cells of the window by its factors into another."""
 
+    def convolve_pair(self, team: Team, pair: Real, factors: Sequence[Real], result: Real) -> None:
+        """Convolve two fields into two, by factors of either and of one by the other in turn.
+
+        The last is odd along both axes, and its spectrum is given with the opposite sign.
+        """
+
+
+def compiled_window(rows: int, columns: int, precision: np.dtype[Any]) -> Window:
+    """Compiled convolutions on a window of some precision."""
+    kind = kernels.SingleWindow if precision == np.float32 else kernels.DoubleWindow
+    result: Window = kind(rows, columns)
+    return result
+
+
+def by_lanes(window: Window, spectrum: Real) -> Real:
+    """A spectrum with rows as lanes of vectors, halved: two transforms double a field."""
+    lanes = window.lanes
+    padded = np.pad(0.5 * spectrum, ((0, -len(spectrum) % lanes), (0, 0)), mode="edge")
+    blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
+    return np.ascontiguousarray(blocks).reshape(-1, lanes)
+
 
 class WholeConvolution(Convolution[Real]):
     """Convolution by the compiled library, on all cells of a window, mirrored if they are even."""
 
     @cached_property
     def _window(self) -> Window:
-        is_single = self._spectra[0].dtype == np.float32
-        kind = kernels.SingleWindow if is_single else kernels.DoubleWindow
-        window: Window = kind(*(2 * half for half in self._spectra[-1].shape))
-        return window
+        rows, columns = self._spectra[-1].shape
+        return compiled_window(2 * rows, 2 * columns, self._spectra[0].dtype)
 
     def _factor(self, spectrum: Real) -> Real:
-        """A spectrum with rows as lanes of vectors, halved: two transforms double a field."""
-        lanes = self._window.lanes
-        padded = np.pad(0.5 * spectrum, ((0, -len(spectrum) % lanes), (0, 0)), mode="edge")
-        blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
-        return np.ascontiguousarray(blocks).reshape(-1, lanes)
+        """A spectrum in the form that the library takes."""
+        return by_lanes(self._window, spectrum)
 
     def _alike(self, spectra: Sequence[Single]) -> Convolution[Single]:
         return WholeConvolution(spectra, self._even, self.team)

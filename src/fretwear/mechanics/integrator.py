@@ -30,6 +30,7 @@ from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.slip import LARGEST_FACTOR
 from fretwear.mechanics.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.state import Stage, State, WearProblem, YieldLimit
+from fretwear.mechanics.stick_slip import Sheared
 
 
 @dataclass(frozen=True)
@@ -375,18 +376,30 @@ class Evolution(Integrator[State]):
         # The means that the wear coefficient follows lag by one stage.
         then = problem.at(middle).under(means)
         p0, rate = base.pressure, now.wear_growth * step
+        # Means that the wear coefficient follows need the slip itself.
+        follows = now.wear_law.follows_contact
+        expected = None if follows else base.reduced.factor_after(early)
         first = self.stage(
             base,
             then,
             Exposure(
                 cellwise(np.multiply, base.rubbing, rate * implicit),
                 then.wear_growth * step * implicit,
-                base.reduced.factor,
+                base.reduced.factor if expected is None else expected,
             ),
             cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
             cellwise(np.multiply, base.source_rate, early),
             self.accuracy.first_stage,
         )
+        before = base.reduced.sheared
+        if expected is None:
+            first = self._sheared(first, before, then)
+            if before is not None and first.reduced.sheared is not None:
+                before = first.reduced.sheared.since(before, early).ahead(step - early)
+        else:
+            before = None if before is None else before.ahead(step)
+            told = replace(first.reduced, sheared=base.reduced.sheared, factor=expected)
+            first = replace(first, reduced=told)
         p1 = first.pressure
         known = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
         midway, reached = problem.worn_by(first, middle, geometry)
@@ -395,7 +408,8 @@ class Evolution(Integrator[State]):
         ratio = None if first.reduced.factor is None else _ahead(base, first)
         if ratio is not None or not r0 == lagged == r1:
             known = weight * (r0 * base.rubbing + r1 * first.rubbing)
-            known -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(base))
+            used = base if expected is None else first
+            known -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(used))
         second = self.stage(
             first,
             last,
@@ -409,15 +423,18 @@ class Evolution(Integrator[State]):
         if fitting is not geometry:
             self._move_to(fitting)
             return None
+        second = self._sheared(second, before, last, output_step=output_step)
         rates = [setup.wear_growth for setup in (now, midway, last)]
         error, factor, accepted = self._assess(step, last, rates, first, second)
         between = (1.0 - numbers.middle) * step
         pressure_rate = cellwise(lambda p, q: (q - p) / between, p1, second.pressure)
         source_rate = cellwise(np.divide, second.source_since(first, model, team), between)
+        reduced = second.reduced.since(base.reduced, step)
         if step < _SHORT * base.next_step:
             pressure_rate, source_rate = base.pressure_rate, base.source_rate
+            reduced = reduced.with_rates(base.reduced)
         state = State(
-            **vars(second),
+            **vars(replace(second, reduced=reduced)),
             cycle=end,
             geometry=geometry,
             next_step=step,
@@ -451,6 +468,27 @@ class Evolution(Integrator[State]):
             return stage.solve(exposure, pressure, change, tolerance)
         finally:
             self._convolutions += stage.convolutions
+
+    def _sheared(
+        self,
+        stage: Stage,
+        start: Sheared | None,
+        problem: WearProblem,
+        *,
+        output_step: bool = False,
+    ) -> Stage:
+        """A stage with its shear tractions, from a first guess, if friction is a vector."""
+        reduced = problem.slip_model.sheared(
+            problem,
+            self.workspace.on(self.state.geometry).half_space,
+            stage.pressure,
+            stage.gap,
+            stage.reduced,
+            start,
+            self.accuracy.sheared if output_step else self.accuracy.sheared_between,
+        )
+        self._convolutions += reduced.convolutions - stage.reduced.convolutions
+        return replace(stage, reduced=reduced)
 
     def _assess(
         self,
@@ -488,7 +526,7 @@ class Evolution(Integrator[State]):
         if second.reduced.factor is not None:
             # The last stage assumed how slip would differ from that in a single direction.
             changed = second.rubbing - _ahead(base, first) * second.pressure
-            weight = rates[-1] * step * TR_BDF2.implicit
+            weight = rates[-1] * step * (TR_BDF2.implicit + TR_BDF2.explicit * TR_BDF2.middle)
             error += integral(cellwise(lost, second.reduced.gap, weight * changed))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):

@@ -18,30 +18,32 @@ cosine and sine transforms of a quarter do. Otherwise, the whole window is padde
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
 import numpy as np
 
-from fretwear.arrays import Array
-from fretwear.mechanics.convolution import dct, dst, offsets
+from fretwear.arrays import Array, Single
+from fretwear.mechanics.convolution import Window, by_lanes, compiled_window, dct, dst, offsets
+from fretwear.mechanics.geometry import Real
+from fretwear.mechanics.team import ALONE, Team
 
 if TYPE_CHECKING:
     from fretwear.mechanics.geometry.grid import Grid
 
 Branch = tuple[int, int]
-# Kernels of x on x, of y on y, and of either on the other.
-Kernels = tuple[Array, Array, Array]
+# Of x on x, of y on y, and of either on the other.
+Spectra: TypeAlias = tuple[Real, Real, Real]
 
 _BRANCHES: tuple[Branch, ...] = tuple(product((0, 1), (0, 1)))
 
 
 def shear_influence(
     shape: tuple[int, int], spacing: tuple[float, float], modulus: float, coupling: float
-) -> Kernels:
+) -> Spectra[Array]:
     """Displacements of cell (i, j) along x and y per unit traction on cell (0, 0), m/Pa.
 
     Three fields (nx, ny): of u_x by q_x, of u_y by q_y, both even along both axes, and of either by
@@ -59,125 +61,152 @@ def shear_influence(
     return across + (1.0 + mixing) * along, (1.0 + mixing) * across + along, mixing * cross
 
 
-class ShearSpace(ABC):
+class ShearSpace(ABC, Generic[Real]):
     """The elastic bodies under a traction that is uniform on each cell of a window.
 
-    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y.
+    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y. The spectra
+    are those of the `shear_influence`.
     """
 
-    def __init__(self, geometry: Grid, modulus: float, coupling: float) -> None:
-        self.geometry, self._moduli = geometry, (modulus, coupling)
-        shape = offsets(geometry.shape, geometry.even)
-        influence = shear_influence(shape, geometry.spacing, modulus, coupling)
-        self.self_influence = float(influence[0][0, 0])
-        even = [dct(1, field, (0, 1)) for field in influence[:2]]
-        # The transform of a field that is odd is the negative of the transform of sines.
-        odd = np.zeros_like(even[0])
-        odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
-        self._spectra: Kernels = even[0], even[1], odd
+    def __init__(
+        self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real], team: Team
+    ) -> None:
+        self.geometry, self._moduli = geometry, moduli
+        self._team = team.for_cells(geometry.shape[0] * geometry.shape[1])
+        self._spectra: Spectra[Real] = spectra
+        #: Displacement of a cell along x by a traction along x on it alone, m/Pa.
+        self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
 
     @property
-    def coarser(self) -> ShearSpace:
+    def coarser(self) -> ShearSpace[Array]:
         """The bodies on cells twice as wide, of an even number along each axis."""
         (nx, ny), (dx, dy) = self.geometry.shape, self.geometry.spacing
         geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
-        return shear_space(geometry, *self._moduli)
+        return shear_space(geometry, *self._moduli, self._team)
+
+    @cached_property
+    def single(self) -> ShearSpace[Single]:
+        """The same in single precision, for displacements in units of the self-influence."""
+        along, across, cross = (
+            (field / self.self_influence).astype(np.float32) for field in self._spectra
+        )
+        kind: Any = type(self)
+        result: ShearSpace[Single] = kind(
+            self.geometry, self._moduli, (along, across, cross), self._team
+        )
+        return result
 
     @abstractmethod
-    def displacement(self, traction: Array) -> Array:
+    def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
 
     @abstractmethod
-    def inverse(self) -> Callable[[Array], Array]:
+    def inverse(self, traction: Real) -> Real:
         """Approximate inverse of `displacement`, symmetric and positive definite.
 
         A quarter of the cost of a displacement, as the window is not padded.
         """
 
+    def _branch(self, branch: Branch) -> Spectra[Real]:
+        """The spectra at the frequencies of a branch."""
+        along, across, cross = (field[branch[0] :: 2, branch[1] :: 2] for field in self._spectra)
+        return along, across, cross
 
-def _inverted(kernels: Kernels) -> Kernels:
+
+def _scaled(spectra: Spectra[Real], divisor: int) -> Spectra[Real]:
+    along, across, cross = (np.divide(f, divisor, dtype=f.dtype) for f in spectra)
+    return along, across, cross
+
+
+def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
     """The inverse of a field of symmetric matrices of two rows."""
     along, across, cross = kernels
     determinant = along * across - cross**2
     return across / determinant, along / determinant, -cross / determinant
 
 
-class QuarterShear(ShearSpace):
-    """Cosine transforms of q_x and sine transforms of q_y, of a contact even along both axes."""
+class QuarterShear(ShearSpace[Real]):
+    """Cosine transforms of q_x and sine transforms of q_y, of a contact even along both axes.
+
+    The transform of sines II at the frequency k is that of cosines at n − k of the field with
+    alternating signs, likewise IV at n − 1 − k, so that both components are transformed at once.
+    """
 
     @cached_property
-    def _factors(self) -> dict[Branch, Kernels]:
+    def _signs(self) -> Real:
+        nx, ny = self.geometry.shape
+        signs = np.ones((2, nx, ny), self._spectra[0].dtype)
+        signs[1, ::2, 1::2] = signs[1, 1::2, ::2] = -1.0
+        return cast("Real", signs)
+
+    @cached_property
+    def _factors(self) -> dict[Branch, Spectra[Real]]:
         """Spectra of each branch at the frequencies of cosines, of sines, and of both."""
         nx, ny = self.geometry.shape
-        scale = 16 * nx * ny
-        result = {}
+        result: dict[Branch, Spectra[Real]] = {}
         for branch in _BRANCHES:
-            along, across, cross = (
-                field[branch[0] :: 2, branch[1] :: 2] / scale for field in self._spectra
-            )
+            along, across, cross = _scaled(self._branch(branch), 16 * nx * ny)
             cosine, sine = _places(branch, (nx, ny))
             both = tuple(slice(0 if odd else 1, n) for odd, n in zip(branch, (nx, ny), strict=True))
             result[branch] = (
                 np.ascontiguousarray(along[cosine]),
-                np.ascontiguousarray(across[sine]),
+                np.ascontiguousarray(across[sine][::-1, ::-1]),
                 np.ascontiguousarray(cross[both]),
             )
         return result
 
-    def displacement(self, traction: Array) -> Array:
+    def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
-        result = np.zeros_like(traction)
-        for odd in (0, 1):
-            along = _transformed(traction, odd, 0)
-            across = np.zeros_like(traction)
-            for other in (0, 1):
-                branch = odd, other
-                across += self._filtered(along, branch, self._factors[branch])
-            result += _transformed(across, odd, 0, back=True)
-        return result
+        field = traction * self._signs
+        result = [self._moved(field, odd, (0, 1), self._factors) for odd in (0, 1)]
+        result[0] += result[1]
+        result[0] *= self._signs
+        return result[0]
 
-    def inverse(self) -> Callable[[Array], Array]:
-        """Approximate inverse by the branch of the window without padding."""
+    @cached_property
+    def _inverse(self) -> dict[Branch, Spectra[Real]]:
+        """The same of the inverse in the branch of the window without padding."""
         nx, ny = self.geometry.shape
-        kernels = tuple(field[::2, ::2] for field in self._spectra)
-        scale = 4 * nx * ny
-        along, across, cross = kernels
+        along, across, cross = self._branch((0, 0))
         cosine, sine = _places((0, 0), (nx, ny))
         both = slice(1, nx), slice(1, ny)
         of_both = _inverted((along[both], across[both], cross[both]))
         # Frequencies that only one of the components has: zero, or the largest.
-        inverses = [np.array(1.0 / along[cosine]), np.array(1.0 / across[sine])]
-        inverses[0][1:, 1:], inverses[1][:-1, :-1] = of_both[:2]
-        factors = (inverses[0] / scale, inverses[1] / scale, of_both[2] / scale)
+        along, across = np.reciprocal(along[cosine]), np.reciprocal(across[sine])
+        along[1:, 1:], across[:-1, :-1] = of_both[:2]
+        across = np.ascontiguousarray(across[::-1, ::-1])
+        return {(0, 0): _scaled((along, across, of_both[2]), 4 * nx * ny)}
 
-        def invert(field: Array) -> Array:
-            result = self._filtered(_transformed(field, 0, 0), (0, 0), factors)
-            return _transformed(result, 0, 0, back=True)
-
-        return invert
+    def inverse(self, traction: Real) -> Real:
+        """Approximate inverse by the branch of the window without padding."""
+        result = self._moved(traction * self._signs, 0, (0,), self._inverse)
+        result *= self._signs
+        return result
 
     @staticmethod
-    def _filtered(field: Array, branch: Branch, kernels: Kernels) -> Array:
-        """Filter a field that is transformed along x: transform it along y, and back."""
-        along, across, cross = kernels
-        first, second = result = _transformed(field, branch[1], 1)
-        # Sines begin with the frequency one, cosines with zero.
-        cosines = tuple(slice(None) if odd else slice(1, None) for odd in branch)
-        sines = tuple(slice(None) if odd else slice(None, -1) for odd in branch)
-        of_second = cross * second[sines]
-        second *= across
-        second[sines] += cross * first[cosines]
-        first *= along
-        first[cosines] += of_second
-        return _transformed(result, branch[1], 1, back=True)
-
-
-def _transformed(field: Array, odd: int, axis: int, *, back: bool = False) -> Array:
-    """Transform q_x by cosines and q_y by sines along an axis, in one branch; or back, in place."""
-    kind, result = 4 if odd else 3 if back else 2, field if back else np.empty_like(field)
-    dct(kind, field[0], (axis,), into=result[0])
-    dst(kind, field[1], (axis,), into=result[1])
-    return result
+    def _moved(
+        field: Real, odd: int, others: Sequence[int], factors: Mapping[Branch, Spectra[Real]]
+    ) -> Real:
+        """A field of alternating signs filtered in a branch along x and some along y."""
+        kinds, result = ((2, 3), (4, 4)), None
+        of_x = dct(kinds[odd][0], field, (1,), into=np.empty_like(field))
+        for other in others:
+            along, across, cross = factors[odd, other]
+            waves = dct(kinds[other][0], of_x, (2,), into=np.empty_like(field))
+            # Sines, in reverse, begin with the frequency one, cosines with zero.
+            first, second = waves[0], waves[1]
+            both = second[::-1, ::-1]
+            cosines = slice(1 - odd, None), slice(1 - other, None)
+            sines = slice(None, odd - 1 or None), slice(None, other - 1 or None)
+            of_second = cross * both[sines]
+            second *= across
+            both[sines] += cross * first[cosines]
+            first *= along
+            first[cosines] += of_second
+            dct(kinds[other][1], waves, (2,))
+            result = waves if result is None else np.add(result, waves, out=result)
+        assert result is not None
+        return dct(kinds[odd][1], result, (1,))
 
 
 def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
@@ -189,8 +218,13 @@ def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], 
     return cosine, sine
 
 
-class WholeShear(ShearSpace):
-    """Fourier transforms of all cells with as many zeros, mirrored where they are even."""
+class WholeShear(ShearSpace[Real]):
+    """Fourier transforms of all cells by the compiled library, mirrored where they are even."""
+
+    @cached_property
+    def _window(self) -> Window:
+        nx, ny = self._whole
+        return compiled_window(nx, ny, self._spectra[0].dtype)
 
     @cached_property
     def _whole(self) -> tuple[int, int]:
@@ -200,52 +234,54 @@ class WholeShear(ShearSpace):
         )
         return nx, ny
 
-    def _kernels(self, step: int) -> Kernels:
-        """Spectra at every frequency along x, and those along y that are not negative, or half."""
+    @cached_property
+    def _factors(self) -> list[Real]:
+        """Spectra of each branch and kernel, as the library takes them."""
         nx, ny = self._whole
-        along_x, along_y = np.arange(0, 2 * nx, step), np.arange(0, ny + 1, step)
-        places = np.ix_(np.minimum(along_x, 2 * nx - along_x), along_y)
-        along, across, cross = (field[places] for field in self._spectra)
-        # An odd field has nothing at the largest frequency, which is its own opposite.
-        cross *= np.where(along_x == nx, 0.0, np.sign(along_x - nx))[:, None] * (along_y < ny)
-        return along, across, cross
+        return [
+            by_lanes(self._window, field)
+            for branch in _BRANCHES
+            for field in _scaled(self._branch(branch), 4 * nx * ny)
+        ]
 
     @cached_property
-    def _factors(self) -> Kernels:
-        return self._kernels(1)
+    def _inverse(self) -> list[Real]:
+        """The same of the inverse in the branch of the window without padding."""
+        nx, ny = self._whole
+        inverse = _scaled(_inverted(self._branch((0, 0))), nx * ny)
+        return [by_lanes(self._window, field) for field in inverse]
 
-    def displacement(self, traction: Array) -> Array:
+    def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
-        return self._filtered(traction, 2, self._factors)
+        return self._filtered(traction, self._factors)
 
-    def inverse(self) -> Callable[[Array], Array]:
+    def inverse(self, traction: Real) -> Real:
         """Approximate inverse by transforms of the window without padding."""
-        factors = _inverted(self._kernels(2))
-        return lambda field: self._filtered(field, 1, factors)
+        return self._filtered(traction, self._inverse)
 
-    def _filtered(self, field: Array, times: int, kernels: Kernels) -> Array:
-        import scipy.fft
-
-        (nx, ny), (along, across, cross) = self._whole, kernels
+    def _filtered(self, field: Real, factors: list[Real]) -> Real:
         for axis in 1 + np.flatnonzero(self.geometry.even):
-            mirrored = np.flip(field, int(axis)) * np.array([1.0, -1.0])[:, None, None]
-            field = np.concatenate([mirrored, field], axis)
-        # Rows of zeros need no transforms.
-        rows, columns = times * nx, times * ny
-        waves = scipy.fft.rfft(field, columns, axis=2)
-        first, second = waves = scipy.fft.fft(waves, rows, axis=1, overwrite_x=True)
-        of_second = cross * second
-        second *= across
-        second += cross * first
-        first *= along
-        first += of_second
-        waves = scipy.fft.ifft(waves, axis=1, overwrite_x=True)
+            sign = np.array([1.0, -1.0], field.dtype)[:, None, None]
+            field = np.concatenate([np.flip(field, int(axis)) * sign, field], axis)
+        # The library takes one field above the other.
+        stacked = np.ascontiguousarray(field).reshape(-1, field.shape[-1])
+        result = np.empty_like(stacked)
+        self._window.convolve_pair(self._team, stacked, factors, result)
         x, y = (n - inner for n, inner in zip(self._whole, self.geometry.shape, strict=True))
-        result = scipy.fft.irfft(waves[:, x:nx], columns, axis=2, overwrite_x=True)
-        return np.ascontiguousarray(result[:, :, y:ny])
+        return np.ascontiguousarray(result.reshape(field.shape)[:, x:, y:])
 
 
-def shear_space(geometry: Grid, modulus: float, coupling: float) -> ShearSpace:
+def shear_space(
+    geometry: Grid, modulus: float, coupling: float, team: Team = ALONE
+) -> ShearSpace[Array]:
     """The bodies on a window, by the transforms that its symmetry allows."""
-    kind = QuarterShear if all(geometry.even) else WholeShear
-    return kind(geometry, modulus, coupling)
+    shape = offsets(geometry.shape, geometry.even)
+    influence = shear_influence(shape, geometry.spacing, modulus, coupling)
+    even = [dct(1, field, (0, 1)) for field in influence[:2]]
+    # The transform of a field that is odd is the negative of the transform of sines.
+    odd = np.zeros_like(even[0])
+    odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
+    moduli, spectra = (modulus, coupling), (even[0], even[1], odd)
+    if all(geometry.even):
+        return QuarterShear(geometry, moduli, spectra, team)
+    return WholeShear(geometry, moduli, spectra, team)

@@ -55,11 +55,33 @@ class ReducedContact:
     response: Array | None = None
     sheared: Sheared | None = None  # tractions of friction in two directions, if they are computed
     factor: Array | None = None  # slip with them over µκ g*, by which wear makes g* grow
+    factor_rate: Array | None = None  # how it changed per cycle in the last step
 
     @property
     def stick(self) -> Mask:
         """Cells of the stick zone."""
         return np.asarray(self.pressure > 0) if self.sheared is None else self.sheared.stick
+
+    def since(self, before: ReducedContact, cycles: float) -> ReducedContact:
+        """The same with the rates of a step from another of so many cycles."""
+        sheared, factor = self.sheared, self.factor
+        if sheared is None or factor is None or before.sheared is None or before.factor is None:
+            return self
+        rate = (factor - before.factor) / cycles
+        return replace(self, sheared=sheared.since(before.sheared, cycles), factor_rate=rate)
+
+    def with_rates(self, other: ReducedContact) -> ReducedContact:
+        """The same with the rates of another, if it has any."""
+        if self.sheared is None or other.sheared is None or other.factor_rate is None:
+            return self
+        sheared = replace(self.sheared, rates=other.sheared.rates)
+        return replace(self, sheared=sheared, factor_rate=other.factor_rate)
+
+    def factor_after(self, cycles: float) -> Array | None:
+        """The factor expected so many cycles later; None without one, or a step to tell it from."""
+        if self.factor is None or self.factor_rate is None:
+            return None
+        return np.asarray(np.clip(self.factor + cycles * self.factor_rate, 0.0, LARGEST_FACTOR))
 
     def spare_pressure(self, friction: float) -> Array:
         """Unused friction over µ, p − |q|/µ, Pa: p*, or zero where nothing sticks."""

@@ -134,17 +134,7 @@ class ImplicitStage:
             )
         if not stage.is_finite:
             raise ContactError("wear of a stage leads to values that are not finite")
-        reduced = problem.slip_model.sheared(
-            problem,
-            self._half_space,
-            stage.pressure,
-            stage.gap,
-            stage.reduced,
-            self.base.reduced.sheared,
-            self.accuracy.sheared if self.output_step else self.accuracy.sheared_between,
-        )
-        self.convolutions += reduced.convolutions - stage.reduced.convolutions
-        return replace(stage, reduced=reduced)
+        return stage
 
     def _expected(self, change: Array) -> Drift:
         """The drift of a stage whose G probably changes so much, m."""

@@ -29,6 +29,8 @@ collapse to the stick zone after many cycles.
 FIELDS = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
 # Least part of a change of the limit of pressure that is made.
 _LEAST_PART = 0.2
+# Least residual of shear tractions that are moved to other cells.
+_SHEARED = 1e-6
 # Columns of cells whose heights are computed at a time.
 _COLUMNS = 64
 
@@ -313,10 +315,21 @@ class State(Stage):
         if reduced.sheared is not None:
             before = reduced.sheared.on(lambda field: old.resized(field, geometry))
             reduced, now = replace(reduced, convolutions=0), problem.at(self.cycle)
+            # They remain in equilibrium, to their residual.
+            enough = max(_SHEARED, 1.1 * before.residual)
             reduced = now.slip_model.sheared(
-                now, bodies.half_space, fields["pressure"], opened, reduced, before
+                now, bodies.half_space, fields["pressure"], opened, reduced, before, enough
             )
             spent += reduced.convolutions
+            reduced = reduced.with_rates(
+                replace(
+                    self.reduced,
+                    sheared=before,
+                    factor_rate=None
+                    if self.reduced.factor_rate is None
+                    else old.resized(self.reduced.factor_rate, geometry),
+                )
+            )
         return replace(
             self,
             geometry=geometry,

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask
+from fretwear.arrays import Array, Mask, Places, Single
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.shear import ShearSpace
 
@@ -37,6 +37,8 @@ _LEAST_COARSENED, _COARSE = 64, 1e-3
 _ROUGHLY, _WELL = 0.2, 0.03
 # Cells that change sides, over all in contact, up to which the sets count as settled.
 _FEW = 0.01
+# Force that a guess may lack, over all that friction bears.
+_BALANCED = 1e-12
 # A cell whose traction is shorter by less than this part of the bound is at it.
 _AT_BOUND = 1e-9
 # Part of the tolerance down to which a linear problem is solved.
@@ -63,6 +65,9 @@ class Sheared:
     )
 
     bound: Array  #: µp, Pa, shape (nx, ny)
+    #: How the direction, rad, and the unused friction, Pa, changed per cycle in the last step: a
+    #: guess for the next one, shape (2, nx, ny).
+    rates: Array | None = None
 
     @property
     def stick(self) -> Mask:
@@ -82,20 +87,43 @@ class Sheared:
 
     def on(self, resized: Callable[[NDArray[Any]], NDArray[Any]]) -> Sheared:
         """The same with each field resized to other cells."""
-        traction, slip = (
-            np.stack([resized(field) for field in fields]) for fields in (self.traction, self.slip)
-        )
-        return replace(self, traction=traction, slip=slip, bound=resized(self.bound))
+
+        def moved(fields: Array) -> Array:
+            return np.stack([resized(field) for field in fields])
+
+        rates = None if self.rates is None else moved(self.rates)
+        traction, slip, bound = moved(self.traction), moved(self.slip), resized(self.bound)
+        return replace(self, traction=traction, slip=slip, bound=bound, rates=rates)
+
+    def since(self, before: Sheared, cycles: float) -> Sheared:
+        """The same with the rates of a step from another of so many cycles."""
+        turned = np.angle(self._way * before._way.conj())
+        return replace(self, rates=np.stack([turned, self.spare - before.spare]) / cycles)
+
+    def ahead(self, cycles: float) -> Sheared:
+        """The tractions expected so many cycles later; the others are those of now."""
+        if self.rates is None:
+            return self
+        spare = np.clip(self.spare + cycles * self.rates[1], 0.0, self.bound)
+        way = self._way * np.exp(1j * cycles * self.rates[0])
+        lengths = np.where(self.stick, self.bound - spare, self.bound)
+        slip = self.amplitude * way * ~self.stick
+        return replace(self, traction=_parts(lengths * way), slip=_parts(slip))
+
+    @property
+    def _way(self) -> NDArray[np.complex128]:
+        """The direction of traction as a complex number, beside the contact that of slip."""
+        x, y = np.where(self.bound > 0.0, self.traction, self.slip)
+        length = np.hypot(x, y)
+        way = np.where(length > 0.0, x + 1j * y, 1.0) / np.where(length > 0.0, length, 1.0)
+        return np.asarray(way, np.complex128)
 
     def under(self, bound: Array) -> Array:
         """A guess of the traction of a similar contact, Pa, by its µp, Pa.
 
         Wear beside a stick zone leaves p* as it is, and so the unused friction µp*.
         """
-        length = np.hypot(*self.traction)
-        ways = np.stack([np.ones_like(length), np.zeros_like(length)])
-        np.divide(self.traction, length, out=ways, where=length > 0.0)
-        return np.asarray(ways * np.maximum(bound - self.spare, 0.0))
+        return _parts(self._way * np.maximum(bound - self.spare, 0.0))
 
     @property
     def amplitude(self) -> Array:
@@ -103,8 +131,13 @@ class Sheared:
         return np.asarray(np.hypot(*self.slip))
 
 
+def _parts(vectors: NDArray[np.complex128]) -> Array:
+    """Components of complex numbers, shape (2, nx, ny)."""
+    return np.stack([vectors.real, vectors.imag])
+
+
 def shear(
-    bodies: ShearSpace,
+    bodies: ShearSpace[Array],
     bound: Array,
     force: float | None = None,
     displacement: float = 0.0,
@@ -155,11 +188,15 @@ def shear(
 
 
 class _Descent:
-    """The current traction within the bounds that carries the force, and its displacement."""
+    """The current traction within the bounds that carries the force, and its displacement.
+
+    Tractions are in units of the largest bound, displacements in units of what it moves its own
+    cell by, and fields have shape (2, n) for the n cells that touch.
+    """
 
     def __init__(
         self,
-        bodies: ShearSpace,
+        bodies: ShearSpace[Array],
         bound: Array,
         force: float | None,
         displacement: float,
@@ -167,31 +204,47 @@ class _Descent:
         start: Array | None,
         offset: Array | None,
     ) -> None:
-        self.bodies, self.bound = bodies, bound
-        self.offset = 0.0 if offset is None else offset
-        self.touching: Mask = bound > 0.0
+        self.bodies, self.largest = bodies, float(bound.max())
+        self.moves = self.largest * bodies.self_influence
+        self.cells: Places = np.flatnonzero(bound)
+        self.shape, self.bound = bound.shape, bound.ravel()[self.cells] / self.largest
         self.area = bodies.geometry.unit_area
-        self.total = None if force is None else force / self.area
-        self.given, self.series = displacement, flexibility * self.area
+        self.total = None if force is None else force / (self.area * self.largest)
+        self.given = displacement / self.moves
+        self.series = flexibility * self.area / bodies.self_influence
         # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
         self.balances_y = force is not None and not any(bodies.geometry.even)
-        self.unit = 1.0 / bodies.self_influence
-        self.inverse, self.spent = bodies.inverse(), 0.0
+        self.single, self.spent = bodies.single, 0.0
         # The first step from a guess corrects its force, and leaves cells that slip at the bound.
         self.guessed = start is not None
-        none = np.zeros((2, *bound.shape))
-        self.traction = self.projected(none) if start is None else self.clipped(start)[0]
-        self.moved = self.displaced(self.traction) - self.offset
+        if start is None:
+            self.traction = self.projected(np.zeros((2, self.cells.size)))
+        else:
+            self.traction = self.clipped(self.at_cells(start) / self.largest)[0]
+        missing = 0.0 if self.total is None else self.total - self.traction[0].sum()
+        self.balanced = abs(missing) <= _BALANCED * self.bound.sum()
+        self.moved = self.displaced(self.traction)  # on all cells, shape (2, nx, ny)
+        self.offset = np.zeros((2, 1, 1)) if offset is None else offset / self.moves
+        self.moved -= self.offset
+
+    def at_cells(self, field: NDArray[Any]) -> NDArray[Any]:
+        """A field of the window, shape (2, nx, ny), on the cells that touch."""
+        return np.asarray(field.reshape(2, -1)[:, self.cells])
+
+    def everywhere(self, field: Array) -> Array:
+        """A field of the cells that touch on the window, zero elsewhere."""
+        result = np.zeros((2, self.shape[0] * self.shape[1]))
+        result[:, self.cells] = field
+        return result.reshape(2, *self.shape)
 
     def displaced(self, traction: Array) -> Array:
         self.spent += 1.0
-        return self.bodies.displacement(traction)
+        return self.bodies.displacement(self.everywhere(traction / self.bodies.self_influence))
 
     def clipped(self, traction: Array) -> tuple[Array, Array]:
         """The nearest traction within the discs, and µp/|q| of each cell beyond, else 1."""
         length = np.sqrt(traction[0] ** 2 + traction[1] ** 2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factor = np.where(length > self.bound, self.bound / length, 1.0)
+        factor = self.bound / np.maximum(length, self.bound)
         return traction * factor, factor
 
     def projected(self, traction: Array) -> Array:
@@ -202,76 +255,62 @@ class _Descent:
         result, factor = self.clipped(traction)
         if self.total is None:
             return result
-        scale, shift = self.bound.max(), np.zeros(2)
-        axes = [0, 1] if self.balances_y else [0]
+        shift, axes = np.zeros(2), [0, 1] if self.balances_y else [0]
         wanted = np.array([self.total, 0.0])[axes]
         low, high = -np.inf, np.inf
         for _ in range(_LARGEST_SHIFTS):
-            missing = wanted - result[axes].sum(axis=(1, 2))
-            if np.abs(missing).max() <= 1e-13 * max(abs(self.total), scale):
+            missing = wanted - result[axes].sum(axis=1)
+            if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
                 break
             # Within the disc a cell follows the shift; beyond it turns.
-            moved = traction + shift[:, None, None]
+            moved = traction + shift[:, None]
             length = np.maximum(np.sqrt((moved**2).sum(axis=0)), np.finfo(float).tiny)
-            ways = moved / length * (factor < 1.0)
-            slope = np.diag(np.full(len(axes), float((self.touching * factor).sum())))
-            slope -= np.einsum("imn,jmn,mn->ij", ways[axes], ways[axes], factor)
+            ways = (moved / length * (factor < 1.0))[axes]
+            slope = np.diag(np.full(len(axes), float(factor.sum()))) - (factor * ways) @ ways.T
             if missing[0] > 0.0:
                 low = shift[0]
             else:
                 high = shift[0]
-            slope += 1e-12 * self.touching.sum() * np.eye(len(axes))
-            step = np.linalg.solve(slope, missing)
-            shift[axes] += np.clip(step, -4.0 * scale, 4.0 * scale)
+            slope += 1e-12 * self.cells.size * np.eye(len(axes))
+            shift[axes] += np.clip(np.linalg.solve(slope, missing), -4.0, 4.0)
             if not self.balances_y and not low < shift[0] < high:
                 shift[0] = 0.5 * (low + high)
-            result, factor = self.clipped(traction + shift[:, None, None])
+            result, factor = self.clipped(traction + shift[:, None])
         return result
 
-    def _at_bound(self) -> Mask:
-        """Cells whose traction is as large as friction allows."""
-        length = np.sqrt(self.traction[0] ** 2 + self.traction[1] ** 2)
-        return np.asarray(self.touching & (length >= (1.0 - _AT_BOUND) * self.bound))
-
-    def rigid(self, at_bound: Mask) -> Array:
-        """Displacement of distant points along x and y, m, from the cells below the bound."""
+    def rigid(self, moved: Array, inside: Mask) -> Array:
+        """Displacement of distant points along x and y from that of the cells below the bound."""
         if self.total is None:
             return np.array([self.given - self.series * self.traction[0].sum(), 0.0])
-        inside = self.touching & ~at_bound
-        if not inside.any():
-            inside = self.touching
-        x, y = (field[inside].mean() for field in self.moved)
+        x, y = moved[:, inside if inside.any() else slice(None)].mean(axis=1)
         return np.array([x, y * self.balances_y])
 
     def solve(self, tolerance: float) -> Sheared:
         """Iterate until the residual is below the tolerance."""
-        largest, length = float(self.bound.max()), self.unit
-        sticks_before = np.zeros_like(self.touching)
+        length, stuck = 1.0, np.zeros(self.cells.size, dtype=np.bool_)
         for _ in range(_LARGEST_STEPS):
-            at_bound = self._at_bound()
-            far = self.rigid(at_bound)
-            passed = far[:, None, None] - self.moved
-            slip = passed * self.touching
-            tried, factor = self.clipped(self.traction + self.unit * slip)
-            error = float(np.abs(tried - self.traction).max()) / largest
+            moved = self.at_cells(self.moved)
+            at_bound = np.hypot(*self.traction) >= (1.0 - _AT_BOUND) * self.bound
+            far = self.rigid(moved, ~at_bound)
+            slip = far[:, None] - moved
+            tried, factor = self.clipped(self.traction + slip)
+            error = float(np.abs(tried - self.traction).max())
             # A guess may be in equilibrium with another force.
-            if error <= tolerance and not self.guessed:
-                return self._result(passed, factor < 1.0, float(far[0]), error)
+            if error <= tolerance and (self.balanced or not self.guessed):
+                return self._result(far, factor < 1.0, error)
             # A cell at the bound that slips against its traction sticks again.
             slips = at_bound & ((slip * self.traction).sum(axis=0) > 0.0)
-            changed = np.count_nonzero((self.touching & ~slips) != sticks_before)
-            settled = self.guessed or changed <= _FEW * np.count_nonzero(self.touching)
-            sticks_before = self.touching & ~slips
-            enough = _ENOUGH * tolerance * largest / self.unit
-            target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, enough)
+            settled = self.guessed or np.count_nonzero(stuck == slips) <= _FEW * self.cells.size
+            stuck = ~slips
+            target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, _ENOUGH * tolerance)
             trusted, self.guessed = self.guessed or error < _ROUNDED, False
             if not self._search(self.projected(target), slip, trusted=trusted):
                 # Barzilai and Borwein's step of a projected gradient.
-                before, moved = self.traction, self.moved
+                before = self.traction
                 self._search(self.projected(self.traction + length * slip), slip)
-                change, by = self.traction - before, self.moved - moved
+                change, by = self.traction - before, self.at_cells(self.moved) - moved
                 work = float((change * by).sum())
-                length = float((change**2).sum()) / work if work > 0.0 else self.unit
+                length = float((change**2).sum()) / work if work > 0.0 else 1.0
         raise ContactError(
             f"the shear tractions did not converge: residual {error:.1e} instead of {tolerance:.0e}"
         )
@@ -287,123 +326,144 @@ class _Descent:
         if not (descent > 0.0 or trusted):
             return False
         moved = self.displaced(step)
-        stiffness = float((step * moved).sum())
+        stiffness = float((step * self.at_cells(moved)).sum())
         if self.total is None:
             stiffness += self.series * float(step[0].sum()) ** 2
         # Beyond half the way to the least energy on the line it still falls; in full, cells stay at
         # the bound.
         part = 1.0 if trusted or descent > _ENOUGH_DESCENT * stiffness else descent / stiffness
         self.traction = target if part == 1.0 else self.traction + part * step
-        self.moved = self.moved + part * moved
+        self.moved += part * moved
         return True
 
     def _newton(self, slip: Array, slips: Mask, reduction: float, enough: float) -> Array:
-        """The traction of the linear problem of the current sets of cells."""
-        sticks, bound = self.touching & ~slips, np.where(slips, self.bound, 1.0)
-        way = np.where(slips, self.traction / bound, 0.0)
-        turn = np.stack([-way[1], way[0]])  # t, zero where nothing slips
-        layer = (slip * way).sum(axis=0) / bound
-        weight, inside = 1.0 / np.sqrt(1.0 + layer * self.unit), sticks.astype(np.float64)
+        """The traction of the linear problem of the current sets of cells, in single precision.
 
-        def within(field: Array) -> Array:
-            """P v."""
-            turned = turn[0] * field[0]
-            turned += turn[1] * field[1]
-            result = inside * field
-            result += turn * turned
-            return np.asarray(result)
+        Its unknowns are both components of cells that stick, and the turn w of those that slip.
+        """
+        cells, count = self.cells, self.shape[0] * self.shape[1]
+        stuck, slipping = np.flatnonzero(~slips), np.flatnonzero(slips)
+        way = self.traction[:, slipping] / self.bound[slipping]
+        turn = np.stack([-way[1], way[0]]).astype(np.float32)
+        of_stuck = np.concatenate([cells[stuck], cells[stuck] + count])
+        of_slipping, ends = cells[slipping] + [[0], [count]], of_stuck.size
+        layer = ((slip[:, slipping] * way).sum(axis=0) / self.bound[slipping]).astype(np.float32)
+        weight = np.ones(ends + slipping.size, np.float32)
+        weight[ends:] /= np.sqrt(1.0 + layer)
+        on_window = np.zeros((2, *self.shape), np.float32)
 
-        def condition(field: Array) -> Array:
+        def spread(unknowns: Single) -> Single:
+            """The traction of some unknowns on the window."""
+            flat = on_window.reshape(-1)
+            flat[of_stuck] = unknowns[:ends]
+            flat[of_slipping] = turn * unknowns[ends:]
+            return on_window
+
+        def within(stuck: NDArray[Any], slipping: NDArray[Any]) -> Single:
+            """Components of a field by unknowns, from its values in cells that stick and slip."""
+            result = np.empty_like(weight)
+            result[:ends], result[ends:] = stuck, turn[0] * slipping[0] + turn[1] * slipping[1]
+            return result
+
+        def gathered(field: Single) -> Single:
+            flat = field.reshape(-1)
+            return within(flat[of_stuck], flat[of_slipping])
+
+        def condition(unknowns: Single) -> Single:
             self.spent += 0.25
-            return within(weight * self.inverse(weight * field))
+            return weight * gathered(self.single.inverse(spread(weight * unknowns)))
 
-        def stiffened(field: Array) -> Array:
-            result = self.displaced(field)
+        def stiffened(unknowns: Single) -> Single:
+            self.spent += 1.0
+            result = gathered(self.single.displacement(spread(unknowns)))
+            result[ends:] += layer * unknowns[ends:]
             if self.total is None and self.series:
-                result[0] += self.series * field[0].sum()
-            return within(result + layer * field)
+                result += np.float32(self.series * float(unknowns @ ones[0])) * ones[0]
+            return result
 
-        held = _Held([within(field) for field in self._ones()], condition)
-        change, ahead = np.zeros_like(slip), slip
+        def compressed(field: Array) -> Single:
+            return within(field[:, stuck].ravel(), field[:, slipping])
+
+        axes = [0, 1] if self.balances_y else [0]
+        ones = [compressed(np.eye(2)[axis][:, None] * np.ones(cells.size)) for axis in axes]
+        held = _Held([] if self.total is None else ones, condition)
+        change, ahead = np.zeros_like(weight), compressed(slip)
         if held.fields and self.guessed:
-            missing = [self.total, 0.0] - self.traction.sum(axis=(1, 2))
+            missing = [self.total, 0.0] - self.traction.sum(axis=1)
             change = held.of_products(missing[: len(held.fields)])
-            ahead = slip - self.displaced(change)
-        change += _solve(within(ahead), stiffened, condition, held, reduction, enough)
-        return self.traction + change
+            ahead -= stiffened(change)
+        change = change + _solve(ahead, stiffened, condition, held, reduction, enough)
+        target = self.traction.copy()
+        target[:, stuck] += change[:ends].reshape(2, -1)
+        target[:, slipping] += turn * change[ends:]
+        return target
 
-    def _ones(self) -> list[Array]:
-        """Even fields along the axes along which the force is given."""
-        axes = [] if self.total is None else [0, 1] if self.balances_y else [0]
-        ones = np.zeros((len(axes), *self.traction.shape))
-        for axis in axes:
-            ones[axis, axis] = 1.0
-        return [*ones]
-
-    def _result(self, slip: Array, slips: Mask, far: float, error: float) -> Sheared:
-        sticks = self.touching & ~slips
-        energy = 0.5 * float((self.traction * (self.moved + self.offset)).sum()) * self.area
-        force = float(self.traction[0].sum()) * self.area
+    def _result(self, far: Array, slips: Mask, error: float) -> Sheared:
+        traction = self.everywhere(self.traction * self.largest)
+        slip = (far[:, None, None] - self.moved) * self.moves
+        slip.reshape(2, -1)[:, self.cells[~slips]] = 0.0
+        moved = (self.moved + self.offset) * self.moves
         return Sheared(
-            self.traction,
-            np.where(sticks, 0.0, slip),
-            far,
-            force,
-            energy,
+            traction,
+            slip,
+            float(far[0]) * self.moves,
+            float(self.traction[0].sum()) * self.largest * self.area,
+            0.5 * float((traction * moved).sum()) * self.area,
             error,
             round(self.spent),
-            self.bound,
+            self.everywhere(self.bound * self.largest)[0],
         )
 
 
 class _Held:
     """Fields whose products with a step must vanish for the force to stay."""
 
-    def __init__(self, fields: list[Array], condition: Callable[[Array], Array]) -> None:
+    def __init__(self, fields: list[Single], condition: Callable[[Single], Single]) -> None:
         self.fields = fields
         self._conditioned = [condition(field) for field in fields]
-        products = [[float((a * b).sum()) for b in self._conditioned] for a in fields]
+        products = [[float(a @ b) for b in self._conditioned] for a in fields]
         self._gram = np.array(products)
 
-    def of_products(self, values: Array) -> Array:
+    def of_products(self, values: Array) -> Single:
         """A smooth field of given products with them."""
-        parts = np.linalg.solve(self._gram, values)
+        parts = np.linalg.solve(self._gram, values).astype(np.float32)
         return np.asarray(sum(part * z for part, z in zip(parts, self._conditioned, strict=True)))
 
-    def free(self, residual: Array) -> Array:
+    def free(self, residual: Single) -> Single:
         """The residual without the parts that distant points take up."""
         if not self.fields:
             return residual
-        products = [float(np.vdot(z, residual)) for z in self._conditioned]
-        for part, one in zip(np.linalg.solve(self._gram, products), self.fields, strict=True):
+        products = [float(z @ residual) for z in self._conditioned]
+        parts = np.linalg.solve(self._gram, products).astype(np.float32)
+        for part, one in zip(parts, self.fields, strict=True):
             residual = residual - part * one
         return residual
 
 
 def _solve(
-    residual: Array,
-    operator: Callable[[Array], Array],
-    condition: Callable[[Array], Array],
+    residual: Single,
+    operator: Callable[[Single], Single],
+    condition: Callable[[Single], Single],
     held: _Held,
     reduction: float,
     enough: float,
-) -> Array:
+) -> Single:
     """Conjugate gradients, projected so that products of the solution with held fields vanish."""
     left = held.free(residual)
     result = np.zeros_like(left)
-    target = max(reduction**2 * float(np.vdot(left, left)), enough**2 * left.size)
+    target = max(reduction**2 * float(left @ left), enough**2 * left.size)
     direction, energy = np.zeros_like(left), 1.0
     for _ in range(_LARGEST_ITERATIONS):
-        if np.vdot(left, left) <= target:
+        if float(left @ left) <= target:
             break
         preconditioned = condition(left)
-        previous, energy = energy, float(np.vdot(left, preconditioned))
+        previous, energy = energy, float(left @ preconditioned)
         if not energy > 0.0:
             break
-        direction *= energy / previous
+        direction *= np.float32(energy / previous)
         direction += preconditioned
         force = operator(direction)
-        length = energy / float(np.vdot(direction, force))
+        length = np.float32(energy / float(direction @ force))
         result += length * direction
         force *= length
         left -= force

@@ -277,51 +277,108 @@ VECTORIZED static void from_rows(const Plan<T> &plan, Index columns, Index colum
         store_pair(at[0][j].conjugate(), field + j * columns + column, left);
 }
 
-// Multiply the transforms along y of as many lines as a vector has lanes by spectra, which are given
-// for half of the frequencies by lane.
+// The real and imaginary parts, by rows of a field, of as many lines along y as a vector has lanes; none
+// beyond the last.
 template <class T>
-VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd, Index line,
-                                      T *field, const T *even, const T *odd, Buffers<T> at) {
-    const Index n = plan.count, width = LANES<T>, count = rows / 2 + (is_odd ? 0 : 1);
+struct Rows {
     T *real[LANES<T>] = {}, *imaginary[LANES<T>] = {};
-    for (Index l = 0; l < std::min(width, count - line); l++) {
-        const Index row = line + l, mirror = is_odd ? rows - 1 - row : (rows - row) % rows;
-        real[l] = field + row * n;
-        if (mirror != row) imaginary[l] = field + mirror * n;
-    }
-    Vector<T> re[LANES<T>], im[LANES<T>];
-    for (Index first = 0; first < n; first += width) {
-        for (Index l = 0; l < width; l++) {
-            re[l] = loaded(real[l] + first, real[l] ? n - first : 0);
-            im[l] = loaded(imaginary[l] + first, imaginary[l] ? n - first : 0);
+
+    Rows(T *field, Index rows, Index columns, bool is_odd, Index line) {
+        const Index count = rows / 2 + (is_odd ? 0 : 1);
+        for (Index l = 0; l < std::min(LANES<T>, count - line); l++) {
+            const Index row = line + l, mirror = is_odd ? rows - 1 - row : (rows - row) % rows;
+            real[l] = field + row * columns;
+            if (mirror != row) imaginary[l] = field + mirror * columns;
         }
-        transpose<T>(re);
-        transpose<T>(im);
-        for (Index l = 0; l < std::min(width, n - first); l++) at[0][first + l] = {re[l], im[l]};
     }
+
+    INLINED inline void load(Lines<T> *lines, Index n) const {
+        constexpr Index width = LANES<T>;
+        Vector<T> re[width], im[width];
+        for (Index first = 0; first < n; first += width) {
+            for (Index l = 0; l < width; l++) {
+                re[l] = loaded(real[l] + first, real[l] ? n - first : 0);
+                im[l] = loaded(imaginary[l] + first, imaginary[l] ? n - first : 0);
+            }
+            transpose<T>(re);
+            transpose<T>(im);
+            for (Index l = 0; l < std::min(width, n - first); l++) lines[first + l] = {re[l], im[l]};
+        }
+    }
+
+    // Store the conjugates.
+    INLINED inline void store_conjugates(const Lines<T> *lines, Index n) const {
+        constexpr Index width = LANES<T>;
+        Vector<T> re[width], im[width];
+        for (Index first = 0; first < n; first += width) {
+            for (Index l = 0; l < width; l++) {
+                const Lines<T> each = first + l < n ? lines[first + l] : Lines<T>{};
+                re[l] = each.re;
+                im[l] = -each.im;
+            }
+            transpose<T>(re);
+            transpose<T>(im);
+            for (Index l = 0; l < width; l++) {
+                store<T>(re[l], real[l] + first, real[l] ? n - first : 0);
+                store<T>(im[l], imaginary[l] + first, imaginary[l] ? n - first : 0);
+            }
+        }
+    }
+};
+
+// Spectra of a block of lines, for half of the frequencies by lane: at those of the window, and between.
+template <class T>
+using Branches = std::array<const T *, 2>;
+
+// Multiply the transforms along y of a block of lines by spectra.
+template <class T>
+VECTORIZED static void multiply_lines(const Plan<T> &plan, const Rows<T> &rows,
+                                      const Branches<T> &spectra, Buffers<T> at) {
+    const Index n = plan.count, width = LANES<T>;
+    const bool odd = spectra[1] != nullptr;
+    rows.load(at[0], n);
     split(plan, at, odd);
     for (Index between = 0; between < (odd ? 2 : 1); between++) {
-        const T *spectrum = between ? odd : even;
         Lines<T> *lines = at[2 * between];
         for (Index k = 0; k < n; k++) {
             const Index place = std::min(k, n - between - k);
-            const Vector<T> factor = loaded(spectrum + place * width, width);
+            const Vector<T> factor = loaded(spectra[between] + place * width, width);
             lines[k] = {lines[k].re * factor, -lines[k].im * factor};
         }
     }
     combine(plan, at, odd);
-    for (Index first = 0; first < n; first += width) {
-        for (Index l = 0; l < width; l++) {
-            const Lines<T> each = first + l < n ? at[0][first + l] : Lines<T>{};
-            re[l] = each.re;
-            im[l] = -each.im;
+    rows.store_conjugates(at[0], n);
+}
+
+// The same for lines of two fields, by spectra of either and one, odd along both axes and of opposite
+// sign, of one by the other.
+template <class T>
+VECTORIZED static void multiply_pairs(const Plan<T> &plan, const std::array<Rows<T>, 2> &rows,
+                                      const std::array<Branches<T>, 3> &spectra,
+                                      std::array<Buffers<T>, 2> at) {
+    const Index n = plan.count, width = LANES<T>;
+    const bool odd = spectra[0][1] != nullptr;
+    for (Index i = 0; i < 2; i++) {
+        rows[i].load(at[i][0], n);
+        split(plan, at[i], odd);
+    }
+    for (Index between = 0; between < (odd ? 2 : 1); between++) {
+        Lines<T> *first = at[0][2 * between], *second = at[1][2 * between];
+        for (Index k = 0; k < n; k++) {
+            const Index place = std::min(k, n - between - k) * width;
+            Vector<T> factor[3];
+            for (Index i = 0; i < 3; i++) factor[i] = loaded(spectra[i][between] + place, width);
+            if (2 * k + between < n) factor[2] = -factor[2];
+            const Lines<T> one = first[k], other = second[k];
+            first[k] = {one.re * factor[0] + other.re * factor[2],
+                        -(one.im * factor[0] + other.im * factor[2])};
+            second[k] = {other.re * factor[1] + one.re * factor[2],
+                         -(other.im * factor[1] + one.im * factor[2])};
         }
-        transpose<T>(re);
-        transpose<T>(im);
-        for (Index l = 0; l < width; l++) {
-            store<T>(re[l], real[l] + first, real[l] ? n - first : 0);
-            store<T>(im[l], imaginary[l] + first, imaginary[l] ? n - first : 0);
-        }
+    }
+    for (Index i = 0; i < 2; i++) {
+        combine(plan, at[i], odd);
+        rows[i].store_conjugates(at[i][0], n);
     }
 }
 
@@ -334,38 +391,16 @@ class Window {
     // Spectra by branch of the frequency along x and along y; those of odd ones may be missing.
     void convolve(Threads &threads, const Field<const T> &field,
                   const std::vector<Field<const T>> &spectra, const Field<T> &result) {
-        const Index rows = along_x.count, columns = along_y.count, width = LANES<T>;
-        require(rows % 2 == 0 && columns % 2 == 0, "a window must have even numbers of cells");
-        for (const auto &each : {field.size(), result.size()})
-            require(each == rows * columns, "fields must be of the window's shape");
-        const bool both = spectra.size() == 4;
-        require(both || spectra.size() == 1, "there must be one spectrum or four");
-        const Index lines[2] = {rows / 2 + 1, rows / 2}, terms[2] = {columns / 2 + 1, columns / 2};
-        for (Index i = 0; i < static_cast<Index>(spectra.size()); i++)
-            require(spectra[i].size() >= blocks(lines[i / 2], width) * terms[i % 2] * width,
-                    "spectra must be of the window's frequencies");
-        const py::gil_scoped_release while_others_compute;
-        if (both) between.resize(rows * columns);
-        T *odd = both ? between.data() : nullptr;
-        const Index strips = blocks(columns, 2 * width), even_lines = blocks(lines[0], width);
-        // Threads work far apart, because two columns may lie in one line of the cache.
-        const auto column = [=](Index part) {
-            return (part % 2 ? (strips + 1) / 2 + part / 2 : part / 2) * 2 * width;
-        };
-        threads.share(strips, [&](Index part) {
-            into_rows(along_x, columns, column(part), field.data, result.data, odd, room());
+        filter<1>(threads, field, spectra, result, [&](const auto &rows, const auto &factors) {
+            multiply_lines(along_y, rows[0], factors[0], room(0));
         });
-        threads.share(even_lines + (both ? blocks(lines[1], width) : 0), [&](Index part) {
-            const bool is_odd = part >= even_lines;
-            const Index block = is_odd ? part - even_lines : part;
-            const auto spectrum = [&](Index branch) {
-                return spectra[2 * is_odd + branch].data + block * terms[branch] * width;
-            };
-            multiply_lines(along_y, rows, is_odd, block * width, is_odd ? odd : result.data, spectrum(0),
-                       both ? spectrum(1) : nullptr, room());
-        });
-        threads.share(strips, [&](Index part) {
-            from_rows(along_x, columns, column(part), result.data, odd, room());
+    }
+
+    // Two fields into two, by three spectra of each branch: of either, and of one by the other.
+    void convolve_pair(Threads &threads, const Field<const T> &pair,
+                       const std::vector<Field<const T>> &spectra, const Field<T> &result) {
+        filter<2>(threads, pair, spectra, result, [&](const auto &rows, const auto &factors) {
+            multiply_pairs(along_y, rows, factors, {room(0), room(1)});
         });
     }
 
@@ -375,9 +410,64 @@ class Window {
 
     static Index blocks(Index count, Index size) { return (count + size - 1) / size; }
 
-    // Buffers of a thread.
-    Buffers<T> room() const {
-        thread_local std::vector<Lines<T>> lines;
+    template <Index FIELDS, class Multiply>
+    void filter(Threads &threads, const Field<const T> &fields,
+                const std::vector<Field<const T>> &spectra, const Field<T> &result,
+                const Multiply &multiply) {
+        constexpr Index KERNELS = 2 * FIELDS - 1;
+        const Index rows = along_x.count, columns = along_y.count, width = LANES<T>;
+        require(rows % 2 == 0 && columns % 2 == 0, "a window must have even numbers of cells");
+        for (const auto &each : {fields.size(), result.size()})
+            require(each == FIELDS * rows * columns, "fields must be of the window's shape");
+        const Index given = static_cast<Index>(spectra.size());
+        const bool both = given == 4 * KERNELS;
+        require(both || given == KERNELS, "there must be one spectrum or four of each kernel");
+        const Index lines[2] = {rows / 2 + 1, rows / 2}, terms[2] = {columns / 2 + 1, columns / 2};
+        for (Index i = 0; i < given; i++) {
+            const Index branch = i / KERNELS;
+            require(spectra[i].size() >= blocks(lines[branch / 2], width) * terms[branch % 2] * width,
+                    "spectra must be of the window's frequencies");
+        }
+        const py::gil_scoped_release while_others_compute;
+        const Index cells = rows * columns;
+        if (both) between.resize(FIELDS * cells);
+        T *odd = both ? between.data() : nullptr;
+        const Index strips = blocks(columns, 2 * width), even_lines = blocks(lines[0], width);
+        // Threads work far apart, because two columns may lie in one line of the cache.
+        const auto column = [=](Index part) {
+            return (part % 2 ? (strips + 1) / 2 + part / 2 : part / 2) * 2 * width;
+        };
+        threads.share(FIELDS * strips, [&](Index part) {
+            const Index start = part / strips * cells;
+            into_rows(along_x, columns, column(part % strips), fields.data + start,
+                      result.data + start, odd ? odd + start : nullptr, room(0));
+        });
+        threads.share(even_lines + (both ? blocks(lines[1], width) : 0), [&](Index part) {
+            const bool is_odd = part >= even_lines;
+            const Index block = is_odd ? part - even_lines : part;
+            std::array<Branches<T>, KERNELS> factors = {};
+            for (Index branch = 0; branch < (both ? 2 : 1); branch++)
+                for (Index i = 0; i < KERNELS; i++)
+                    factors[i][branch] = spectra[(2 * is_odd + branch) * KERNELS + i].data +
+                                         block * terms[branch] * width;
+            const auto of = [&](Index i) {
+                return Rows<T>((is_odd ? odd : result.data) + i * cells, rows, columns, is_odd,
+                               block * width);
+            };
+            if constexpr (FIELDS == 1) multiply(std::array<Rows<T>, 1>{of(0)}, factors);
+            else multiply(std::array<Rows<T>, 2>{of(0), of(1)}, factors);
+        });
+        threads.share(FIELDS * strips, [&](Index part) {
+            const Index start = part / strips * cells;
+            from_rows(along_x, columns, column(part % strips), result.data + start,
+                      odd ? odd + start : nullptr, room(0));
+        });
+    }
+
+    // Buffers of a thread, for one field and another.
+    Buffers<T> room(Index field) const {
+        thread_local std::array<std::vector<Lines<T>>, 2> buffers;
+        std::vector<Lines<T>> &lines = buffers[field];
         const Index n = std::max(along_x.count, along_y.count);
         lines.resize(std::max<std::size_t>(lines.size(), 4 * n));
         return {&lines[0], &lines[n], &lines[2 * n], &lines[3 * n]};
@@ -389,5 +479,6 @@ static void bind_window(py::module_ &module, const char *name) {
     py::class_<Window<T>>(module, name)
         .def(py::init<Index, Index>())
         .def("convolve", &Window<T>::convolve)
+        .def("convolve_pair", &Window<T>::convolve_pair)
         .def_property_readonly_static("lanes", [](py::object) { return LANES<T>; });
 }

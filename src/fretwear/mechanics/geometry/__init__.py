@@ -261,7 +261,7 @@ class HalfSpace(ABC):
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
 
-    def sheared(self, coupling: float) -> ShearSpace:
+    def sheared(self, coupling: float) -> ShearSpace[Array]:
         """The same bodies under shear tractions, of κ = E*/G*; on grids only."""
         raise NotImplementedError(f"{type(self).__name__} has no tractions along two directions")
 

@@ -443,7 +443,7 @@ class GridHalfSpace(HalfSpace):
         self.geometry: Grid = geometry
         self.team = team
         self._modulus, self._parts = composite_modulus, {} if parts is None else parts
-        self._sheared: dict[float, ShearSpace] = {}
+        self._sheared: dict[float, ShearSpace[Array]] = {}
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
@@ -466,10 +466,12 @@ class GridHalfSpace(HalfSpace):
         field, unit = self.team.scaled(pressure)
         return self.single(field), unit * self.self_influence
 
-    def sheared(self, coupling: float) -> ShearSpace:
+    def sheared(self, coupling: float) -> ShearSpace[Array]:
         """The same bodies under shear tractions, of κ = E*/G*."""
         if coupling not in self._sheared:
-            self._sheared = {coupling: shear_space(self.geometry, self._modulus, coupling)}
+            self._sheared = {
+                coupling: shear_space(self.geometry, self._modulus, coupling, self.team)
+            }
         return self._sheared[coupling]
 
     def around(self, cells: Mask) -> GridHalfSpace:
