@@ -14,7 +14,7 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.effects import SEED, Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
 from fretwear.figures import scalar_history
-from fretwear.mechanics.geometry import rings
+from fretwear.mechanics.geometry import OPEN_PER_SIDE, rings
 from fretwear.mechanics.measures import unresolved_peak
 from fretwear.report.results import Level, PointResult, over_seeds, point_results
 from fretwear.running.batch import read_checkpoint, write_checkpoint
@@ -224,7 +224,8 @@ def test_fractions_of_cells_add_up_to_the_stored_areas(changes):
             own = found[f"{zone}_fraction"].values
             assert not own[~(inside | np.any(ways, axis=0))].any()
             assert (own[inside & np.all(ways, axis=0)] == 1.0).all()
-            assert own[inside].mean() > 0.8
+            # At most half of a cell is off along both axes together, and the mean without a law.
+            assert (own[inside] >= 0.5 - OPEN_PER_SIDE - 1e-6).all()
             continue
         if case.roughness is None:
             # A disc, or a strip of half the width, of the same area: covered by points.

@@ -154,9 +154,11 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
     ds = datasets[name]
     sticks = ds.contact_state == ContactState.STICK
     closed, stick = integral(ds, "contact_fraction"), integral(ds, "stick_fraction")
-    # In the mean, a count of cells less an equal part for each side at the edge is the same.
+    # A count of cells less an equal part for each side at the edge is the same in the mean: of
+    # some hundred cells, whose edge lies anywhere in a fifth of them, within 1.5 % or twice that.
+    # A cell that the edge of contact cuts on rings counts as closed, as below.
     for found, zone in ((closed, ds.contact_state != ContactState.OPEN), (stick, sticks)):
-        np.testing.assert_allclose(found, area(ds, zone), rtol=0.1)
+        np.testing.assert_allclose(found, area(ds, zone), rtol=0.08 if "smooth" in name else 0.035)
     stuck = integral(ds.assign(pressure=ds.pressure.where(sticks, 0)), "pressure")
     covered = integral(ds.assign(zone=sticks.astype(float)), "zone") - stick
     stuck = np.minimum(
@@ -259,8 +261,8 @@ def test_half_domain_quarter_and_threads_give_the_same_dataset(datasets):
             scale = float(
                 np.abs(quarter[key.removesuffix("_error").removesuffix("_coupling")]).max()
             )
-        # Fractions follow from gaps that are solved to a few parts in a million.
-        few = 100.0 if key.endswith("_fraction") else 1.0
+        # Fractions follow from gaps that are solved to a millionth, and are 4e-6 off.
+        few = 50.0 if key.endswith("_fraction") else 1.0
         np.testing.assert_allclose(corner[key], values, atol=few * SINGLE * scale, err_msg=key)
     xr.testing.assert_equal(simulate(case, quarter=True, threads=2), quarter)
 
