@@ -58,12 +58,22 @@ if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
 
 # No setting of Snakemake silences its scheduler alone. Its log file keeps every line, and a dry run and
 # --quiet none show them.
+PROGRESS = []
+
+
+def is_shown(record):
+    shown = workflow.dryrun or is_news(record)
+    # Cases that are done are told before the step that follows them.
+    for progress in PROGRESS if shown else []:
+        progress.look()
+    return shown
+
+
 if workflow.output_settings.quiet:
     for handler in logger.handlers:
         if not isinstance(handler, logging.FileHandler):
-            handler.addFilter(lambda record: workflow.dryrun or is_news(record))
+            handler.addFilter(is_shown)
 
-PROGRESS = []
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
 FIGURES = FOLDER / "figures"

@@ -468,11 +468,14 @@ class Laws:
     def of_result(self, result: Result) -> None:
         """Stored results obey the same laws."""
         case, dataset = self.case, result.dataset
+        stored = {
+            each.name: each
+            for result in RESULTS.values()
+            for each in (result, result.error, result.coupling_error)
+        }
         for name in dataset.data_vars:
             values = dataset[name].to_numpy()
-            result_of = RESULTS[name.removesuffix("_error")]
-            stored = result_of.error if name.endswith("_error") else result_of
-            self.law("stored values are finite", not stored.allows(values), 0.5)
+            self.law("stored values are finite", not stored[name].allows(values), 0.5)
         of = {name: dataset[name].to_numpy().astype(float) for name in dataset.data_vars}
         even = 2 if dataset.symmetry == "even_xy" else int(dataset.symmetry != "none")
         area = 2.0**even * float(dataset.x[1] - dataset.x[0])

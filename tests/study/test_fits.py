@@ -144,7 +144,7 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
         (depth[20], {"along": "y", "line": "200 um"}),
     ):
         places, read = line(**changes)
-        assert np.diff(places) == pytest.approx(10e-6)
+        assert np.diff(places) == near(10e-6)
         assert read - read.mean() == pytest.approx(1e-6 * (expected - expected.mean()), abs=1e-9)
     assert np.ptp(line(along="y")[1]) == near(1e-6 * np.ptp(depth[30]), rel=0.02)
     assert "no line at" in refusal(tmp_path, file="map.nc", line="900 um")
@@ -155,8 +155,8 @@ def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_
     scar = text(np.cos(turn), 2 * np.sin(turn), "displacement (um),force (kN)")
     loop = {"quantity": "loop", "force_noise": "0.2 N"}
     (measured,) = study(tmp_path, scar, **loop).fit.data
-    assert measured.readings[0] == pytest.approx(1e-6 * np.cos(turn))
-    assert measured.readings[1] == pytest.approx(2e3 * np.sin(turn))
+    assert measured.readings[0] == near(1e-6 * np.cos(turn))
+    assert measured.readings[1] == near(2e3 * np.sin(turn))
     assert "force_noise: is missing" in refusal(tmp_path, scar, quantity="loop")
     assert "column 'depth', not force" in refusal(
         tmp_path, scar.replace("force (kN)", "depth (um)"), **loop

@@ -256,10 +256,14 @@ class Progress:
             for case_id in case_ids
         }
         self._count, self._done, self._after = len(self._left), 0.0, seconds_after(jobs.plan)
-        self._began = clock()
+        self._began, self._looking = clock(), threading.Lock()
 
     def look(self) -> None:
-        """Tell the cases that are done since the last look."""
+        """Tell the cases that are done since the last look, by whichever thread comes first."""
+        with self._looking:
+            self._tell_done()
+
+    def _tell_done(self) -> None:
         present = case_files(self._cases)
         done = [n for n in self._left if n in present and present[n] != self._before.get(n)]
         for record in [record for record in self._batches if record.exists()]:
