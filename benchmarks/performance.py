@@ -2,6 +2,7 @@
 
 import sys
 
+from benchmarks.accuracy import costs, costs_figure, costs_text
 from benchmarks.pages import Data, Page, Section, scientific, table
 from benchmarks.peers import __main__ as peers
 from benchmarks.peers.contacts import RESIDUAL, TUNING_CELLS
@@ -231,6 +232,14 @@ SECTIONS = (
         cases_curve,
         _cases_text,
         figures=lambda data: {"": cases_figure(data)},
+    ),
+    Section(
+        "accuracy",
+        "Cost against error",
+        costs,
+        costs_text,
+        figures=lambda data: {"": costs_figure(data)},
+        on_request=True,
     ),
 )
 PAGE = Page("performance", INTRODUCTION, SECTIONS, surroundings, footer)

@@ -71,17 +71,17 @@ def cases(seed: int = SEED) -> Iterator[tuple[str, Case, Case]]:
         places = (rng.permutation(count) + 0.5) / count
         for number, place in enumerate(places):
             name, case = _drawn(family, number, place, rng)
-            yield name, case, _truth(case)
+            yield name, case, truth_of(case)
 
 
-def _truth(case: Case) -> Case:
-    """The case by which another one is judged."""
+def truth_of(case: Case, longest: float = LONGEST) -> Case:
+    """The case by which another one is judged, on wider cells if it would take longer, s."""
     shape = case.indenter
     if isinstance(shape, Ellipsoid) and shape.radius_x == shape.radius_y:
         # An ellipsoid does not know that rings would do.
         case = case.replace(indenter={"kind": "sphere", "radius": shape.radius_x})
     true = case.replace(cell=[each / REFERENCE for each in case.grid_spacing])
-    if estimate(true).seconds > LONGEST and not case.is_graded:
+    if estimate(true).seconds > longest and not case.is_graded:
         return case.replace(cell=[2.0 * each for each in true.grid_spacing])
     return true
 

@@ -51,8 +51,9 @@ _FALLING = 1.2
 _AIM = 0.8
 _MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated
 _MOST_ROUNDS = 3
-# Cells along two axes, or matrices of cells, make each step dearer by at least this power.
-_LEAST_GROWTH = 2.0
+# Cells along two axes, or matrices of cells, make each step dearer by at least this power. From the
+# second run to the third, work has grown by up to 0.5 more than from the first to the second.
+_LEAST_GROWTH, _FASTER = 2.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -116,10 +117,10 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
 
 
 def _growth(rounds: Sequence[Round]) -> float:
-    """Power of the inverse width of cells by which the work of the last two runs has grown."""
-    wide, narrow = rounds[-2:]
+    """Power of the inverse width of cells by which work grows, from the first two runs."""
+    wide, narrow = rounds[:2]
     grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
-    return max(grown, _LEAST_GROWTH)
+    return max(grown, _LEAST_GROWTH) + _FASTER
 
 
 def relative_errors(
