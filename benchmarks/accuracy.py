@@ -21,8 +21,8 @@ from itertools import islice, zip_longest
 
 import numpy as np
 from benchmarks.pages import Data, points, table
-from benchmarks.scale import log_axes
 from benchmarks.verification import coverage
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from fretwear import Case, simulate
 from fretwear.figures.style import JournalFigure, styled
@@ -117,11 +117,12 @@ def costs_text(data: Data) -> str:
     for kind in data["kinds"]:
         usual = kind["runs"][0]["seconds"]
         for run in kind["runs"]:
-            asked = "default cells" if run["accuracy"] is None else f"{run['accuracy']:.1%}"
+            asked = "default cells" if run["accuracy"] is None else f"{100.0 * run['accuracy']:g} %"
             told = ", told" if run["told"] else ""
             rows.append([
                 kind["name"].split(",")[0], asked + told, f"{run['seconds']:.2g}",
-                f"{run['seconds'] / usual:.2g}", f"{run['error']:.2%}", f"{run['estimate']:.2%}",
+                f"{run['seconds'] / usual:.2g}",
+                *(f"{100.0 * run[key]:.2g} %" for key in ("error", "estimate")),
             ])  # fmt: skip
     header = ["", "asked", "processor, s", "times default", "largest error", "largest estimate"]
     names = "\n".join(f"- {kind['name']}" for kind in data["kinds"])
@@ -151,7 +152,13 @@ def costs_figure(data: Data) -> JournalFigure:
         points(axes, times, [100.0 * run["error"] for run in runs], index, label)
         color = axes.lines[-1].get_color()
         axes.plot([1.0], [100.0 * usual["error"]], "o", mfc="none", mec=color, ms=7)
-    log_axes(axes, "time over that on default cells (circles)", "largest error (%)")
+    axes.set(xscale="log", yscale="log", ylabel="largest error (%)")
+    axes.margins(0.06)
+    axes.set_xlabel("time over that on default cells (circles)")
+    for axis, ticks in ((axes.xaxis, (0.5, 1, 2, 5, 10)), (axes.yaxis, (0.03, 0.1, 0.3, 1, 3))):
+        axis.set_major_locator(FixedLocator(ticks))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
     axes.legend()
     return figure
 

@@ -149,11 +149,11 @@ def cells_figure(data: dict[str, Any]) -> Figure:
     cells = [point["cells"] for point in data["points"]]
     points(left, cells, [point["cpu"] for point in data["points"]], 0, "processor time")
     _power(left, cells, [p["cpu"] for p in data["points"]], data["time_exponent"])
-    log_axes(left, "quarter cells", "processor time (s)")
+    _log(left, "quarter cells", "processor time (s)")
     memory = [(p["peak_bytes"] - p["start_bytes"]) / 1e6 for p in data["points"]]
     points(right, cells, memory, 1, "memory of the run")
     _power(right, cells, memory, data["memory_exponent"])
-    log_axes(right, "quarter cells", "memory above the interpreter (MB)")
+    _log(right, "quarter cells", "memory above the interpreter (MB)")
     return figure
 
 
@@ -165,13 +165,12 @@ def cases_figure(data: dict[str, Any]) -> Figure:
     cases = [point["cases"] for point in data["points"]]
     points(axes, cases, [p["wall"] for p in data["points"]], 0, "clock")
     points(axes, cases, [p["cpu"] for p in data["points"]], 1, "processor, all processes")
-    log_axes(axes, "cases", "time of the workflow (s)")
+    _log(axes, "cases", "time of the workflow (s)")
     axes.legend()
     return figure
 
 
-def log_axes(axes: Axes, x: str, y: str) -> None:
-    """Logarithmic axes with labels."""
+def _log(axes: Axes, x: str, y: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     # Labels at the powers of ten alone; markers on the border are whole.
