@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 ROW = re.compile(r"^\| (.+?) \| (\d+)(?: of \d+)? \|((?: \d+ \|)+)$", re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes rights that are not given here")
 def test_after_a_fault_or_a_power_failure_the_same_command_gives_the_same_bits():
     few = ("--every", "199", "--commands", "2", "--power", "5", "--only", "^(?!start)")
@@ -43,6 +44,7 @@ def test_what_was_not_flushed_may_be_gone_and_what_was_flushed_is_there(tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_every_reader_takes_changed_files_or_refuses_them_by_a_sentence():
     command = [sys.executable, "-m", "benchmarks.fuzz", "--share", "0.001"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -19,6 +19,7 @@ def broken(given, folder):
     return {law: times for law, times in judged(given, folder)[0].items() if times > 1.0}
 
 
+@pytest.mark.slow
 def test_no_drawn_case_breaks_a_law(tmp_path):
     drawn = {number: Draw(SEED, number, tmp_path).case() for number in range(FIRST, FIRST + COUNT)}
     # Each indenter and most of what can be imposed is among them.

@@ -132,6 +132,7 @@ def test_capped_states_obey_the_contact_laws():
     assert full.pressure[0] == problem.limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load_ratio", [0.2, 0.5, 0.9])
 def test_endless_wear_reaches_the_limiting_state(load_ratio):
     # At τ = 40 the worn volume lacks less than a thousandth of its limit.

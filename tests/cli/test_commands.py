@@ -116,6 +116,7 @@ def test_a_plan_estimates_each_case_once(monkeypatch):
 FULL = "fretwear: error: standard output: cannot be written: No space left on device\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("call", "how", "status", "told"),
     [

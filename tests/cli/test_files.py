@@ -55,6 +55,7 @@ def sections(summary, cases):
 """
 
 
+@pytest.mark.slow
 def test_packages_add_figures_and_sections_by_entry_points(copied, monkeypatch):
     folder = copied.folder / "more-1.0.dist-info"
     folder.mkdir()

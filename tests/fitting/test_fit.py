@@ -10,6 +10,7 @@ from fretwear.study.study import load_study
 from ..studies import TITANIUM, base, near, steel, write_study
 
 
+@pytest.mark.slow
 def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
     """K of each body 1.09e-13 / Pa within 4.5 %, debris 0.948: a fit by hand, of 20 runs."""
     low, high = titanium.interval("wear_coefficient", 0.9)

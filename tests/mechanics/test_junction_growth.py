@@ -175,6 +175,7 @@ CONTACTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONTACTS)
 def test_no_cell_exceeds_the_limit_and_less_pressure_yields_than_without_friction(name):
     problem = replace(CONTACTS[name], junction_growth=ALPHA)

@@ -583,6 +583,7 @@ def test_a_punch_must_hold_its_flat_and_its_unworn_contact():
     assert ended("flat_punch", sliding_amplitude="50 um", load=remedy).hertz_radius < 2.1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ball", "ratio"), [(False, 0.3), (False, 0.0), (True, 0.3), (True, 0.0)])
 def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ratio):
     """Contacts of given shapes at many positions; at a ratio of zero they open at one end."""

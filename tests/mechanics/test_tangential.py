@@ -116,6 +116,7 @@ def quarter_influence(window):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "cycles", "growth", "excess", "mean"),
     [

@@ -94,6 +94,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_whatever_changes_over_the_cycles_is_followed(name):
     """Against Euler's method in small steps, two runs of which are extrapolated."""

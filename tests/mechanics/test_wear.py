@@ -360,6 +360,7 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface, monk
         steps.stage(base, problem, Exposure(nothing, 0.3 / P0), base.pressure, nothing, 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "cycles"), CYCLES.items())
 def test_small_explicit_steps_are_met_within_the_tolerance(name, cycles):
     """Against two explicit runs, one with half the steps, extrapolated."""

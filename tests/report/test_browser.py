@@ -42,6 +42,7 @@ def opened(browser, file):
     return browser
 
 
+@pytest.mark.slow
 def test_it_opens_without_errors_asks_for_nothing_and_runs_no_other_script(opened, file):
     assert opened.requests() == [file.as_uri()]
     assert opened.errors() == []

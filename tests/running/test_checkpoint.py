@@ -66,6 +66,7 @@ STROKE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [{}, ROUGH, COUPLED, PULSATING, STROKE],
