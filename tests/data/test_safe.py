@@ -8,6 +8,7 @@ import signal
 import tempfile
 import threading
 import time
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,9 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     assert reason_of(error) == (str(error), False)
     assert reason_of(WearError("as it says")) == ("as it says", False)
     assert reason_of(TimeoutError()) == ("TimeoutError", False)
+    words, is_defect = reason_of(BrokenExecutor())
+    assert "out of memory?" in words
+    assert not is_defect
 
 
 def test_a_lack_of_memory_is_known_under_all_its_names():
@@ -125,6 +129,7 @@ def test_a_folder_that_takes_no_files_is_named(tmp_path):
 
 WORKER = """
 import sys
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from fretwear.data.safe import Lock, atomic_path
 path = Path(sys.argv[1])
@@ -285,6 +290,7 @@ def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
 
 COUNTER = """
 import sys
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from fretwear.data.safe import Lock
 path = Path(sys.argv[1])

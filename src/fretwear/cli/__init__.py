@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from fretwear.platform import HAS_FORK, STOPPING
+from fretwear.platform import HAS_FORK, STOPPING, end_with_parent
 
 _WORDS = dict(
     zip(STOPPING, ("by Ctrl-C", "by SIGTERM", "because its terminal was closed"), strict=False)
@@ -28,7 +28,6 @@ KERNELS = "fretwear.mechanics.kernels"
 # A terminal and a workflow may both ask a process to stop; only a later signal is a second request.
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
-_PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
 _WHY = "out of memory, or a failing disk? The same command resumes from what is there"
 
 
@@ -157,12 +156,7 @@ def _fork() -> int:
     signal.pthread_sigmask(signal.SIG_BLOCK, _WORDS)
     child = os.fork()
     if child == 0:
-        if sys.platform == "linux":
-            import ctypes
-
-            ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
-        if os.getppid() != parent:
-            os.kill(os.getpid(), signal.SIGTERM)
+        end_with_parent(parent)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
     return child
 

@@ -22,6 +22,7 @@ from fretwear.cli.common import (
     CaseFile,
     CommandError,
     KeepOlder,
+    Processes,
     Results,
     Status,
     StudyFile,
@@ -347,7 +348,11 @@ def batch(
 
 @logged
 def merge(
-    log: Log, file: StudyFile, results: Results = None, keep_older: KeepOlder = False
+    log: Log,
+    file: StudyFile,
+    results: Results = None,
+    keep_older: KeepOlder = False,
+    processes: Processes = 1,
 ) -> None:
     """Merge the finished cases into summary.nc and results.csv, and write the table points.csv."""
     study, folder = study_and_results(file, results)
@@ -371,6 +376,7 @@ def merge(
         command=log.typed,
         keep_older=keep_older,
         besides=besides,
+        processes=processes,
     )
     for remark in tally.remarks.splitlines():
         log.note(remark)

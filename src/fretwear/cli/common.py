@@ -122,6 +122,9 @@ Results = Annotated[
 KeepOlder = Annotated[
     bool, typer.Option("--keep-older", help="Keep cases computed by other versions of the code.")
 ]
+Processes = Annotated[
+    int, typer.Option("--processes", metavar="NUMBER", min=1, help="Processes side by side.")
+]
 Threads = Annotated[
     int,
     typer.Option("--threads", metavar="NUMBER", min=1, help="Threads that share a case's work."),

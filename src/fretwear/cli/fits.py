@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fretwear.cli.commands import logged
 from fretwear.cli.common import (
     CommandError,
+    Processes,
     Results,
     StudyFile,
     aligned,
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 _OUTPUT = "File to write, for ArviZ."
 _JSON = "File to write with values, intervals, correlations and warnings."
-_PROCESSES = "Runs side by side."
 
 
 @logged
@@ -38,9 +36,7 @@ def fit_scar(
         Path | None, option("--json", "FIT.json", _JSON, "beside FIT.nc, .json")
     ] = None,
     results: Results = None,
-    processes: Annotated[
-        int, typer.Option("--processes", metavar="NUMBER", min=1, help=_PROCESSES)
-    ] = 1,
+    processes: Processes = 1,
 ) -> None:
     """Find parameters from measured scars, with intervals, and say what the data cannot tell.
 

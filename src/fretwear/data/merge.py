@@ -6,7 +6,8 @@ import json
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
@@ -40,6 +41,7 @@ from fretwear.data.stack import (
     resampled,
     window,
 )
+from fretwear.platform import side_by_side
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
     ARITHMETIC,
@@ -83,6 +85,9 @@ Besides = Callable[[Path, NDArray[np.float64]], Mapping[Variable, NDArray[np.flo
 _Done = tuple[tuple[int, ...], "Case", Path]
 """The position of a point whose case file exists, its case and the file."""
 
+_CASES_WORTH_A_PROCESS = 100
+_BLOCK_BYTES = 1 << 22
+"""Largest size of what is written, or read back, at a time, unless a case has more."""
 _HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 _MOST_SOURCES = 10
 _OTHER_CODE = "it was computed by another version of the code (its code_digest differs)"
@@ -185,6 +190,22 @@ class Tally(NamedTuple):
     remarks: str = ""
 
 
+_Shape = tuple[int, int]
+"""Numbers of cells along x and of accepted steps of a case."""
+
+
+class _CaseParts(NamedTuple):
+    """What a merged study takes from the file of one case, at the snapshots that it asks for."""
+
+    digest: str
+    source: str
+    arithmetic: str
+    scalars: dict[str, NDArray[np.float64]]
+    cells: NDArray[np.float64]
+    history: NDArray[np.float64]
+    profiles: list[NDArray[np.generic]]
+
+
 def merge_study(
     study: Study,
     cases: str | PathLike[str],
@@ -193,6 +214,7 @@ def merge_study(
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
     besides: Besides | None = None,
+    processes: int = 1,
 ) -> Tally:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
@@ -203,7 +225,7 @@ def merge_study(
     done or has no snapshot at a cycle. The group ``history`` holds the cycle, the `HEADLINES` and
     the tangential force at every accepted step (…, step), NaN after the last; the attribute
     ``history`` holds the `command`. Memory grows by about 1 kB for each point; fields are read one
-    case at a time.
+    case at a time, by several `processes` if there are many.
 
     `besides` gives more results over the cycles of the case in a file, from what else is known.
 
@@ -227,84 +249,115 @@ def merge_study(
     with suppress(OSError):
         # A power failure may leave temporary files beside finished cases, which no run rewrites.
         remove_stale_temporaries(Path(cases))
+    read = partial(_read_case, scalars=_scalars(done), keep_older=keep_older)
+    wanted = [(file, case.case_id, case.output_cycles) for _, case, file in done]
+    processes = min(processes, len(done) // _CASES_WORTH_A_PROCESS)
     with (
         atomic_path(Path(path)) as temporary,
         # Opening every case file again, once the common positions are known, would take longer than
         # the rest of the merge, so an unnamed file keeps the profiles on disk.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
+        closing(side_by_side(read, wanted, processes)) as parts,
     ):
-        dataset, steps = _read_cases(
-            study, status, done, spool, command, keep_older=keep_older, besides=besides
-        )
-        _write(temporary, dataset, done, spool, steps)
+        dataset, shapes = _gathered(study, status, done, parts, spool, command, besides)
+        _write(temporary, dataset, done, shapes, spool)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
 
 
-def _read_cases(
+def _scalars(done: Sequence[_Done]) -> list[Variable]:
+    """Return the scalars of the cases, and their errors, which not every case has."""
+    expected = scalars_of(done[0][1].frame)
+    coupling = (RESULTS[name].coupling_error for name in COUPLED)
+    return [*expected, *(scalar.error for scalar in expected), *coupling]
+
+
+def _read_case(
+    wanted: tuple[Path, str, Sequence[int]], *, scalars: Sequence[Variable], keep_older: bool
+) -> _CaseParts | DataFileError:
+    """Read what a merged study takes from a case file, or return why it cannot be used.
+
+    `wanted` are the file, the id of the case and the cycles of its snapshots.
+    """
+    path, case_id, cycles = wanted
+    asked = np.array(cycles, np.float64)
+    try:
+        with opened_case(path) as file:
+            about, variables = vars(file), file.variables
+            if (other := about[CASE_ID.name]) != case_id:
+                raise unusable(path, f"it holds another case, {other}")
+            stored = variables[CYCLE.name][:]
+            if lacking := sorted(set(asked) - set(stored)):
+                numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
+                raise unusable(path, f"it has no snapshot at cycle {numbers}")
+            digest = about.get(CODE_DIGEST.name, "")
+            if digest != code_digest() and not keep_older:
+                raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
+            at = np.searchsorted(stored, asked)
+            values = dict[str, NDArray[np.float64]]()
+            for scalar in scalars:
+                if (name := scalar.name) in variables:
+                    values[name] = variables[name][:][at]
+                    if not scalar.allows(values[name]):
+                        raise unusable(path, f"{name} holds values that are not finite")
+            row: tuple[object, ...] = np.s_[:, :]
+            if Y.name in variables:
+                row = np.s_[:, :, int(np.abs(variables[Y.name][:]).argmin())]
+            of_steps = file[HISTORY_GROUP].variables
+            return _CaseParts(
+                digest,
+                about["source"],
+                about.get(ARITHMETIC.name, ""),
+                values,
+                variables[X.name][:],
+                np.stack([of_steps[name][:] for name in _HISTORIES]),
+                [variables[field.name][row][at] for field in MERGED_PROFILES.values()],
+            )
+    except DataFileError as error:
+        return error
+
+
+def _gathered(
     study: Study,
     status: NDArray[np.int8],
     done: Sequence[_Done],
+    parts: Iterable[_CaseParts | DataFileError],
     spool: IO[bytes],
     command: str,
-    *,
-    keep_older: bool,
     besides: Besides | None,
-) -> tuple[xr.Dataset, int]:
-    """Read scalars into a dataset; copy histories and profiles, in the cells of a case, to a file.
-
-    The number returned is the length of the longest history.
-    """
+) -> tuple[xr.Dataset, list[_Shape]]:
+    """Gather scalars in a dataset, and copy the rest, in the cells of each case, to the spool."""
     digests, sources = np.full(status.shape, "", dtype=object), set()
     arithmetics = set[str]()
     snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
-    expected = scalars_of(done[0][1].frame)
-    # Not every case has estimates of errors.
-    named = {scalar.name for scalar in expected}
-    errors_of = (
-        *(scalar.error for scalar in expected),
-        *(RESULTS[n].coupling_error for n in COUPLED),
-    )
-    scalars = {scalar.name: scalar for scalar in (*expected, *errors_of)}
+    named = {scalar.name for scalar in scalars_of(done[0][1].frame)}
+    scalars = {scalar.name: scalar for scalar in _scalars(done)}
     values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
-    windows, errors, most_steps = set(), [], 0
-    for position, case, path in done:
+    windows, errors, shapes = set(), [], list[_Shape]()
+    for (position, case, path), part in zip(done, parts, strict=True):
         try:
-            with opened_case(path) as file:
-                if (other := file.getncattr(CASE_ID.name)) != case.case_id:
-                    raise unusable(path, f"it holds another case, {other}")
-                stored, asked = file[CYCLE.name][:], np.array(case.output_cycles, np.float64)
-                if lacking := sorted(set(asked) - set(stored)):
-                    numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-                    raise unusable(path, f"it has no snapshot at cycle {numbers}")
-                digests[position] = digest = vars(file).get(CODE_DIGEST.name, "")
-                if digest != code_digest() and not keep_older:
-                    raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
-                sources.add(file.getncattr("source"))
-                arithmetics.add(vars(file).get(ARITHMETIC.name, ""))
-                at, columns = np.searchsorted(stored, asked), np.searchsorted(cycles, asked)
-                for name in scalars.keys() & file.variables.keys():
-                    if not scalars[name].allows(at_snapshots := file[name][:][at]):
-                        raise unusable(path, f"{name} holds values that are not finite")
-                    values[name][position][columns] = at_snapshots
-                more = {} if besides is None else besides(path, asked)
-                for scalar, at_snapshots in more.items():
-                    scalars[scalar.name] = scalar
-                    empty = np.full((*status.shape, cycles.size), math.nan)
-                    values.setdefault(scalar.name, empty)[position][columns] = at_snapshots
-                cells = file[X.name][:]
-                windows.add(window(cells))
-                row: tuple[object, ...] = np.s_[:, :]
-                if Y.name in file.variables:
-                    row = np.s_[:, :, int(np.abs(file[Y.name][:]).argmin())]
-                profiles = [file[field.name][row][at] for field in MERGED_PROFILES.values()]
-                history = np.stack([file[HISTORY_GROUP][name][:] for name in _HISTORIES])
-                for array in (cells, history, *profiles):
-                    np.save(spool, array, allow_pickle=False)
-                most_steps = max(most_steps, history.shape[1])
+            if isinstance(part, DataFileError):
+                raise part
+            asked = np.array(case.output_cycles, np.float64)
+            more = {} if besides is None else besides(path, asked)
         except DataFileError as error:
             errors.append(error)
+            continue
+        digests[position] = part.digest
+        sources.add(part.source)
+        arithmetics.add(part.arithmetic)
+        columns = np.searchsorted(cycles, asked)
+        for scalar in more:
+            scalars[scalar.name] = scalar
+            values.setdefault(scalar.name, np.full((*status.shape, cycles.size), math.nan))
+        of_more = {scalar.name: at_snapshots for scalar, at_snapshots in more.items()}
+        for name, at_snapshots in (part.scalars | of_more).items():
+            values[name][position][columns] = at_snapshots
+        windows.add(window(part.cells))
+        shapes.append((part.cells.size, part.history.shape[1]))
+        for array in (part.cells, part.history, *part.profiles):
+            spool.write(array.astype(np.float64).tobytes())
     if errors:
         first, *others = errors
         raise DataFileError(first.path, first.problem, "\n".join(map(str, (first.remedy, *others))))
@@ -315,14 +368,14 @@ def _read_cases(
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
     coordinates, depending = _columns(study)
-    points = tuple(study.sizes)
+    dims = tuple(study.sizes)
     dataset = xr.Dataset(
         {
-            STATUS.name: xr.Variable(points, status, flags),
-            CODE_DIGEST.name: xr.Variable(points, digests.astype(str), CODE_DIGEST.attributes),
+            STATUS.name: xr.Variable(dims, status, flags),
+            CODE_DIGEST.name: xr.Variable(dims, digests.astype(str), CODE_DIGEST.attributes),
             **depending,
             **{
-                name: xr.Variable((*points, CYCLE.name), values[name], scalar.attributes)
+                name: xr.Variable((*dims, CYCLE.name), values[name], scalar.attributes)
                 for name, scalar in scalars.items()
                 if name in named or not np.isnan(values[name]).all()
             },
@@ -345,13 +398,17 @@ def _read_cases(
             "study_file": json.dumps(study.content, default=str),
         },
     )
-    return dataset, most_steps
+    return dataset, shapes
 
 
 def _write(
-    path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes], steps: int
+    path: Path,
+    dataset: xr.Dataset,
+    done: Sequence[_Done],
+    shapes: Sequence[_Shape],
+    spool: IO[bytes],
 ) -> None:
-    """Write a dataset to a new file, profiles and histories from the spool, one case at a time.
+    """Write a dataset to a new file, profiles and histories from the spool, a few cases at a time.
 
     All of it is read back, because the netCDF library may omit parts when memory is short.
     """
@@ -375,8 +432,9 @@ def _write(
         large[name] = (CYCLE.name, X.name), field.dtype, empty_value(field), attributes
     for name in _HISTORIES:
         large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, variables[name].attrs
-    per_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
-    size = sum(about.values.nbytes for about in variables.values()) + 8 * number * per_point
+    steps = max(steps for _, steps in shapes)
+    each = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
+    size = sum(about.values.nbytes for about in variables.values()) + 8 * number * each
     with new_netcdf(path, size) as file:
         for dim in sizes:
             file.createDimension(dim, sizes[dim])
@@ -388,7 +446,7 @@ def _write(
                 name, dtype, (*points, *dims), chunksizes=chunk, fill_value=empty, **COMPRESSION
             )
             variable.setncatts(attrs)
-        for name, where, values in _rows(dataset, done, spool):
+        for name, where, values in _rows(dataset, done, shapes, spool, 8 * each):
             file[name][where] = values
         write_group(file, dataset)
     with netCDF4.Dataset(path) as file:
@@ -396,26 +454,65 @@ def _write(
         check_group(file, dataset)
         for name, (*_, attrs) in large.items():
             check_attributes(file[name], attrs)
-        for name, where, values in _rows(dataset, done, spool):
+        for name, where, values in _rows(dataset, done, shapes, spool, 8 * each):
             if file[name][where].tobytes() != values.tobytes():
                 raise RuntimeError(READS_BACK)
 
 
 def _rows(
-    dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes]
-) -> Iterator[tuple[str, object, NDArray[np.generic]]]:
-    """Yield every history and profile of every case: its name, its place, its values."""
+    dataset: xr.Dataset,
+    done: Sequence[_Done],
+    shapes: Sequence[_Shape],
+    spool: IO[bytes],
+    case_bytes: int,
+) -> Iterator[tuple[str, tuple[object, ...], NDArray[np.generic]]]:
+    """Yield histories and profiles of cases side by side: their name, their place, their values.
+
+    `case_bytes` are the most that one case takes.
+    """
     cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))
     spool.seek(0)
-    for position, case, _ in done:
-        columns = np.searchsorted(cycles, case.output_cycles)
-        cells, history = np.load(spool), np.load(spool)
-        for name, values in zip(_HISTORIES, history, strict=True):
-            yield f"{HISTORY_GROUP}/{name}", (*position, slice(0, values.size)), values
-        inside = positions_inside(cells, positions)
-        for name, field in MERGED_PROFILES.items():
-            values = np.full((cycles.size, positions.size), empty_value(field), dtype=field.dtype)
-            values[columns] = field.outside
-            profile = resampled(np.load(spool), cells, positions[inside], axis=1)
-            values[np.ix_(columns, inside)] = profile
-            yield name, position, values
+
+    def read(*shape: int) -> NDArray[np.float64]:
+        return np.frombuffer(spool.read(8 * math.prod(shape))).reshape(shape)
+
+    for cases in _side_by_side(done, max(1, _BLOCK_BYTES // case_bytes)):
+        place = done[cases[0]][0]
+        where: tuple[int | slice, ...] = ()
+        every: int | slice = 0  # a study without varied values has one case
+        if place:
+            every = slice(None)
+            where = (*place[:-1], slice(place[-1], place[-1] + len(cases)))
+        steps = max(shapes[index][1] for index in cases)
+        histories = np.full((len(_HISTORIES), len(cases), steps), math.nan)
+        size = len(cases), cycles.size, positions.size
+        profiles = {
+            name: np.full(size, empty_value(field), dtype=field.dtype)
+            for name, field in MERGED_PROFILES.items()
+        }
+        for row, index in enumerate(cases):
+            width, length = shapes[index]
+            columns = np.searchsorted(cycles, done[index][1].output_cycles)
+            cells = read(width)
+            histories[:, row, :length] = read(len(_HISTORIES), length)
+            inside = positions_inside(cells, positions)
+            for name, field in MERGED_PROFILES.items():
+                stored = read(columns.size, width).astype(field.dtype)
+                values = profiles[name][row]
+                values[columns] = field.outside
+                profile = resampled(stored, cells, positions[inside], axis=1)
+                values[np.ix_(columns, inside)] = profile
+        for name, of_cases in zip(_HISTORIES, histories, strict=True):
+            yield f"{HISTORY_GROUP}/{name}", (*where, slice(0, steps)), of_cases[every]
+        for name, block in profiles.items():
+            yield name, where, block[every]
+
+
+def _side_by_side(done: Sequence[_Done], most: int) -> Iterator[range]:
+    """Yield ranges of cases, at most so many, whose points are neighbours on the last axis."""
+    first = 0
+    for last, (place, *_) in enumerate(done):
+        is_next = last + 1 < len(done) and done[last + 1][0] == (*place[:-1], place[-1] + 1)
+        if not is_next or last + 1 - first == most:
+            yield range(first, last + 1)
+            first = last + 1

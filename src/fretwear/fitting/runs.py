@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.safe import read_data, write_text
+from fretwear.platform import pool_of
 from fretwear.running.simulate import run
 from fretwear.study.case import Case
 from fretwear.version import code_digest
 from fretwear.vocabulary import BODY_SCALARS, CYCLE, X, Y, scalars_of
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
 
 _MOST_BYTES = 200_000_000
 # A process of its own takes this long to start, s.
@@ -175,6 +177,5 @@ class Runs:
                 yield prediction
             return
         if self._pool is None:
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.processes, mp_context=context)
+            self._pool = pool_of(self.processes)
         yield from self._pool.map(Prediction.of, cases, [self.profiles] * len(cases))

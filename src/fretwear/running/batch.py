@@ -12,6 +12,7 @@ import shlex
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import AbstractContextManager, suppress
 from dataclasses import fields, is_dataclass
 from inspect import isabstract
@@ -283,6 +284,8 @@ def reason_of(error: Exception) -> tuple[str, bool]:
         return words, False
     if is_of_memory(error):
         return f"there is not enough memory ({words})", False
+    if isinstance(error, BrokenExecutor):
+        return "a process beside this one was killed or crashed: out of memory?", False
     if is_of_netcdf(error):
         return f"a file cannot be read or written, as if memory had run out ({words})", False
     if isinstance(error, ContactError | WearError | OSError):
