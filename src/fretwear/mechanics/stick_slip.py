@@ -21,12 +21,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Mask, Places, Single
+from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.shear import ShearSpace
 
@@ -85,7 +84,7 @@ class Sheared:
         """Directions of slip, zero where nothing slips."""
         return np.asarray(self.slip / np.maximum(self.amplitude, np.finfo(float).tiny))
 
-    def on(self, resized: Callable[[NDArray[Any]], NDArray[Any]]) -> Sheared:
+    def on(self, resized: Callable[[Array], Array]) -> Sheared:
         """The same with each field resized to other cells."""
 
         def moved(fields: Array) -> Array:
@@ -227,7 +226,7 @@ class _Descent:
         self.offset = np.zeros((2, 1, 1)) if offset is None else offset / self.moves
         self.moved -= self.offset
 
-    def at_cells(self, field: NDArray[Any]) -> NDArray[Any]:
+    def at_cells(self, field: NDArray[Element]) -> NDArray[Element]:
         """A field of the window, shape (2, nx, ny), on the cells that touch."""
         return np.asarray(field.reshape(2, -1)[:, self.cells])
 
@@ -359,7 +358,7 @@ class _Descent:
             flat[of_slipping] = turn * unknowns[ends:]
             return on_window
 
-        def within(stuck: NDArray[Any], slipping: NDArray[Any]) -> Single:
+        def within(stuck: NDArray[Element], slipping: NDArray[Element]) -> Single:
             """Components of a field by unknowns, from its values in cells that stick and slip."""
             result = np.empty_like(weight)
             result[:ends], result[ends:] = stuck, turn[0] * slipping[0] + turn[1] * slipping[1]
