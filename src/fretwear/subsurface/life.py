@@ -23,9 +23,9 @@ _CORRECTIONS = 30
 class StrainLife:
     """Lives by the constants of Basquin and of Manson and Coffin.
 
-    σ_a = σ_f' (2N)^b and ε_a,p = ε_f' (2N)^c with the number of cycles N to a crack. Of the
+    σ_a = σ_f' (2N)^b and ε_a,p = ε_f' (2N)^c with the number of cycles N to a crack. The
     parameter of Smith, Watson and Topper, the largest normal stress times the amplitude of normal
-    strain, P = σ_f'²/E (2N)^(2b) + σ_f' ε_f' (2N)^(b + c) follows.
+    strain, is then P = σ_f'²/E (2N)^(2b) + σ_f' ε_f' (2N)^(b + c).
     """
 
     fatigue_strength: float  #: σ_f', Pa

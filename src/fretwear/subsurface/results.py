@@ -91,7 +91,7 @@ def stress(
     cycle : float
         A snapshot.
     points : array_like, optional
-        Points (x, y, z), m, shape (n, 3), z > 0 their depth. Of a line contact y means nothing.
+        Points (x, y, z), m, shape (n, 3), z > 0 their depth. Line contacts ignore y.
     depths : iterable of float or str, optional
         Depths, m or text with a unit, if no points are given; by default 16 from 0.05 to 2 contact
         half-widths, under a punch from two cells.
