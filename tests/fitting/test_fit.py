@@ -1,10 +1,14 @@
 import json
+import re
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from fretwear.fitting.search import FitError, fit
+from fretwear.fitting.section import fit_figures, fit_sections
+from fretwear.running.simulate import run
+from fretwear.study.case import Case
 from fretwear.study.study import load_study
 
 from ..studies import TITANIUM, base, near, steel, write_study
@@ -173,3 +177,85 @@ def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_p
         np.log(2) * np.array([0.1, 0.5, 0.9]), abs=0.06
     )
     assert found.runs <= 60
+
+
+SLIDING = {
+    **base(tangential_ratio=None, displacement_amplitude="4 um", friction=0.6),
+    **{"rig_stiffness": "30 N/um", "cycles": 1},
+}
+
+
+def loop_file(folder, case, noise, unit=1.0):
+    """A loop of a case at cycle 0, off the center, whose readings scatter."""
+    loops, generator = run(case).loops.isel(cycle=0), np.random.default_rng(1)
+    force, where = loops["force"].values / unit, loops["displacement"].values * 1e6
+    places = np.linspace(0, where.size - 1, 90)
+    force, where = (np.interp(places, np.arange(where.size), each) for each in (force, where))
+    force += noise * generator.normal(size=90) + 1.0
+    where += 0.02 * generator.normal(size=90) - 0.1
+    rows = (f"{a},{b}" for a, b in zip(where, force, strict=True))
+    name = "N" if unit == 1.0 else "N/mm"
+    (folder / "loop.csv").write_text("\n".join([f"displacement (um),force ({name})", *rows]))
+
+
+def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
+    """Of a sphere that slides as a whole; center of the loop found too."""
+    loop_file(tmp_path, Case(**SLIDING, error_estimate=False), 0.3)
+    data = {"file": "loop.csv", "quantity": "loop", "cycle": 0, "force_noise": "0.3 N"}
+    free = {"friction": [0.3, 1.0], "rig_stiffness": ["5 N/um", "400 N/um"]}
+    content = {"base": SLIDING | {"friction": 0.4, "rig_stiffness": "60 N/um"}}
+    content |= {"fit": {"free": free, "data": [data | {"noise": "0.02 um"}]}}
+    content |= {"output": {"cycles": [0]}}
+    found = fit(write_study(tmp_path / "loop.yaml", content))
+    for name, true, width in (("friction", 0.6, 0.01), ("rig_stiffness", 30e6, 1e6)):
+        low, high = found.interval(name, 0.95)
+        assert low < true < high < low + width
+    assert found.p_value > 0.05
+    (loop,) = found.measurements
+    assert dict(zip(loop.comparison.names, loop.nuisances, strict=True)) == {
+        "offset": pytest.approx(1.0, abs=0.15),
+        "shift": pytest.approx(-1e-7, abs=2e-8),
+    }
+    found.write(tmp_path / "fit.nc")
+    found.write_json(tmp_path / "fit.json")
+    (section,) = fit_sections(xr.Dataset(), tmp_path / "cases")
+    assert re.search(r"offset .* m?N ± .* m?N, shift -.* nm ± .* nm", section.body)
+    (figure,) = fit_figures(xr.Dataset(), tmp_path / "cases")
+    (axes,) = figure.figure.axes
+    assert axes.get_xlabel() == "Displacement (µm)"
+    assert axes.get_ylabel() == "Force (N)"
+    measured, curve = axes.get_lines()
+    off = curve.get_ydata() - measured.get_ydata()
+    x = measured.get_xdata()
+    assert np.abs(off[np.abs(x) < 0.9 * x.max()]).max() < 4 * 0.3 + 0.1
+
+
+def a_volume_with(tmp_path, **keys):
+    """The fit of a volume that is known to 0.1 %, less than the numerical error."""
+    volume = {"quantity": "wear_volume", "value": "0.0319 mm^2", "error": "0.1 %"}
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    (tmp_path / "kept").mkdir(exist_ok=True)
+    found = fit(study_of(tmp_path, free, volume, **keys), folder=tmp_path / "kept")
+    low, high = found.interval("wear_coefficient", 0.68)
+    return found, np.log(high / low) / 2
+
+
+@pytest.mark.parametrize("accuracy", [None, "5 %"])
+def test_estimated_errors_of_runs_enter_the_interval_also_where_an_accuracy_is_asked(
+    tmp_path, accuracy
+):
+    keys = {} if accuracy is None else {"accuracy": accuracy}
+    found, width = a_volume_with(tmp_path, **keys)
+    (volume,) = found.measurements
+    error = volume.comparison.deviations[0] / volume.signal[0]
+    assert error > 1e-4
+    assert width == pytest.approx(np.hypot(1e-3, error), rel=0.05)
+    kept = [json.loads(path.read_text()) for path in (tmp_path / "kept").glob("*.json")]
+    estimated = [bool(each["errors"]) for each in kept]
+    assert all(estimated) if accuracy else 0 < sum(estimated) < len(estimated)
+
+
+def test_without_estimates_errors_are_those_of_the_measurement_and_that_is_told(tmp_path):
+    found, width = a_volume_with(tmp_path, error_estimate=False)
+    assert width == pytest.approx(1e-3, rel=0.05)
+    assert any("has no estimate of its numerical error" in told for told in found.warnings)

@@ -6,7 +6,7 @@ import pytest
 from fretwear.fitting.comparison import Comparison
 from fretwear.fitting.estimate import Fitter, Profile, Unknown
 from fretwear.fitting.posterior import sampled, why_to_sample
-from fretwear.fitting.search import fit
+from fretwear.fitting.search import _best_of_all, fit
 from fretwear.study.fits import FreeParameter, Measurement
 from fretwear.study.parameters import parameter_of
 
@@ -75,6 +75,29 @@ def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself()
             expected = np.interp(share, below / below[-1], axis)
             drawn = unknowns[place].value(np.quantile(found.draws[..., place], share))
             assert drawn == pytest.approx(expected, abs=0.06)
+
+
+def two_minima(u):
+    """Two numbers: both are met at u = 1, and the first at u = −1 too."""
+    return np.array([[u[0] ** 2], [u[0]]])
+
+
+@pytest.mark.parametrize(("start", "told"), [(-1.5, True), (1.5, False)])
+def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(start, told):
+    about = parameter_of("friction")
+    (unknown,) = unknowns = [Unknown(FreeParameter("a", -2.0, 2.0, about, False))]
+    data = [
+        Comparison(Measurement.unchecked(quantity="wear_volume", value=1.0, error=error), 1, None)
+        for error in (0.1, 0.5)
+    ]
+    fitter = Fitter(
+        unknowns, data, lambda points: [[*two_minima(unknown.value(u))] for u in points]
+    )
+    first = fitter.best(np.array([unknown.inner(start)]))
+    assert unknown.value(first[0]) == pytest.approx(np.sign(start), abs=0.05)
+    best, doubts = _best_of_all(fitter, first)
+    assert unknown.value(best[0]) == pytest.approx(1.0, abs=0.01)
+    assert any("several minima" in doubt for doubt in doubts) is told
 
 
 def test_a_sampler_that_is_asked_for_draws_from_the_posterior_that_is_resampled(titanium):

@@ -6,7 +6,7 @@ import pytest
 from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
-from ..studies import base, near, write_study
+from ..studies import TITANIUM, base, near, write_study
 
 X = np.linspace(-300.0, 300.0, 61)
 SCAR = 0.4 * np.exp(-((X / 100.0) ** 2))
@@ -161,6 +161,24 @@ def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_
     assert "column 'depth', not force" in refusal(
         tmp_path, scar.replace("force (kN)", "depth (um)"), **loop
     )
+
+
+def test_loops_of_line_contacts_have_forces_per_length(tmp_path):
+    turn = np.linspace(0.0, 2 * np.pi, 20)
+    loop = {"file": "loop.csv", "quantity": "loop", "force_noise": "2 N/mm"}
+    content = {"base": TITANIUM, "fit": {"free": {"friction": [0.1, 0.9]}, "data": [loop]}}
+    file, head = tmp_path / "line.yaml", "displacement (um),force (N/mm)"
+    (tmp_path / "loop.csv").write_text(text(np.cos(turn), 640 * np.sin(turn), head))
+    (measured,) = load_study(write_study(file, content)).fit.data
+    assert measured.readings[1] == pytest.approx(640e3 * np.sin(turn))
+    loop["force_noise"] = "2 N"
+    with pytest.raises(StudyError, match="must be a force"):
+        load_study(write_study(file, content))
+    (tmp_path / "loop.csv").write_text(
+        text(np.cos(turn), np.sin(turn), "displacement (um),force (N)")
+    )
+    with pytest.raises(StudyError, match=r"force_noise = 2.*must have the unit of a line contact"):
+        load_study(write_study(file, content))
 
 
 def test_a_sampler_is_an_ensemble_or_none(tmp_path):

@@ -22,6 +22,8 @@ _DEPENDENT = 1e-8  # of singular values
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
 # Displacements of a loop without a noise of their own are known to this part of the amplitude.
 _FIRM = 1e-3
+_ROUNDING = 1e-6  # numerical error that does not count
+_SMALL = 1e-4  # change of a loop for derivatives, over its size
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class Comparison:
             assert self.grid is not None
             return np.asarray(np.interp(self.grid, x, depths[row], left=0.0, right=0.0))
         if of.is_loop:
-            return np.concatenate([curve[row] for curve in prediction.loops])
+            return _evenly_along(*(curve[row] for curve in prediction.loops))
         return np.array([prediction.number(of.quantity, self.cycle)])
 
     @property
@@ -99,7 +101,14 @@ class Comparison:
     @property
     def _errors(self) -> tuple[str, ...]:
         pairs = zip(("depth", "width"), self.deviations, strict=True)
-        return tuple(name for name, deviation in pairs if deviation > 0.0)
+        return tuple(name for name, deviation in pairs if deviation > _ROUNDING)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The SI units of the nuisances."""
+        height = getattr(self.measurement.force_noise, "si_unit", "m")
+        units = {"offset": height, "shift": "m"}
+        return tuple(units.get(name, "1") for name in self.names)
 
     @property
     def readings(self) -> int:
@@ -110,11 +119,13 @@ class Comparison:
         """The readings that a signal and a base line would give, shape (n,).
 
         A profile is (1 + ε) w((x − s)/(1 + ω)) + offset + tilt (x − x̄), with the shift s and the
-        relative numerical errors ε and ω.
+        relative numerical errors ε and ω; a loop has forces where it is nearest to the readings.
         """
         of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
         if of.readings is None:
             return signal
+        if of.is_loop:
+            return self._nearest_on_the_loop(signal, nuisances)[0]
         assert self.grid is not None
         x = of.readings[0]
         places = (x - known.get("shift", 0.0)) / (1.0 + known.get("width", 0.0))
@@ -138,14 +149,14 @@ class Comparison:
             missed = (depth - self.modelled(signal, nuisances))[:, None]
             return np.concatenate([self.noise.whitened(x, missed)[:, 0], of_errors])
         if of.is_loop:
-            return np.concatenate([self._off_the_loop(signal, nuisances), of_errors])
+            return np.concatenate([self._nearest_on_the_loop(signal, nuisances)[1], of_errors])
         assert of.value is not None
         assert of.error is not None
         size = np.hypot(of.error, self.deviations[0])
         return np.array([(of.value - signal[0]) / size])
 
-    def _off_the_loop(self, signal: Array, nuisances: Array) -> Array:
-        """Distance of the measured points of a loop from the predicted one, in units of noise."""
+    def _nearest_on_the_loop(self, signal: Array, nuisances: Array) -> tuple[Array, Array]:
+        """Forces where the loop is nearest to each reading, and distances in units of noise."""
         of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
         assert of.readings is not None
         where, force = np.split(signal, 2)
@@ -154,19 +165,23 @@ class Comparison:
         scale = of.noise or _FIRM * float(np.ptp(of.readings[0])), of.force_noise or 1.0
         points = np.column_stack(of.readings) / scale
         corners = np.column_stack([where, force]) / scale
-        ends = np.roll(corners, -1, axis=0)
-        sides = ends - corners
-        from_corner = points[:, None] - corners
+        sides = np.roll(corners, -1, axis=0) - corners
         lengths = np.maximum((sides**2).sum(axis=1), 1e-300)
-        along = np.clip((from_corner * sides).sum(axis=2) / lengths, 0.0, 1.0)
-        gaps = from_corner - along[:, :, None] * sides
-        squares = (gaps**2).sum(axis=2)
-        nearest = squares.argmin(axis=1)
-        rows = np.arange(nearest.size)
-        turned = np.column_stack([-sides[:, 1], sides[:, 0]])[nearest]
-        sign = np.sign((gaps[rows, nearest] * turned).sum(axis=1))
-        result: Array = sign * np.sqrt(squares[rows, nearest])
-        return result
+        # Arrays of readings by sides.
+        (x, y), (over, up) = (points.T[:, :, None] - corners.T[:, None]), sides.T
+        along = np.clip((x * over + y * up) / lengths, 0.0, 1.0)
+        x, y = x - along * over, y - along * up
+        squares = x**2 + y**2
+        sides_of = squares.argmin(axis=1)
+        nearest = np.arange(len(points)), sides_of
+        # A normal that turns along each side has one sign around a corner.
+        normals = np.column_stack([-up, over]) / np.sqrt(lengths)[:, None]
+        normals += np.roll(normals, 1, axis=0)
+        share = along[nearest][:, None]
+        following = np.roll(normals, -1, axis=0)
+        turned = (1.0 - share) * normals[sides_of] + share * following[sides_of]
+        sign = np.sign(x[nearest] * turned[:, 0] + y[nearest] * turned[:, 1])
+        return (points[:, 1] - y[nearest]) * scale[1], sign * np.sqrt(squares[nearest])
 
     @cached_property
     def steps(self) -> Array:
@@ -175,6 +190,9 @@ class Comparison:
         assert of.readings is not None
         x, depth = of.readings
         wide, deep = float(np.ptp(x)), float(np.ptp(depth))
+        if of.is_loop:
+            heights = {"offset": deep, "shift": wide}
+            return np.array([_SMALL * heights.get(name, 1.0) for name in self.names])
         sizes = {"offset": 0.01 * deep, "tilt": 0.01 * deep / wide, "shift": 2e-3 * wide}
         return np.array([{**sizes, "depth": 1e-3, "width": 1e-3}[name] for name in self.names])
 
@@ -190,8 +208,8 @@ class Comparison:
         rows = self.residuals(signal, nuisances).size
         return np.column_stack(columns) if columns else np.zeros((rows, 0))
 
-    def settled(self, signal: Array, start: Array | None = None) -> Array:
-        """The nuisances with the least sum of squares for a signal.
+    def settled(self, signal: Array, start: Array | None = None, steps: int = _STEPS) -> Array:
+        """The nuisances with the least sum of squares for a signal, by Gauss–Newton steps.
 
         Without a start, the shift is sought over the whole width first.
         """
@@ -206,7 +224,7 @@ class Comparison:
                 nuisances[at] = shift
                 trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
             nuisances = min(trials, key=lambda each: self.misfit(signal, each))
-        return self._improved(signal, nuisances, _STEPS)
+        return self._improved(signal, nuisances, steps)
 
     def _improved(
         self, signal: Array, nuisances: Array, steps: int, fixed: int | None = None
@@ -241,17 +259,23 @@ class Comparison:
     def by_signal(self, signal: Array, nuisances: Array, change: Array) -> Array:
         """Change of the residuals with a small change of the signal, shape (n + k,)."""
         if self.measurement.is_loop:
-            ahead = self.residuals(signal + change, nuisances)
-            return 0.5 * (ahead - self.residuals(signal - change, nuisances))
+            # Distances from a loop are linear in small changes of it only.
+            sizes = [np.ptp(part) for part in np.split(signal, 2)]
+            parts = zip(sizes, np.split(change, 2), strict=True)
+            share = max(float(np.abs(part).max()) / size for size, part in parts)
+            if not share:
+                return np.zeros_like(self.residuals(signal, nuisances))
+            step = _SMALL / share
+            ahead = self.residuals(signal + step * change, nuisances)
+            return (ahead - self.residuals(signal - step * change, nuisances)) / (2.0 * step)
         return self.residuals(signal + change, nuisances) - self.residuals(signal, nuisances)
 
     def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
         """Readings that a signal would give, with noise, shape (n,)."""
         of, fitted = self.measurement, self.modelled(signal, nuisances)
-        if of.readings is None:
-            return fitted + generator.normal(scale=of.error or 0.0, size=fitted.size)
-        if self.noise is None:
-            return fitted
+        if of.readings is None or self.noise is None:
+            scale = of.error or of.force_noise or 0.0
+            return fitted + generator.normal(scale=scale, size=fitted.size)
         return fitted + self.noise.drawn(of.readings[0], generator)
 
     def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
@@ -284,9 +308,9 @@ class Comparison:
         assert of.readings is not None
         x, depth = of.readings
         fitted = self.unweighted(signal, nuisances, changes)[: x.size]
-        basis, sizes, _ = np.linalg.svd(
-            fitted / np.linalg.norm(fitted, axis=0), full_matrices=False
-        )
+        lengths = np.linalg.norm(fitted, axis=0)
+        moving = lengths > 0.0
+        basis, sizes, _ = np.linalg.svd(fitted[:, moving] / lengths[moving], full_matrices=False)
         rest = depth - self.modelled(signal, nuisances)
         evidence = NoiseEvidence(x, rest, basis[:, sizes > _DEPENDENT * sizes[0]])
         return replace(self, noise=evidence.best(), evidence=evidence)
@@ -299,3 +323,16 @@ class Comparison:
         blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
         by_signal = [blank.by_signal(signal, nuisances, change) for change in changes]
         return np.column_stack([*by_signal, blank.slopes(signal, nuisances)])
+
+
+def _evenly_along(displacement: Array, force: Array) -> Array:
+    """Points of a loop, evenly along each of its halves: displacements, then forces.
+
+    So each of them moves smoothly with the parameters, wherever the run has solved a contact.
+    """
+    turn, count = int(displacement.argmin()), displacement.size // 2 + 1
+    steps = [np.diff(each) / np.ptp(each) for each in (displacement, force)]
+    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
+    down, up = np.linspace(0.0, along[turn], count), np.linspace(along[turn], along[-1], count)
+    places = np.concatenate([down, up[1:]])
+    return np.concatenate([np.interp(places, along, each) for each in (displacement, force)])

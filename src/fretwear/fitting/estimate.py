@@ -20,6 +20,7 @@ _LEAST_FRACTION = 1e-3
 _STEP = 0.04  # of a derivative, in logarithms or parts of a range
 _MOST_ROUNDS, _MOST_STEPS = 6, 30
 _FLAT, _SAME = 2e-3, 5e-3  # least relative change of χ², and of parameters; later steps are finer
+_PLACES, _STARTS = 8, 2  # where a search begins anew that has not explained the data
 _INVALID = 1e3  # residual of parameters that make no case
 # Places of the runs that intervals rest on, in standard deviations.
 _OUT = 1.645
@@ -195,6 +196,11 @@ class Fitter:
             self.known[key] = None if each is None else np.concatenate(each)
         return [self.known[u.tobytes()] for u in points]
 
+    def text(self, u: Array) -> str:
+        """The values of parameters, for people."""
+        pairs = zip(self.unknowns, u, strict=True)
+        return ", ".join(f"{each.name} = {float(each.value(x)):.4g}" for each, x in pairs)
+
     def split(self, signal: Array) -> list[Array]:
         """The signal of each measurement."""
         return np.split(signal, np.cumsum(self.sizes)[:-1])
@@ -284,6 +290,23 @@ class Fitter:
             u = after
             self.derivatives(u, self.signal(u))
         return u
+
+    def elsewhere(self) -> list[Array]:
+        """Where searches end that begin at the best of places spread over the ranges."""
+        generator, shares = np.random.default_rng(0), (np.arange(_PLACES) + 0.5) / _PLACES
+        cube = np.column_stack([generator.permutation(shares) for _ in self.unknowns])
+        points = [*(self.lower + cube * (self.upper - self.lower))]
+        found = []
+        for u, signal in zip(points, self.signals_at(points), strict=True):
+            self.settled = [None] * len(self.comparisons)
+            if signal is not None:
+                found.append((self.misfit(signal), u))
+        found.sort(key=lambda each: each[0])
+        ends = []
+        for _, u in found[:_STARTS]:
+            self.settled, self._jacobian = [None] * len(self.comparisons), None
+            ends.append(self.best(u))
+        return ends
 
     def _descended(self, start: Array) -> Array:
         """Least squares from a place with fresh derivatives, until updated ones fail."""

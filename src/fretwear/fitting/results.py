@@ -36,7 +36,6 @@ class FittedMeasurement:
     signal: Array  # what the run predicts on the grid
     nuisances: Array  # base line and numerical errors
     deviations: Array  # standard deviations of the nuisances
-    band: Array  # standard deviation of the fitted readings, shape (n,)
     correlation: Array  # of parameters (rows) and nuisances (columns)
 
     @property
@@ -162,9 +161,13 @@ class Fit:
             {
                 "measurement": each.title,
                 **{
-                    name: {"value": float(value), "error": float(deviation)}
-                    for name, value, deviation in zip(
-                        each.comparison.names, each.nuisances, each.deviations, strict=True
+                    name: {"value": float(value), "error": float(deviation), "unit": unit}
+                    for name, value, deviation, unit in zip(
+                        each.comparison.names,
+                        each.nuisances,
+                        each.deviations,
+                        each.comparison.units,
+                        strict=True,
                     )
                 },
                 **_noise_of(each),
@@ -220,22 +223,20 @@ class Fit:
             "fit": json.dumps(self.as_dict()),
         }
         observed, predicted = {}, {}
-        generator = np.random.default_rng(self.seed + 2)
         few = self.draws[:, :: DRAWS * CHAINS // _PREDICTED]
         for number, each in enumerate(self.measurements, start=1):
             name, of_this = f"data_{number}", each.comparison.measurement
             readings = np.array([of_this.value])
             coordinates: dict[str, Any] = {}
-            dim, label = f"reading_{number}", {"long_name": each.title}
+            unit = getattr(of_this.force_noise or of_this.value, "si_unit", "m")
+            dim, label = f"reading_{number}", {"long_name": each.title, "units": unit}
             if of_this.readings is not None:
                 readings = of_this.readings[1]
                 axis = f"position_{number}"
                 coordinates = {axis: (dim, of_this.readings[0], {"units": "m"})}
             observed[name] = (dim, readings, label)
             observed |= coordinates
-            noise = np.zeros((*few.shape[:2], readings.size))
-            noise += self._predicted(number - 1, few)
-            predicted[name] = (("chain", "draw", dim), noise, label)
+            predicted[name] = (("chain", "draw", dim), self._predicted(number - 1, few), label)
         few_chains = {"chain": np.arange(CHAINS), "draw": np.arange(few.shape[1])}
         names = [name for name in observed if name.startswith("position")]
         data = xr.Dataset(observed, attrs=attributes).set_coords(names)
@@ -249,15 +250,15 @@ class Fit:
     def _predicted(self, place: int, draws: Array) -> Array:
         """Readings of a measurement for draws, shape (chains, draws, n), noise included."""
         each = self.measurements[place]
-        generator = np.random.default_rng(self.seed + 3 + place)
+        generator = np.random.default_rng(self.seed + 2 + place)
         sizes = [one.signal.size for one in self.measurements]
         begin = sum(sizes[:place])
         part = slice(begin, begin + sizes[place])
         found = []
         for u in draws.reshape(-1, draws.shape[-1]):
             signal = self.emulator.signal_at(self.emulator.at(u))[part]
-            # The base line goes with the parameters.
-            nuisances = each.comparison.settled(signal, each.nuisances)
+            # The base line goes with the parameters, of which it is almost a linear function.
+            nuisances = each.comparison.settled(signal, each.nuisances, steps=1)
             found.append(each.comparison.drawn(signal, nuisances, generator))
         return np.reshape(found, (*draws.shape[:2], -1))
 
@@ -288,7 +289,7 @@ def _noise_of(each: FittedMeasurement) -> dict[str, float]:
 
 
 def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:
-    """Each measurement beside the best run, with errors of its base line and of the curve."""
+    """Each measurement beside the best run, with errors of its base line."""
     settled = fitter.settle(signal)
     parts = [*zip(fitter.comparisons, fitter.split(signal), settled, strict=True)]
     blocks, by_u = [], []
@@ -308,21 +309,12 @@ def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMe
     covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
     covariance = covariance / np.outer(scales, scales)
     found, column = [], count
-    for place, (comparison, part, nuisances) in enumerate(parts):
+    for comparison, part, nuisances in parts:
         own = np.r_[0:count, column : column + nuisances.size]
         block = covariance[np.ix_(own, own)]
-        changes = [fitter.split(each)[place] for each in derivatives.T]
-        fitted = comparison.modelled(part, nuisances)
-        of_curve = [comparison.modelled(part + c, nuisances) - fitted for c in changes]
-        for index, step in enumerate(comparison.steps if nuisances.size else ()):
-            ahead = nuisances.copy()
-            ahead[index] += step
-            of_curve.append((comparison.modelled(part, ahead) - fitted) / step)
-        slopes = np.column_stack(of_curve)
-        band = np.sqrt(np.maximum(((slopes @ block) * slopes).sum(axis=1), 0.0))
         deviations = np.sqrt(np.maximum(np.diag(block)[count:], 0.0))
         spread = np.sqrt(np.maximum(np.diag(block), 1e-300))
         correlation = (block / np.outer(spread, spread))[:count, count:]
-        found.append(FittedMeasurement(comparison, part, nuisances, deviations, band, correlation))
+        found.append(FittedMeasurement(comparison, part, nuisances, deviations, correlation))
         column += nuisances.size
     return found

@@ -26,6 +26,8 @@ from fretwear.vocabulary import RESULTS
 
 _UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
 _ROUNDS = 3
+# Minima of χ² this far apart, over the ranges, are two; one that is told is no higher than by this.
+_APART, _RIVAL = 0.02, 9.0
 _ADVISED = (
     *("wear_volume", "wear_volume_indenter", "wear_volume_flat", "maximum_wear_depth"),
     *("contact_half_width_x", "stick_half_width_x", "dissipated_energy", "tangential_force"),
@@ -85,12 +87,12 @@ class _Tests:
     def case(self, test: int, u: Array, *, errors: bool = False) -> Case:
         """The case of a test with some parameters; `StudyError` if it is invalid."""
         case = case_of_content(self.study.file, self.content(test, u))
-        cycles = {
-            self.cycle_of(case, each.cycle) for each in self.request.data if each.test == test
-        }
-        return case.replace(
-            error_estimate=errors, output_cycles=sorted({*case.output_cycles, *cycles})
-        )
+        cycles = {self.cycle_of(case, of.cycle) for of in self.request.data if of.test == test}
+        # Others are for advice.
+        cycles |= {cycle for cycle in case.output_cycles if cycle >= _EARLIEST * case.cycles}
+        # An accuracy is kept by estimates.
+        estimated = case.error_estimate and (errors or case.accuracy is not None)
+        return case.replace(error_estimate=estimated, output_cycles=sorted(cycles))
 
     def fitted(self, u: Array) -> dict[str, object]:
         """The plain content of a study of the best values, or of the first test if they differ."""
@@ -179,11 +181,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     def signals(points: Sequence[Array]) -> list[list[Array] | None]:
         found = predictions(points)
         for u, each in zip(points, found, strict=True):
-            values = ", ".join(
-                f"{unknown.name} = {float(unknown.value(x)):.4g}"
-                for unknown, x in zip(unknowns, u, strict=True)
-            )
-            tell(f"{values}{'' if each else ' (makes no case)'}")
+            tell(f"{fitter.text(u)}{'' if each else ' (makes no case)'}")
         return [
             None
             if each is None
@@ -196,10 +194,17 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     warnings: list[str] = []
     fitter.comparisons, doubts = _with_noise(fitter, best)
     warnings += doubts
-    best = fitter.best(best)
+    best, doubts = _best_of_all(fitter, fitter.best(best))
+    warnings += doubts
     (exact,) = predictions([best], errors=True)
     assert exact is not None
     fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
+    warnings += [
+        f"the best run of test {test} has no estimate of its numerical error, which intervals "
+        "therefore leave out"
+        for test, prediction in exact.items()
+        if not prediction.errors
+    ]
     fitter.settled = [None] * len(comparisons)
     for _ in range(_ROUNDS):
         emulator = fitter.emulator(best)
@@ -253,6 +258,33 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         *dict.fromkeys([*warnings, *doubts_of(result, tests.case(data[0].test, emulator.best))]),
     )
     return result
+
+
+def _best_of_all(fitter: Fitter, best: Array) -> tuple[Array, list[str]]:
+    """The best parameters; where they do not explain the data, also from elsewhere in the ranges.
+
+    What other minima there are is told.
+    """
+
+    def misfit(u: Array) -> float:
+        fitter.settled = [None] * len(fitter.comparisons)
+        return fitter.misfit(fitter.signal(u))
+
+    def text(u: Array) -> str:
+        return f"χ² = {misfit(u):.4g} at {fitter.text(u)}"
+
+    if _probability(fitter, misfit(best), _degrees(fitter)) >= _UNLIKELY:
+        return best, []
+    least, *others = sorted([best, *fitter.elsewhere()], key=misfit)
+    most, width = misfit(least) + _RIVAL, fitter.upper - fitter.lower
+    rivals = [
+        f"χ² has several minima within the ranges: the one taken, {text(least)}, and {text(u)}; "
+        "narrower ranges choose one"
+        for u in others
+        if (np.abs(u - least) > _APART * width).any() and (u is best or misfit(u) < most)
+    ]
+    fitter.derivatives(least, fitter.signal(least))
+    return least, rivals[:1]
 
 
 def _sampled(
@@ -345,7 +377,7 @@ def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str
 def _degrees(fitter: Fitter) -> int:
     """Degrees of freedom: readings less parameters and base lines."""
     of_baselines = sum(
-        len(c.names) - sum(deviation > 0.0 for deviation in c.deviations)
+        sum(name not in ("depth", "width") for name in c.names)
         for c in fitter.comparisons
         if c.measurement.readings is not None
     )

@@ -24,9 +24,10 @@ from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_un
 
 _CATEGORY = "Fit"
 _MOST_BYTES = 100_000_000
-_LARGEST = 1e3  # m
+_LARGEST = {"m": 1e3, "N": 1e10, "N m-1": 1e10}
 _AGAIN = "Fit again"
 _HEIGHT = 80.0
+_BOTH = ("value", "error")
 
 
 def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
@@ -80,7 +81,7 @@ def _section(found: Mapping[str, Any]) -> Section:
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
-    """Yield a figure for each profile that a fit beside a folder of case files was made to."""
+    """Yield a figure for each profile and loop that a fit beside a folder of cases was made to."""
     path = cases.parent / "fit.nc"
     if not (path.exists() and path.with_suffix(".json").exists()):
         return
@@ -97,16 +98,18 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # n
             if f"position_{name.removeprefix('data_')}" in data.coords
         ]
         for number in numbers:
-            _check_profile(data, predicted, number)
+            _check_readings(data, predicted, number)
     for number in numbers:
-        figure = fit_profile(data, predicted, number)
+        is_profile = data[f"data_{number}"].attrs["units"] == "m"
+        figure = (fit_profile if is_profile else fit_loop)(data, predicted, number)
         words = figure.caption if isinstance(figure, JournalFigure) else ""
         yield StudyFigure(f"fit_{number}", words, _CATEGORY, figure)
 
 
-def _check_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> None:
-    """Raise a ValueError unless a profile and what is predicted for it can be drawn."""
+def _check_readings(data: xr.Dataset, predicted: xr.Dataset, number: str) -> None:
+    """Raise a ValueError unless readings and what is predicted for them can be drawn."""
     name, dim = f"data_{number}", f"reading_{number}"
+    largest = _LARGEST.get(data[name].attrs["units"], 0.0)
     if not (
         number.isascii()
         and number.isdecimal()
@@ -115,11 +118,11 @@ def _check_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> None
         and min(predicted[name].shape) > 0
         and isinstance(data[name].attrs["long_name"], str)
         and all(
-            values.dtype.kind == "f" and (np.abs(values) < _LARGEST).all()
+            values.dtype.kind == "f" and (np.abs(values) < largest).all()
             for values in (data[name], data[f"position_{number}"], predicted[name])
         )
     ):
-        raise ValueError(f"{name} is no profile")
+        raise ValueError(f"{name} is no profile or loop")
 
 
 @styled
@@ -151,6 +154,33 @@ def fit_profile(data: xr.Dataset, predicted: xr.Dataset, number: str) -> Figure:
     return figure
 
 
+@styled
+def fit_loop(data: xr.Dataset, predicted: xr.Dataset, number: str) -> Figure:
+    """A measured loop of force against displacement, and what the fit predicts for it.
+
+    `data` and `predicted` are as for `fit_profile`; lines have 95 % of the predicted forces.
+    """
+    name = f"data_{number}"
+    x, measured = data[f"position_{number}"].values, data[name]
+    draws = predicted[name].values.reshape(-1, measured.size)
+    mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)
+    along, force = (
+        readable_unit(values, unit)
+        for values, unit in ((x, "m"), (measured.values, str(measured.attrs["units"])))
+    )
+    figure = JournalFigure(1, _HEIGHT)
+    axes, places = figure.subplots(), along.of(x)
+    band = force.of(low), force.of(high)
+    axes.vlines(places, *band, color=CATEGORICAL[0], alpha=0.2)
+    axes.plot(places, force.of(measured.values), ".", ms=2.5, color=MUTED, label="measured")
+    axes.plot(places, force.of(mean), "_", ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
+    axes.set(xlabel=f"Displacement ({along.name})", ylabel=f"Force ({force.name})")
+    axes.legend()
+    title = str(measured.attrs["long_name"])
+    caption(figure, f"{title}: readings, and the nearest points of the fitted loop with 95 %.")
+    return figure
+
+
 @contextmanager
 def _refusing(path: Path) -> Iterator[None]:
     """Refuse a file, which anybody may have written, where it is not as a fit is stored."""
@@ -160,28 +190,22 @@ def _refusing(path: Path) -> Iterator[None]:
         raise DataFileError(path, f"it is not the file of a fit ({cause})", _AGAIN) from cause
 
 
-def _text(value: float, unit: str) -> str:
-    if unit == "1" or unit not in BY_SI_UNIT or not 1e-4 < abs(value) < 1e4:
-        return f"{number_text(value, 4)} {'' if unit == '1' else unit}".strip()
-    return format_quantity(value, BY_SI_UNIT[unit], 4)
+def _text(value: float, unit: str, digits: int = 4) -> str:
+    if unit in BY_SI_UNIT and unit not in ("1", "Pa-1"):
+        return format_quantity(value, BY_SI_UNIT[unit], digits)
+    return f"{number_text(value, digits)} {'' if unit == '1' else unit}".strip()
 
 
 def _line(about: Mapping[str, Any]) -> tuple[str, str, str]:
     """Measurement, noise and base line in words."""
-    length = BY_SI_UNIT["m"]
     noise = "given"
     if "noise" in about:
-        size, reach = (
-            format_quantity(about[key], length, 3) for key in ("noise", "correlation_length")
-        )
+        size, reach = (_text(about[key], "m", 3) for key in ("noise", "correlation_length"))
         noise = f"{size}, correlated over {reach}"
     found = []
     for name in ("offset", "tilt", "shift"):
         if name in about:
-            value, error = about[name]["value"], about[name]["error"]
-            texts = [
-                number_text(each, 2) if name == "tilt" else format_quantity(each, length, 3)
-                for each in (value, error)
-            ]
-            found.append(f"{name} {texts[0]} ± {texts[1]}")
+            digits = 2 if name == "tilt" else 3
+            texts = [_text(about[name][key], about[name]["unit"], digits) for key in _BOTH]
+            found.append(f"{name} {' ± '.join(texts)}")
     return about["measurement"], noise, ", ".join(found)

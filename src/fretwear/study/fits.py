@@ -180,7 +180,7 @@ class Measurement(Part):
         "Distance over which the noise is correlated; by default that beside the scar.",
     ] = None
     force_noise: Annotated[
-        float | None,
+        Given | None,
         Quantity("N", "", "noise of forces", "N", "0.2 N", above=0.0),
         "Standard deviation of the forces of a loop.",
     ] = None
@@ -260,6 +260,10 @@ class FitRequest:
                 rule = f"must have the unit of a {case.frame.name} contact"
                 remedy = f"in SI {each.variable(case.frame).si_unit}"
                 problems.add(f"{place}.value", each.value, rule, remedy)
+            force = case.frame.unit(_FORCE.si_unit)
+            if each.force_noise is not None and each.force_noise.si_unit != force:
+                rule = f"must have the unit of a {case.frame.name} contact"
+                problems.add(f"{place}.force_noise", each.force_noise, rule, f"in SI {force}")
             lacks = each.quantity in _NUMBERS and _NUMBERS[each.quantity].across
             if (each.along == Y.name or lacks) and Y.name not in case.frame.axes:
                 problems.add(place, None, "lies along y, which a line contact lacks")
@@ -471,7 +475,7 @@ def _readings(about: Measurement) -> tuple[Array, Array]:
             raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
         x, depth = _line_of_map(about)
     else:
-        x, depth = _columns(path, is_loop=about.is_loop)
+        x, depth = _columns(path, about)
     if about.is_loop:
         return x, depth
     if (np.diff(x) < 0.0).all():
@@ -491,8 +495,11 @@ def _readings(about: Measurement) -> tuple[Array, Array]:
     return x, depth
 
 
-def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
+def _columns(path: Path, about: Measurement) -> tuple[Array, Array]:
     """Two columns of a text in SI units, the names and units of which are in its first line."""
+    is_loop, second_is = about.is_loop, _LENGTH
+    if about.force_noise is not None and is_loop:
+        second_is = BY_SI_UNIT[about.force_noise.si_unit]
     try:
         if (size := path.stat().st_size) > _MOST_TEXT_BYTES:
             limit = size_text(_MOST_TEXT_BYTES)
@@ -503,7 +510,8 @@ def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     if len(lines) > _MOST_LINES:
         raise QuantityError(f"has {len(lines):,} lines, more than the {_MOST_LINES:,} allowed")
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    names = ("displacement (um)", "force (N)") if is_loop else ("x (um)", "depth (um)")
+    force = f"force ({second_is.example.split()[-1]})"
+    names = ("displacement (um)", force) if is_loop else ("x (um)", "depth (um)")
     example = f"such as {', '.join(names)}"
     first = rows[0][1] if rows else ""
     heads = [_COLUMN.fullmatch(cell) for cell in re.split(r"[,;\t]", first[:_MOST_HEAD])]
@@ -512,9 +520,7 @@ def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     sign, scales = 1.0, []
     second = ("force",) if is_loop else ("depth", "wear", "height", "z")
     allowed = (("displacement",) if is_loop else ("x", "y", "position"), second)
-    for head, valid, known in zip(
-        heads, allowed, (_LENGTH, _FORCE if is_loop else _LENGTH), strict=False
-    ):
+    for head, valid, known in zip(heads, allowed, (_LENGTH, second_is), strict=False):
         assert head is not None
         name = head["name"].casefold()
         if name not in valid:
@@ -538,9 +544,8 @@ def _columns(path: Path, *, is_loop: bool) -> tuple[Array, Array]:
     if len(table) < _FEWEST:
         raise QuantityError(f"has {len(table)} readings; at least {_FEWEST} are needed")
     x, depth = (np.array(table) * scales).T
-    if np.abs(x).max() > _FARTHEST or np.abs(depth).max() > (
-        _LARGEST_FORCE if is_loop else _FARTHEST
-    ):
+    most = _LARGEST_FORCE if is_loop else _FARTHEST
+    if np.abs(x).max() > _FARTHEST or np.abs(depth).max() > most:
         raise QuantityError("has values that no scar has", "check the units in its first line")
     if np.ptp(x) < _NARROWEST:
         raise QuantityError(f"is {np.ptp(x):g} m wide", "check the units in its first line")
