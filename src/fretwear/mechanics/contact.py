@@ -47,7 +47,7 @@ class Accuracy:
     #: Shear tractions at a requested cycle, and between: residuals over the largest traction, of
     #: which slip beside it has about a tenth.
     sheared: float = 1e-6
-    sheared_between: float = 1e-3
+    sheared_between: float = 3e-3
     #: Wear in the iteration between plastic flow and pressure of a stage, relative to the tolerance
     #: of the step.
     sweep: float = 0.005
