@@ -21,7 +21,14 @@ from fretwear.data.safe import DataFileError
 from fretwear.report import Section, answers, build_report
 from fretwear.report.build import parameter_rows, study_text
 from fretwear.report.explorer import EXPLORED_PROFILES
-from fretwear.report.results import computation_facts, examine, point_results, residuals
+from fretwear.report.page import macros
+from fretwear.report.results import (
+    computation_facts,
+    coupling_remark,
+    examine,
+    point_results,
+    residuals,
+)
 from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
 from fretwear.vocabulary import HEADLINES, RESULTS
@@ -340,3 +347,49 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
     (packed,) = re.findall(r'id="explorer-data">(.*?)<', page)
     words = json.loads(gzip.decompress(base64.b64decode(packed)))["words"]
     assert words["wear_volume"]["label"].startswith("Wear volume per length (")
+
+
+def test_the_report_tells_how_far_friction_in_two_directions_would_move_results(finished, page):
+    """Its numbers are the largest in the files of the cases."""
+    last, most, moved, marked = 0.0, 0.0, 0.0, 0
+    for file in finished.cases.glob("*.nc"):
+        with xr.open_dataset(file) as case:
+            shares = case.maximum_wear_depth_coupling_error / case.maximum_wear_depth
+            last, most = max(last, float(shares[-1])), max(most, float(shares[1:].max()))
+            moved = max(moved, float(case.slip_coupling_error.max()))
+            final = case.isel(cycle=-1)
+            errors = {name: f"{name}_coupling_error" for name in HEADLINES}
+            marked += sum(
+                float(final[error]) > 0.02 * float(final[name]) > 0.0
+                for name, error in errors.items()
+                if error in final
+            )
+    assert 0.02 < last < most
+    remark = coupling_remark(finished.summary)
+    assert f"by up to {100 * most:.2g} %, after the last cycle by {100 * last:.2g} %;" in remark
+    assert remark.endswith(f"local slip by {1e9 * moved:.2g} nm")
+    assert remark in page
+    assert len(re.findall(r"‡ [\d.]+ %", page)) == marked > 0
+    none = finished.summary.drop_vars([n for n in finished.summary if "_coupling_error" in str(n)])
+    assert not coupling_remark(none)
+    assert not coupling_remark(
+        finished.summary.assign(
+            {n: 0.0 * v for n, v in finished.summary.items() if "_coupling_error" in str(n)}
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("kinds", "vector", "single"),
+    [
+        ({"one direction"}, 0, 1),
+        ({"two directions"}, 1, 0),
+        ({"one direction", "two directions"}, 1, 1),
+    ],
+)
+def test_the_report_says_how_slip_was_computed(kinds, vector, single):
+    made = macros()
+    told = made["computation"]({}, "study.yaml", "", {"grid", "point", *kinds})
+    assert told.count("Coulomb’s law") == vector
+    assert told.count("reduced load") == single
+    assert made["limits"]({"point", *kinds}).count("One component of traction") == single

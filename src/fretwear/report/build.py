@@ -25,6 +25,7 @@ from fretwear.report.page import Section, embedded, environment, macros, page_sc
 from fretwear.report.results import (
     PointResult,
     computation_facts,
+    coupling_remark,
     display_units,
     examine,
     levels_of,
@@ -125,7 +126,7 @@ def build_report(
     explored = explorer.numbers if explorer else ()
     varied = [row for row in parameters if row.choices]
     csv = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
-    table = (varied, *_cases(results), explored, csv)
+    table = (varied, *_cases(results), explored, csv, coupling_remark(summary))
     page += [
         section("parameters", "Parameters", parameters),
         section("cases", "Cases and key results", *table, entry="Cases"),
@@ -183,6 +184,8 @@ def _kinds(cases: Iterable[Case]) -> set[str]:
         kinds.add("debris" if case.debris_fraction else "no debris")
         kinds.add(case.roughness.kind if case.roughness else "smooth")
         kinds.add(case.frame.name)
+        is_vector = case.slip_model.couples and len(case.frame.axes) > 1
+        kinds.add("two directions" if is_vector else "one direction")
         kinds.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
         kinds.add(case.geometry.__name__.lower())
     return kinds
@@ -267,9 +270,14 @@ def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
         cells = [undefined] * len(units)
         for place, (name, unit) in enumerate(units.items() if result.done else ()):
             value, error = result.values[name], result.errors.get(name, 0.0)
-            mark = f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
+            left_out = result.couplings.get(name, 0.0)
+            marks = [
+                f"{sign} {100.0 * part:.2g} %"
+                for sign, part in {"±": error, "‡": left_out}.items()
+                if part > SMALL_ERROR
+            ]
             if not math.isnan(value):
-                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", mark
+                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", " ".join(marks)
         rows.append((result, cells))
     ensembles = []
     for ensemble in over_seeds(results):

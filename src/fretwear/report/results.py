@@ -6,14 +6,15 @@ import importlib.metadata
 import math
 import platform
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
 from fretwear.data.files import HISTORY_GROUP, opened_case
 from fretwear.data.safe import DataFileError
@@ -25,12 +26,14 @@ from fretwear.units import (
     POINT_CONTACT,
     ContactFrame,
     Unit,
+    listed,
     number_text,
     readable_unit,
     span,
 )
 from fretwear.vocabulary import (
     CONVOLUTIONS,
+    COUPLED,
     ERROR_ESTIMATE,
     HEADLINES,
     RESULTS,
@@ -79,6 +82,8 @@ class PointResult:
     values: Mapping[str, float]
     errors: Mapping[str, float]
     frame: ContactFrame  # of a line contact, volumes and energies are per length
+    # Relative changes by friction in two directions, where the slip model leaves one out.
+    couplings: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def done(self) -> bool:
@@ -116,22 +121,72 @@ def point_results(
             problem = f"it has case {ids.values[place]} where the study {study.name!r} has {now}"
             raise DataFileError(file, problem, _RUN_AGAIN)
         outcome = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
-        reason, values, errors = point.problem, {}, {}
+        reason, values = point.problem, {}
+        errors: dict[str, float] = {}
+        couplings: dict[str, float] = {}
         if outcome == PointStatus.DONE:
             values = {name: float(column[place]) for name, column in columns.items()}
             for name, value in values.items():
-                error = final.get(RESULTS[name].error.name)
-                if value and error is not None and math.isfinite(error[place] / value):
-                    errors[name] = float(error[place]) / abs(value)
+                about = RESULTS[name]
+                for relative, kind in ((errors, about.error), (couplings, about.coupling_error)):
+                    error = final.get(kind.name)
+                    if value and error is not None and math.isfinite(error[place] / value):
+                        relative[name] = float(error[place]) / abs(value)
         elif point.case:
             reason = failures.get(point.id, _UNKNOWN_REASON)
         of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}
         frame = point.case.frame if values and point.case else POINT_CONTACT
         number = len(results) + 1
         results.append(
-            PointResult(number, point.id, outcome, reason, of_point, values, errors, frame)
+            PointResult(
+                number, point.id, outcome, reason, of_point, values, errors, frame, couplings
+            )
         )
     return results
+
+
+def coupling_remark(summary: xr.Dataset) -> str:
+    """Return how far friction in two directions would move results of one; empty if it would not.
+
+    Each number is the largest of all points.
+    """
+    moved = {
+        name: summary[about.name].values
+        for name in COUPLED
+        if (about := RESULTS[name].coupling_error).name in summary
+    }
+    if not any((errors > 0.0).any() for errors in moved.values()):
+        return ""
+    final = final_results(summary)
+
+    def share(*names: str) -> str:
+        """The largest part of results after the last cycle."""
+        pairs = ((final[RESULTS[name].coupling_error.name], final[name]) for name in names)
+        return _percent(pairs)
+
+    zones = {
+        words: [f"{zone}_half_width_{axis}" for axis in "xy"]
+        for words, zone in {"the contact": "contact", "the stick zone": "stick"}.items()
+    }
+    widths = listed([f"{words} by {share(*names)}" for words, names in zones.items()])
+    slip = float(np.nanmax(moved["slip"]))
+    unit = readable_unit([slip], "m")
+    depth = "maximum_wear_depth"
+    most = _percent([(moved[depth], summary[depth].values)])
+    return (
+        "Friction along y, which the slip model leaves out, may move the maximum wear depth by up "
+        f"to {most}, after the last cycle by {share(depth)}; half-widths of {widths}; and local "
+        f"slip by {unit.of(slip):.2g} {unit.name}"
+    )
+
+
+def _percent(pairs: Iterable[tuple[Array, Array]]) -> str:
+    """The largest ratio of changes to values where these are not zero or undefined."""
+    largest = 0.0
+    for changes, values in pairs:
+        known = (values > 0.0) & np.isfinite(changes)
+        largest = max(largest, float((changes[known] / values[known]).max(initial=0.0)))
+    return f"{100.0 * largest:.2g} %"
 
 
 def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
