@@ -7,10 +7,20 @@ import pytest
 
 import fretwear
 from fretwear.mechanics.state import State
-from fretwear.running.accuracy import ASKED, Round, measured_order, next_width, unreached
+from fretwear.running.accuracy import (
+    ASKED,
+    Round,
+    columns_of,
+    estimated_errors,
+    lower_orders,
+    measured_order,
+    next_width,
+    unreached,
+)
 from fretwear.running.batch import Checkpoint
 from fretwear.running.simulate import RunRecord, run
 from fretwear.study.case import CaseError
+from fretwear.study.doubts import doubts
 from fretwear.study.plan import affordable_width, estimate
 
 from ..studies import near
@@ -70,6 +80,19 @@ def test_a_written_cell_overrules_an_accuracy_and_a_tolerance_stays_as_written()
     assert make(tolerance=0.003).on_cells(2.0).tolerance == 0.003
 
 
+def test_measured_errors_take_the_place_of_rules_but_not_for_a_written_cell():
+    """A written cell overrules an accuracy, and its errors are told; tips are judged by no rule."""
+    given = {"roughness": {**WAVES, "slope_x": "6 deg"}, "cycles": 10, "output_cycles": []}
+    coarse = {"cell": ["0.45 um", "2.8 um"]}
+    for changes in (coarse, coarse | {"accuracy": None}):
+        told = run(make(**given, **changes)).dataset.attrs["warnings"]
+        assert "so coarsely that errors come to more than 5 %" in told
+        assert "asperities that the cells resolve too coarsely" in told
+    asked = make(**given, accuracy=0.2, budget=1.0)
+    assert "asperities" in str(doubts(asked.replace(accuracy=None, **coarse)))
+    assert "asperities" not in str(doubts(asked)) + run(asked).dataset.attrs["warnings"]
+
+
 def test_cells_become_narrower_by_what_measured_errors_and_their_order_need():
     case = make(roughness=WAVES)
     assert next_width(case, []) == 2.0
@@ -82,6 +105,22 @@ def test_cells_become_narrower_by_what_measured_errors_and_their_order_need():
     generous = make(roughness=WAVES, budget=40.0)
     assert next_width(generous, [wide, usual]) == near(0.4, rel=0.01)
     assert next_width(case, [wider, wide, usual]) is None
+
+
+def test_volumes_that_converge_slowly_have_errors_by_their_own_order():
+    """The wear of a rough capped contact by runs on cells 2, 1 and 0.556 wide: towards 660."""
+    rows = [finished(width, 1.5) for width in (2.0, 1.0, 0.556)]
+    for run_, volume in zip(rows, (106.0, 377.0, 514.0), strict=True):
+        for row in run_.rows:
+            row["wear_volume"] = volume
+    (lower,) = lower_orders(rows).items()
+    assert lower == ("wear_volume", near(0.8, rel=0.02))
+    fine, wide = columns_of(rows[2].rows), columns_of(rows[1].rows)
+    about = fine, wide, 1.0 / 0.556, {}, 0.003, measured_order(rows)
+    common, own = (
+        estimated_errors(*about, given)["wear_volume"][1] for given in ({}, {**lower_orders(rows)})
+    )
+    assert 514.0 + common < 660.0 < 514.0 + own < 2.0 * 660.0
 
 
 @pytest.mark.parametrize("growth", [2.0, 3.0, 4.5])

@@ -146,6 +146,9 @@ def labelled_case(
         values, apart = (np.abs(np.asarray(of[scalar.name])) for of in (scalars, errors))
         counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
+    of_run = trouble, beyond_friction, unreached
+    measured = case.asked_accuracy is not None
+    reasons = doubts(computed or case, relative, *of_run, measured=measured)
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
         "Conventions": CONVENTIONS,
@@ -156,9 +159,7 @@ def labelled_case(
         CODE_DIGEST.name: code_digest(),
         ARITHMETIC.name: arithmetic,
         "symmetry": symmetry,
-        "warnings": "\n".join(
-            map(str, doubts(computed or case, relative, trouble, beyond_friction, unreached))
-        ),
+        "warnings": "\n".join(map(str, reasons)),
     }
     return Labelled(variables, coordinates, attributes)
 

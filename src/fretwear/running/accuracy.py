@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,6 +161,7 @@ def estimated_errors(
     spread: Mapping[str, NDArray[np.float64]],
     tolerance: float,
     order: float = 1.0,
+    lower: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, NDArray[np.float64]]:
     """Estimate how far results are from the limit of infinitely narrow cells and short steps.
 
@@ -170,7 +171,10 @@ def estimated_errors(
     Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
     times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
     standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
-    between. The difference of two runs at one snapshot may be small by chance: the median over the
+    between; k^order takes the place of k, where `order` is that of all results or a `lower` one of
+    a result by its name.
+
+    The difference of two runs at one snapshot may be small by chance: the median over the
     snapshots of the difference relative to the value counts if it is larger. It is the median of
     logarithms, so that a hard snapshot beside an easy one does not count for both. A value missing
     in one of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
@@ -188,8 +192,8 @@ def estimated_errors(
     of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
     typical = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
     usual.update((name, max(usual[name], typical)) for name in of_edges)
-    part = _DEVIATIONS / math.sqrt(times ** (2.0 * order) - 1.0)
-    estimates = {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
+    part = {n: _DEVIATIONS / math.sqrt(times ** (2.0 * lower.get(n, order)) - 1.0) for n in apart}
+    estimates = {n: part[n] * np.maximum(apart[n], usual[n] * sizes[n]) for n in apart}
     for name, deviations in spread.items():
         estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
     for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
@@ -209,20 +213,45 @@ def measured_order(rounds: Sequence[Round]) -> float:
     It is the median over the results in `ASKED`, at least 1/2 and at most 3/2, and 1 if there are
     not three runs.
     """
+    of_each = _orders(rounds)
+    known = [of_each[name] for name in ASKED if name in of_each]
+    return float(np.median(known)) if known else _USUAL_ORDER
+
+
+def lower_orders(rounds: Sequence[Round]) -> dict[str, float]:
+    """Return the orders of results that add up over steps and converge more slowly than others.
+
+    A plastic band of a few cells widens them slowly; where edges fall in cells has no such order.
+    """
+    order = measured_order(rounds)
+    of_steps = ((n, own) for n, own in _orders(rounds).items() if any(w in n for w in _OF_STEPS))
+    return {name: own for name, own in of_steps if own < order}
+
+
+def _orders(rounds: Sequence[Round]) -> dict[str, float]:
+    """The order of each result by the differences of the last three runs; none of two.
+
+    The median over the snapshots counts, of values that have grown beyond a trace.
+    """
     if len(rounds) < 3:
-        return _USUAL_ORDER
-    last = rounds[-3:]
+        return {}
+    wide, middle, narrow = rounds[-3:]
+    fine = columns_of(narrow.rows)
     before, now = (
-        _differences(columns_of(fine.rows), columns_of(wide.rows))[2]
-        for wide, fine in pairwise(last)
+        _differences(columns_of(run.rows), columns_of(wider.rows))[0]
+        for wider, run in ((wide, middle), (middle, narrow))
     )
-    ratios = [before[name] / now[name] for name in ASKED if before.get(name) and now.get(name)]
-    if not ratios:
-        return _USUAL_ORDER
-    ratio, (wide, middle, narrow) = float(np.median(ratios)), (run.width for run in last)
     orders = np.linspace(_LEAST_ORDER, _MOST_ORDER, 61)
-    expected = (wide**orders - middle**orders) / (middle**orders - narrow**orders)
-    return float(np.interp(ratio, expected, orders))
+    powers = [run.width**orders for run in (wide, middle, narrow)]
+    expected = (powers[0] - powers[1]) / (powers[1] - powers[2])
+    found = {}
+    for name, values in fine.items():
+        size = np.nan_to_num(np.abs(values))
+        counts = (size > _TRACE * size.max()) & (before[name] > 0.0) & (now[name] > 0.0)
+        if counts.any():
+            ratio = float(np.exp(np.median(np.log(before[name][counts] / now[name][counts]))))
+            found[name] = float(np.interp(ratio, expected, orders))
+    return found
 
 
 def _differences(

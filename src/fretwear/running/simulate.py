@@ -40,6 +40,7 @@ from fretwear.running.accuracy import (
     Round,
     columns_of,
     estimated_errors,
+    lower_orders,
     measured_order,
     next_width,
     relative_errors,
@@ -300,8 +301,9 @@ def _run_on_cells(
     finished = Round(width, rows, {}, record.work)
     if coarser and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
-        order = measured_order([*record.rounds, finished])
-        of_case = times, spread, case.tolerance, order
+        rounds = [*record.rounds, finished]
+        of_order = measured_order(rounds), lower_orders(rounds)
+        of_case = times, spread, case.tolerance, *of_order
         errors = estimated_errors(scalars, columns_of(coarser), *of_case)
         states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]

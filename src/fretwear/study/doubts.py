@@ -76,7 +76,8 @@ class Unreached:
             reached += f"; the accuracy would take about {self.times:.0f} times as long as usual"
             accept = f"write budget: {math.ceil(1.1 * self.times)}, or {accept}"
         else:
-            reached += "; errors hardly fall on narrower cells"
+            most = f"more than {GREATEST_BUDGET:.0f} times as long as usual"
+            reached += f"; the accuracy would take {most}"
         what = f"is computed less accurately than the {100.0 * self.accuracy:.2g} % asked for"
         return Doubt(what, reached, accept)
 
@@ -87,19 +88,18 @@ def _lengths(**lengths: float) -> str:
     return ", ".join(texts).replace("_", " ")
 
 
-def _of_cells(case: Case) -> Iterator[Doubt]:
+def _of_band(case: Case) -> Iterator[Doubt]:
     """Rings and strips follow the edge of stick, with several of them across the band that yields.
 
     While wear frees a cell, in 1/(β p_lim) cycles, the bodies sink by the width of that band, so
     the edge of stick recedes by at most one width in each such time. If it recedes little, only the
     plastic volume is wrong: it is zero on cells that show no pressure above the limit.
     """
-    cells, tips = case.grid_spacing, zones_of_tip(case)
-    cell = math.sqrt(math.prod(cells))
+    cell = math.sqrt(math.prod(case.grid_spacing))
     if case.is_graded:
         cell = case.coarseness * narrowest_cell(case)
     ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
-    if 0.0 < ring < cell and not tips and follows and _reaches_limit(case):
+    if 0.0 < ring < cell and not zones_of_tip(case) and follows and _reaches_limit(case):
         recedes = ring * case.cycles * case.wear_growth * case.slip_limit
         matters = recedes > SMALL_ERROR * case.stick_radius
         resolvable = share_of_band(ring, narrowest_graded(case)) > 0.0
@@ -112,6 +112,11 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
                 "choose a larger tangential load, a lower plastic limit or, on a grid, a cell "
                 "below the width of the ring where that is practical",
             )
+
+
+def _of_cells(case: Case) -> Iterator[Doubt]:
+    """Cells resolve the contacts of tips, and the edge of stick."""
+    cells, tips = case.grid_spacing, zones_of_tip(case)
     coarse = [
         (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
         for zone, (widths, number) in tips.items()
@@ -265,15 +270,22 @@ def doubts(
     trouble: str = "",
     beyond_friction: float = 0.0,
     unreached: Unreached | None = None,
+    *,
+    measured: bool = False,
 ) -> tuple[Doubt, ...]:
     """Return the reasons to doubt the results of a valid case; usually there are none.
 
     Findings of a run are included: the largest estimated relative error of each result, by its
     words, or why errors could not be estimated, the share of the stick zone in which friction
-    cannot bear the shear of the slip model, and an accuracy that was not reached.
+    cannot bear the shear of the slip model, and an accuracy that was not reached. Where an accuracy
+    has chosen the cells, or will, by `measured` errors, no rule judges them but that of bands which
+    no cells show.
     """
-    checks = (_of_cells, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
+    measured = measured or case.asked_accuracy is not None
+    checks = (_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
     reasons = [doubt for check in checks for doubt in check(case)]
+    if not measured:
+        reasons[:0] = _of_cells(case)
     if trouble:
         what = "is computed without estimates of errors, since a run on wider cells failed"
         remedy = "write a finer cell, or error_estimate: false to do without"
@@ -290,7 +302,7 @@ def doubts(
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
         reasons.append(unreached.doubt())
-    elif error > LARGE_ERROR and case.accuracy is None:
+    elif error > LARGE_ERROR and not measured:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
         reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
     return tuple(reasons)
