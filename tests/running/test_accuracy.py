@@ -21,7 +21,12 @@ from fretwear.running.batch import Checkpoint
 from fretwear.running.simulate import RunRecord, run
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
-from fretwear.study.plan import affordable_width, estimate
+from fretwear.study.plan import (
+    SECONDS_PER_CASE,
+    SECONDS_TO_START,
+    affordable_width,
+    estimate,
+)
 
 from ..studies import near
 from .conftest import make_case
@@ -205,6 +210,10 @@ def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     usual, asked = estimate(case.replace(accuracy=None)), estimate(case)
     assert 1.0 < asked.seconds / usual.seconds < 1.3
     assert asked.memory_bytes > usual.memory_bytes
+    least, most = asked.ends
+    assert least < asked.seconds < most
+    start = SECONDS_TO_START + SECONDS_PER_CASE
+    assert 8.0 < (most - start) / (usual.seconds - start) <= 10.0
     assert affordable_width(case, 1.0) == 1.0
     assert affordable_width(case, 10.0) < affordable_width(case, 3.0) < 1.0
     assert affordable_width(case, math.inf) < affordable_width(case, 10.0)

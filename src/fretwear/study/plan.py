@@ -104,6 +104,8 @@ class Estimate:
     seconds: float  # time on one core
     memory_bytes: int  # memory while it runs
     file_bytes: int  # size of its file
+    # Least and most time, s, of a case that asks for an accuracy; empty if its cells are known.
+    ends: tuple[float, ...] = ()
 
     @property
     def cells(self) -> int:
@@ -117,14 +119,19 @@ def estimate(case: Case) -> Estimate:
     The window ends a little outside the largest contact of the run, plus the reach of the
     roughness. This contact lies on the way to the limiting worn state (`LimitingState`), widened if
     the stick zone shrinks, or carries the load at the plastic limit. The coarser run for error
-    estimates is included.
+    estimates is included. A case that asks for an accuracy may end with its first run, is expected
+    to end with default cells, and uses at most its budget.
     """
     if case.asked_accuracy is not None:
         runs = [_on_cells(case, width) for width in (LEAST_RATIO * WIDEST, WIDEST, 1.0)]
-        largest = _on_cells(case, affordable_width(case, case.budget or USUAL_BUDGET))
+        budget, start = case.budget or USUAL_BUDGET, SECONDS_TO_START + SECONDS_PER_CASE
+        largest = _on_cells(case, affordable_width(case, budget))
+        beside, first, usual = (run.seconds - start for run in runs)
+        ends = beside + first, max(budget * usual, beside + first + usual)
         return replace(
             runs[-1],
-            seconds=sum(run.seconds for run in runs) - 2 * (SECONDS_TO_START + SECONDS_PER_CASE),
+            seconds=start + beside + first + usual,
+            ends=tuple(start + each for each in ends),
             memory_bytes=largest.memory_bytes,
         )
     alone = _alone(case)
@@ -345,7 +352,7 @@ class Plan:
                 continue
             cost = self.estimates[point.id]
             cells = f"{cost.cells_x} x {cost.cells_y}"
-            time = duration_text(cost.seconds / speed)
+            time = span((each / speed for each in cost.ends or (cost.seconds,)), duration_text)
             yield (point.id, *labels, cells, time, size_text(cost.memory_bytes))
 
 
