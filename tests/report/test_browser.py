@@ -85,6 +85,25 @@ def test_the_slider_shows_profiles_and_zones_of_its_cycle(opened, finished):
     assert np.all(np.diff(opened.curve("a wear_volume", "history-plot")) >= 0.0)
 
 
+def test_profiles_along_y_are_those_of_the_file_and_have_an_address(opened, finished):
+    opened.choose("a", **CASE)
+    opened.move(4)
+    opened.find("#along [value=y]").click()
+    points = {tuple(point.labels.values()): point.id for point in finished.plan.points}
+    with open_case(finished.cases / f"{points['40 N', '0.4', '0.3 um', 'none']}.nc") as case:
+        now = case.isel(x=0, cycle=-1).load()
+    for name in ("pressure", "shear_traction"):
+        shown = opened.curve(f"a {name}")
+        expected = 1e-6 * now[name].values[: shown.size]
+        assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
+    stick = 1e6 * float(now["cell_y"]) * (now["contact_state"].values == 2).sum()
+    assert opened.curve("a stick", along="x").sum() == pytest.approx(stick)
+    address = opened.ask("return location.hash")
+    assert address.endswith("&along=y")
+    opened.ask("location.hash = arguments[0]; return 1", address.removesuffix("&along=y"))
+    opened.wait("return document.getElementById('along').value === 'x'")
+
+
 def test_two_cases_are_laid_over_each_other(opened):
     opened.choose("a", **CASE)
     assert not any(name.startswith("b ") for name in opened.curves())
@@ -189,7 +208,7 @@ def test_everything_can_be_done_by_keyboard_and_what_has_the_focus_is_outlined(o
         assert width >= 2.0, element[:200]
         opened.press(Keys.TAB)
     opened.ask("document.querySelector('#case-a select').focus()")
-    for expected in ["SELECT"] * 4 + ["compare", "own-scale", "play", "cycle"]:
+    for expected in ["SELECT"] * 4 + ["compare", "own-scale", "along", "play", "cycle"]:
         focus = "return document.activeElement.id || document.activeElement.tagName"
         assert opened.ask(focus) == expected
         opened.press(Keys.TAB)

@@ -73,6 +73,17 @@ def test_profiles_zones_and_histories_are_those_of_the_files_to_a_10000th(finish
                 found = np.array([summed(packed) for packed in case["profiles"][name]])
                 largest = np.abs(expected).max(axis=1, keepdims=True)
                 assert (np.abs(found - expected) <= 0.51e-4 * largest).all()
+            across = case["across"]
+            first, spacing, count_y = across["x"]
+            y = 1e6 * stored["y"].values[:count_y]
+            assert first + spacing * np.arange(count_y) == pytest.approx(y, rel=1e-9)
+            for name, packed in across["profiles"].items():
+                expected = stored[name].values[:, 0, :count_y] / SIZES[data["words"][name]["unit"]]
+                found = np.array([summed(row) for row in packed])
+                largest = np.abs(expected).max(axis=1, keepdims=True)
+                assert (np.abs(found - expected) <= 0.51e-4 * largest).all()
+            for name, widths in across["numbers"].items():
+                assert widths == pytest.approx(1e6 * stored[name].values, rel=1e-6)
             for cycle, zones in enumerate(case["zones"]):
                 for state, number in (("slip", 1), ("stick", 2)):
                     inside = np.zeros(count, bool)

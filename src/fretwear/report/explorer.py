@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain, product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ Packed = dict[str, Any]
 """Data that the script reads, as in JSON."""
 
 EXPLORED_PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
-"""Fields along x, one in each panel of the explorer."""
+"""Fields along x or y, one in each panel of the explorer."""
 MAPS = ("pressure", "wear_depth")
 """Fields over x and y of contacts that are not even, one in each map of the explorer."""
 EXPLORED_HISTORIES = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
@@ -80,7 +80,10 @@ def build_explorer(
             assert planned.case is not None
             packed = _curves(file, planned.place, numbers, units)
             path = folder / "cases" / f"{case_id}.nc"
-            packed |= {"id": case_id, **_surfaces(path, planned.case, packed["cycles"], units)}
+            with opened_case(path) as stored:
+                snapshots = np.searchsorted(stored["cycle"][:], np.array(packed["cycles"]))
+                packed |= {"id": case_id, **_surfaces(stored, planned.case, snapshots, units)}
+                packed["across"] = _across(stored, snapshots, units)
             is_constant = isinstance(planned.case.friction, float) and not planned.case.blocks
             cases.append({**packed, "friction": planned.case.friction if is_constant else None})
     heights = [curve for case in cases for curve in case["heights"] or ()]
@@ -155,10 +158,22 @@ def _curves(
     taken = np.flatnonzero(np.isfinite(list(history.values())).all(axis=0))
     taken = taken[evenly(taken.size, _MOST_STEPS)]
     x = MICROMETRE.of(x[inside])
+    return {
+        **_line(x, profiles, units),
+        "cycles": cycles[snapshots].tolist(),
+        "numbers": {name: _short(units[name].of(values)) for name, values in numbers.items()},
+        "history": {
+            name: _short(units[name].of(values[taken]) if name in units else values[taken])
+            for name, values in history.items()
+        },
+    }
+
+
+def _line(x: Array, profiles: Callable[[str], Array], units: Mapping[str, Unit]) -> Packed:
+    """Pack places on a line, µm, with zones and profiles there, of shape (snapshots, places)."""
     half = 0.5 * float(x[1] - x[0]) if x.size > 1 else float(x[0])
     return {
         "x": [float(x[0]), 2.0 * half, x.size],
-        "cycles": cycles[snapshots].tolist(),
         "zones": [
             {
                 state.name.lower(): stretches(row == state, x, half)
@@ -170,15 +185,35 @@ def _curves(
             name: [delta_coded(units[name].of(row)) for row in profiles(name)]
             for name in EXPLORED_PROFILES
         },
-        "numbers": {name: _short(units[name].of(values)) for name, values in numbers.items()},
-        "history": {
-            name: _short(units[name].of(values[taken]) if name in units else values[taken])
-            for name, values in history.items()
-        },
     }
 
 
-def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[str, Unit]) -> Packed:
+def _across(
+    file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, Unit]
+) -> Packed | None:
+    """Read a case along y on the line nearest x = 0; None for a line contact."""
+    if Y.name not in file.variables:
+        return None
+    x, y = (file[axis.name][:].astype(np.float64) for axis in (X, Y))
+    widths = {
+        name: file[name][:].astype(np.float64)[places]
+        for name in ("contact_half_width_y", "stick_half_width_y")
+    }
+    reach = _AROUND_PROFILE * float(widths["contact_half_width_y"].max())
+    inside = np.flatnonzero(np.abs(y) <= max(reach, 2.0 * float(np.abs(y).min())))
+    middle = int(np.abs(x).argmin())
+
+    def profiles(name: str) -> Array:
+        rows = [file[name][place, middle][inside] for place in places]
+        return np.array(rows, dtype=np.float64)
+
+    line = _line(MICROMETRE.of(y[inside]), profiles, units)
+    return line | {"numbers": {name: _short(MICROMETRE.of(w)) for name, w in widths.items()}}
+
+
+def _surfaces(
+    file: netCDF4.Dataset, case: Case, places: NDArray[np.intp], units: Mapping[str, Unit]
+) -> Packed:
     """Read maps of a contact that is not even, and heights, m, of a rough one before and after.
 
     Either is None if it does not apply. The heights are those above which 0, 1, … 100 % of the
@@ -189,17 +224,16 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     if not is_seen and not is_rough:
         return {"view": None, "heights": None}
     view, heights = None, None
-    with opened_case(path) as file:
-        if is_seen:
-            view = _view(file, np.searchsorted(file["cycle"][:], cycles), units)
-        if is_rough and case.rough is not None:
-            names = case.frame.axes
-            axes = [file[name][:].astype(np.float64) for name in names]
-            half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
-            lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
-            worn = np.stack([np.zeros_like(lost), lost])
-            surfaces = case.rough.in_contact(axes, half_widths, worn)
-            heights = [surface[evenly(surface.size, _SHARES)] for surface in surfaces]
+    if is_seen:
+        view = _view(file, places, units)
+    if is_rough and case.rough is not None:
+        names = case.frame.axes
+        axes = [file[name][:].astype(np.float64) for name in names]
+        half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
+        lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
+        worn = np.stack([np.zeros_like(lost), lost])
+        surfaces = case.rough.in_contact(axes, half_widths, worn)
+        heights = [surface[evenly(surface.size, _SHARES)] for surface in surfaces]
     return {"view": view, "heights": heights}
 
 
@@ -265,7 +299,7 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     in_maps = len(MAPS) * _MOST_SQUARES**2
     lengths = [
         (
-            len(EXPLORED_PROFILES) * estimate(point.case).cells_x
+            len(EXPLORED_PROFILES) * sum(_sides(point.case))
             + (0 if all(point.case.even) else in_maps)
         )
         * len(point.case.output_cycles)
@@ -283,6 +317,12 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     if done and not set(done).intersection(places):
         return [done[place] for place in evenly(len(done), most)]
     return places
+
+
+def _sides(case: Case) -> tuple[int, int]:
+    """Numbers of cells along x and, in a point contact, along y."""
+    cells = estimate(case)
+    return cells.cells_x, cells.cells_y if len(case.frame.axes) > 1 else 0
 
 
 def thinned_levels(lengths: Sequence[int], most: int) -> list[list[int]]:

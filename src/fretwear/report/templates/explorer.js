@@ -5,8 +5,8 @@
   const PAUSE = 900;
   const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
   const get = (id) => document.getElementById(id);
-  const [status, slider, play, compare, ownScale] = [
-    "explorer-status", "cycle", "play", "compare", "own-scale",
+  const [status, slider, play, compare, ownScale, along] = [
+    "explorer-status", "cycle", "play", "compare", "own-scale", "along",
   ].map(get);
 
   const unpacked = (id) => {
@@ -39,8 +39,10 @@
     return steps.map((step) => (step === null ? null : (sum += step) * scale));
   };
   for (const one of study.cases) {
-    one.x = places(one.x);
-    for (const name in one.profiles) one.profiles[name] = one.profiles[name].map(summed);
+    for (const line of [one, one.across ?? []]) {
+      if (line.x) line.x = places(line.x);
+      for (const name in line.profiles) line.profiles[name] = line.profiles[name].map(summed);
+    }
     for (const name of one.view ? study.maps : []) {
       one.view.fields[name] = one.view.fields[name].map((rows) => rows.map(summed));
     }
@@ -95,6 +97,8 @@
     [0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"],
     [0.75, "#57106e"], [1, "#000004"],
   ];
+  /* What a case has along the axis chosen: places x there, zones, profiles and half-widths. */
+  const lineOf = (data) => (along.value === "y" && data.across) || data;
   const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
   let colors;
 
@@ -139,14 +143,15 @@
   function profileFigure(shown) {
     const strip = study.profiles.length;
     const top = 1 - 0.03 * shown.length;
-    const right = 1.12 * largest(shown.flatMap(({ data }) => data.numbers.contact_half_width_x));
-    const left = shown.some(({ data }) => data.x[0] < 0) ? -right : 0;
+    const right = 1.12 * largest(shown.flatMap(({ data }) =>
+      lineOf(data).numbers[`contact_half_width_${along.value}`]));
+    const left = shown.some(({ data }) => lineOf(data).x[0] < 0) ? -right : 0;
     const ys = study.profiles.map((name) => {
       const scale = 1.06 * (highest(shown, name, right) || 1);
       const range = name === "wear_depth" ? [scale, 0] : [0, scale];
       return axis(words[name].label, { range, nticks: 5 });
     });
-    const x = axis(words.x.label, { range: [left, right], hoverformat: ".4~g" });
+    const x = axis(words[along.value].label, { range: [left, right], hoverformat: ".4~g" });
     const layout = panels(720 + 20 * shown.length, x, ys, {
       barmode: "overlay",
       hovermode: "x",
@@ -161,11 +166,12 @@
         ticklabelstandoff: 5, fixedrange: true, showgrid: false, zeroline: false, color: colors.ink,
       },
     });
-    const data = shown.flatMap((one, row) => zones(one, row, `y${strip + 1}`));
+    const drawn = shown.flatMap((one, row) => zones(one, row, `y${strip + 1}`));
     study.profiles.forEach((name, place) => {
-      for (const { key, snapshot, data: { x, profiles, friction } } of shown) {
+      for (const { key, snapshot, data } of shown) {
+        const [{ x, profiles }, { friction }] = [lineOf(data), data];
         const add = (title, values, line, hover) =>
-          data.push(curve(`${key} ${title}`, place, x, values, line, hover));
+          drawn.push(curve(`${key} ${title}`, place, x, values, line, hover));
         const thin = { color: colors.muted, width: 1 };
         if (shown.length === 1) {
           /* For one case alone: its first profile, and the limit of friction on the traction. */
@@ -179,13 +185,14 @@
         add(name, profiles[name][snapshot], line, hover);
       }
     });
-    return { data, layout };
+    return { data: drawn, layout };
   }
 
   /* The highest value of a profile, of all snapshots or of the one shown. The gap, which grows
      without bound outside the contact, is scaled by what is in view of the last snapshot. */
   function highest(shown, name, right) {
-    return largest(shown.flatMap(({ data: { x, profiles }, snapshot }) => {
+    return largest(shown.flatMap(({ data, snapshot }) => {
+      const { x, profiles } = lineOf(data);
       const now = profiles[name].at(ownScale.checked ? snapshot : -1);
       if (name === "gap") return now.filter((_, cell) => Math.abs(x[cell]) <= right);
       return ownScale.checked ? now : profiles[name].flat();
@@ -200,7 +207,7 @@
       slip: { color: colors.ground, line: { color, width: 0.75 }, pattern: hatched },
     };
     return Object.entries(markers).map(([state, marker]) => {
-      const found = data.zones[snapshot][state];
+      const found = lineOf(data).zones[snapshot][state];
       return {
         type: "bar", orientation: "h", width: 0.72, xaxis: "x", yaxis, name: `${key} ${state}`,
         base: found.map(([from]) => from),
@@ -219,9 +226,10 @@
   function edges({ key, data, snapshot }, y1) {
     const color = colors[key];
     const tall = { yref: "paper", y0: 0, y1, layer: "below" };
+    const { x, numbers } = lineOf(data);
     const [stick, contact] = ["stick", "contact"].map((zone) =>
-      data.numbers[`${zone}_half_width_x`][snapshot]);
-    return (data.x[0] < 0 ? [-1, 1] : [1]).flatMap((side) => [
+      numbers[`${zone}_half_width_${along.value}`][snapshot]);
+    return (x[0] < 0 ? [-1, 1] : [1]).flatMap((side) => [
       {
         type: "rect", x0: 0, x1: side * stick, fillcolor: color, opacity: 0.1, line: { width: 0 },
         ...tall,
@@ -399,8 +407,8 @@
       Plotly.react(place, data, layout, CONFIG);
       place.setAttribute("aria-label", `${label}; ${titles}`);
     };
-    const along = `Along x after ${formatted(now)} cycles: ${told(study.profiles)}`;
-    picture(get("profile-plot"), profileFigure(shown), along);
+    const line = `Along ${along.value} after ${formatted(now)} cycles: ${told(study.profiles)}`;
+    picture(get("profile-plot"), profileFigure(shown), line);
     const over = `Over the cycles: ${told(study.histories.flat())}`;
     picture(get("history-plot"), historyFigure(shown, now), over);
     const maps = viewed.flatMap((one) => study.maps.map((name) => [one, name]));
@@ -443,6 +451,7 @@
     const told = { case: points[selected.a], with: compare.checked && points[selected.b] };
     for (const name in told) if (told[name]) asked.set(name, told[name].number);
     asked.set("cycle", cycle);
+    if (along.value === "y") asked.set("along", "y");
     const address = `#${asked}`;
     if (started && location.hash !== address) window.history.replaceState(null, "", address);
   }
@@ -457,6 +466,7 @@
     compare.checked = other >= 0;
     if (compare.checked) select("b", other);
     if (asked.has("cycle")) cycle = Number(asked.get("cycle"));
+    along.value = asked.get("along") === "y" && !along.parentElement.hidden ? "y" : "x";
     update();
     get("explorer").scrollIntoView();
   }
@@ -489,7 +499,7 @@
     if (!timer && atEnd()) go(0);
     setPlaying(!timer);
   });
-  ownScale.addEventListener("change", draw);
+  for (const control of [ownScale, along]) control.addEventListener("change", draw);
   compare.addEventListener("change", () => {
     if (selected.b === null) select("b", neighbor(Math.max(0, selected.a)));
     update();
@@ -507,6 +517,7 @@
   }
   get("explorer-body").hidden = false;
   compare.parentElement.hidden = points.length < 2;
+  along.parentElement.hidden = !study.cases.every(({ across }) => across);
   select("a", study.start);
   update();
   recall();
