@@ -1,14 +1,18 @@
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.fitting.comparison import Comparison
 from fretwear.fitting.search import FitError, fit
 from fretwear.fitting.section import fit_figures, fit_sections
+from fretwear.fitting.words import doubts_of
 from fretwear.running.simulate import run
 from fretwear.study.case import Case
+from fretwear.study.fits import Measurement
 from fretwear.study.study import load_study
 
 from ..studies import TITANIUM, base, near, steel, write_study
@@ -259,3 +263,41 @@ def test_without_estimates_errors_are_those_of_the_measurement_and_that_is_told(
     found, width = a_volume_with(tmp_path, error_estimate=False)
     assert width == pytest.approx(1e-3, rel=0.05)
     assert any("has no estimate of its numerical error" in told for told in found.warnings)
+
+
+def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
+    """A loop as wide as the scatter lies nearer to them than the true one does."""
+    turn = np.linspace(0.0, 2 * np.pi, 240, endpoint=False)
+    x = np.cos(turn)
+    force = x - 0.05 * np.sin(turn) + np.random.default_rng(1).normal(scale=0.1, size=240)
+    measured = Measurement.unchecked(
+        quantity="loop", readings=(x, force), noise=1e-3, force_noise=0.1, baseline=()
+    )
+    comparison = Comparison(measured, 0, None)
+    around = np.linspace(0.0, 2 * np.pi, 257)
+
+    def misfit(width):
+        loop = np.concatenate([np.cos(around), np.cos(around) - width * np.sin(around)])
+        return comparison.misfit(loop, np.zeros(0))
+
+    widths = np.linspace(0.0, 0.15, 16)
+    assert widths[np.argmin([misfit(width) for width in widths])] == pytest.approx(0.05, abs=0.021)
+    assert misfit(0.05) == pytest.approx(240, rel=0.2)
+
+
+@pytest.mark.parametrize(("name", "told"), [("friction", False), ("wear_coefficient", True)])
+def test_the_product_of_coefficient_cycles_and_slip_is_told_of_coefficients_alone(
+    tmp_path, name, told
+):
+    ranges = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"], "friction": [0.3, 0.9]}
+    quantity = {"friction": "tangential_force", "wear_coefficient": "wear_volume"}[name]
+    value = {"friction": "640 N/mm", "wear_coefficient": "0.03 mm^2"}[name]
+    number = {"quantity": quantity, "value": value, "error": "2 %"}
+    found = fit(study_of(tmp_path, {name: ranges[name]}, number, error_estimate=False))
+    assert any("only the product" in warning for warning in found.warnings) is told
+    law = [
+        replace(each, free=replace(each.free, name="wear_coefficient.pressure_exponent"))
+        for each in found.unknowns
+    ]
+    doubts = [*doubts_of(replace(found, unknowns=(*law,)), found.study.points()[0].case)]
+    assert not any("only the product" in doubt for doubt in doubts)

@@ -151,12 +151,18 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
 
 
 def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_path):
-    turn = np.linspace(0.0, 2 * np.pi, 20)
-    scar = text(np.cos(turn), 2 * np.sin(turn), "displacement (um),force (kN)")
-    loop = {"quantity": "loop", "force_noise": "0.2 N"}
+    turn = np.linspace(0.0, 2 * np.pi, 20, endpoint=False)
+    x, force, head = np.cos(turn), -2 * np.sin(turn), "displacement (um),force (kN)"
+    scar, loop = text(x, force, head), {"quantity": "loop", "force_noise": "0.2 N"}
     (measured,) = study(tmp_path, scar, **loop).fit.data
-    assert measured.readings[0] == near(1e-6 * np.cos(turn))
-    assert measured.readings[1] == near(2e3 * np.sin(turn))
+    assert measured.readings[0] == near(1e-6 * x)
+    assert measured.readings[1] == near(1e3 * force)
+    for order in (np.roll(np.arange(20), 7), np.arange(20)[::-1]):
+        (other,) = study(tmp_path, text(x[order], force[order], head), **loop).fit.data
+        for each, first in zip(other.readings, measured.readings, strict=True):
+            assert each == pytest.approx(first, abs=1e-9 * np.ptp(first))
+    order = np.random.default_rng(1).permutation(20)
+    assert "is not one loop" in refusal(tmp_path, text(x[order], force[order], head), **loop)
     assert "force_noise: is missing" in refusal(tmp_path, scar, quantity="loop")
     assert "column 'depth', not force" in refusal(
         tmp_path, scar.replace("force (kN)", "depth (um)"), **loop
@@ -168,9 +174,9 @@ def test_loops_of_line_contacts_have_forces_per_length(tmp_path):
     loop = {"file": "loop.csv", "quantity": "loop", "force_noise": "2 N/mm"}
     content = {"base": TITANIUM, "fit": {"free": {"friction": [0.1, 0.9]}, "data": [loop]}}
     file, head = tmp_path / "line.yaml", "displacement (um),force (N/mm)"
-    (tmp_path / "loop.csv").write_text(text(np.cos(turn), 640 * np.sin(turn), head))
+    (tmp_path / "loop.csv").write_text(text(np.cos(turn), -640 * np.sin(turn), head))
     (measured,) = load_study(write_study(file, content)).fit.data
-    assert measured.readings[1] == pytest.approx(640e3 * np.sin(turn), abs=1e-6)
+    assert measured.readings[1] == pytest.approx(-640e3 * np.sin(turn), abs=1e-6)
     loop["force_noise"] = "2 N"
     with pytest.raises(StudyError, match="must be a force"):
         load_study(write_study(file, content))

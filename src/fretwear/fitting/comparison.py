@@ -22,6 +22,7 @@ _DEPENDENT = 1e-8  # of singular values
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
 # Displacements of a loop without a noise of their own are known to this part of the amplitude.
 _FIRM = 1e-3
+_NEAR_ENDS = 4.0  # displacements, in units of noise
 _ROUNDING = 1e-6  # numerical error that does not count
 _SMALL = 1e-4  # change of a loop for derivatives, over its size
 
@@ -156,7 +157,11 @@ class Comparison:
         return np.array([(of.value - signal[0]) / size])
 
     def _nearest_on_the_loop(self, signal: Array, nuisances: Array) -> tuple[Array, Array]:
-        """Forces where the loop is nearest to each reading, and distances in units of noise."""
+        """Forces where the loop is nearest to each reading, and distances in units of noise.
+
+        Each reading belongs to the half in which its displacement falls or rises, else noise as
+        wide as a loop would be nearer to both halves; near the ends it may belong to either.
+        """
         of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
         assert of.readings is not None
         where, force = np.split(signal, 2)
@@ -172,6 +177,12 @@ class Comparison:
         along = np.clip((x * over + y * up) / lengths, 0.0, 1.0)
         x, y = x - along * over, y - along * up
         squares = x**2 + y**2
+        half, (measured, _) = sides.shape[0] // 2, of.readings
+        ends = measured.min() + _NEAR_ENDS * scale[0], measured.max() - _NEAR_ENDS * scale[0]
+        inside = (measured > ends[0]) & (measured < ends[1])
+        falls = np.arange(measured.size) <= measured.argmin()
+        squares[inside & falls, half:] = np.inf
+        squares[inside & ~falls, :half] = np.inf
         sides_of = squares.argmin(axis=1)
         nearest = np.arange(len(points)), sides_of
         # A normal that turns along each side has one sign around a corner.

@@ -20,6 +20,7 @@ _INSENSITIVE = 0.1  # change of a scar over the change of its coefficient
 _SMALL_STROKE = 0.1  # over the contact half-width
 _UNLIKELY = 0.01
 _WEAR = ("wear_coefficient", "energy_wear_coefficient")
+_COEFFICIENTS = ("indenter", "flat", "value", "rim", "core")  # within a pair or a law
 _OF_PATH = ("cycles", "sliding_amplitude", "displacement_amplitude", "sliding_distance")
 
 
@@ -109,7 +110,11 @@ def _of_pairs(fit: Fit) -> Iterator[str]:
 def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
     """What is known of wear coefficients, debris and the bodies."""
     names = [unknown.free.name for unknown in fit.unknowns]
-    of_wear = [name for name in names if name.partition(".")[0] in _WEAR]
+    of_wear = [
+        name
+        for name in names
+        if name.partition(".")[0] in _WEAR and name.rpartition(".")[2] in (*_WEAR, *_COEFFICIENTS)
+    ]
     if not of_wear:
         return
     what = listed(dict.fromkeys(of_wear))

@@ -68,6 +68,7 @@ _LENGTH, _FORCE = BY_SI_UNIT["m"], BY_SI_UNIT["N"]
 _ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (Unit("J/m"),))
 # A scar whose readings have the wrong sign is this many times deeper above its base line.
 _WRONG_WAY = 3.0
+_DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
 
 
 @dataclass(frozen=True)
@@ -477,7 +478,7 @@ def _readings(about: Measurement) -> tuple[Array, Array]:
     else:
         x, depth = _columns(path, about)
     if about.is_loop:
-        return x, depth
+        return _in_order(x, depth)
     if (np.diff(x) < 0.0).all():
         x, depth = x[::-1], depth[::-1]
     for place, (before, after) in enumerate(pairwise(x), start=2):
@@ -493,6 +494,23 @@ def _readings(about: Measurement) -> tuple[Array, Array]:
         rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
         raise QuantityError(rule, "name the column height if it holds heights")
     return x, depth
+
+
+def _in_order(x: Array, force: Array) -> tuple[Array, Array]:
+    """Displacements and forces of a loop that dissipates, from the largest displacement on."""
+    if float(force @ (np.roll(x, -1) - np.roll(x, 1))) < 0.0:
+        x, force = x[::-1], force[::-1]
+    begin = int(x.argmax())
+    x, force = np.roll(x, -begin), np.roll(force, -begin)
+    down, up = np.split(x, [int(x.argmin()) + 1])
+    back = (
+        (down - np.minimum.accumulate(down)).max(),
+        (np.maximum.accumulate(up) - up).max(initial=0),
+    )
+    if max(back) > _DISORDER * np.ptp(x):
+        rule = "is not one loop: its displacement does not fall and rise once"
+        raise QuantityError(rule, "give the readings of one cycle, one after the other")
+    return x, force
 
 
 def _columns(path: Path, about: Measurement) -> tuple[Array, Array]:
