@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -29,6 +30,7 @@ from fretwear.running.resources import (
 )
 from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
 from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
 
 from ..studies import STEEL, near, steel
 from .conftest import BASE, make_case, without
@@ -168,6 +170,14 @@ def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
     # Of a single job, two cores make no shorter one.
     assert study_seconds(few, 2) == near(study_seconds(few))
     assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
+
+
+def test_a_plan_counts_the_figures_and_claims_that_an_entry_point_adds():
+    """Those of the source study took 18 s of the processor, of 31 s for all figures and claims."""
+    studies = Path(__file__).parents[2] / "studies"
+    source = Plan(load_study(studies / "paper.yaml"))
+    other = Plan(load_study(studies / "paper.yaml", ["load=51 N"]))
+    assert seconds_after(source) - seconds_after(other) == near(18, rel=0.1)
 
 
 def test_stresses_are_planned_for_each_of_their_snapshots(load):

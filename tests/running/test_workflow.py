@@ -13,6 +13,7 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
+from fretwear.running.resources import seconds_after
 from fretwear.running.workflow import (
     Progress,
     StudyJobs,
@@ -22,9 +23,10 @@ from fretwear.running.workflow import (
     study_file,
     write_finished,
 )
+from fretwear.study.plan import SECONDS_TO_START
 from fretwear.study.problems import StudyError
 
-from ..studies import WAVES, HandClock, write_study
+from ..studies import WAVES, HandClock, near, write_study
 from .conftest import BASE, HOPELESS, TINY, Checkout, wait_for, without
 
 AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
@@ -102,6 +104,38 @@ def test_each_case_is_told_once_it_is_done_with_the_time_left(load, tmp_path, mo
     minutes = [float(line.split(" about ")[1].split()[0]) for line in told]
     assert minutes == sorted(minutes, reverse=True)
     assert minutes[-1] > 0, "figures and report follow"
+
+
+def test_the_time_left_never_rises_while_a_last_job_keeps_one_core_of_two(
+    load, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    told, clock, vary = [], HandClock(), {"load": [f"{n} N" for n in (20, 25, 30, 35, 40, 45)]}
+    jobs = StudyJobs(load({**TINY, "vary": vary, "batch": 5}))
+    cases = Path(jobs.folder, "cases")
+    cases.mkdir(parents=True)
+    progress = Progress(jobs, 2, told.append, clock)
+    long, short = jobs.batches.values()
+    assert [len(job.case_ids) for job in (long, short)] == [5, 1]
+    seconds = {name: each.seconds - SECONDS_TO_START for name, each in jobs.plan.estimates.items()}
+    events = []
+    for number, job in enumerate((long, short)):
+        ends = SECONDS_TO_START + np.cumsum([seconds[name] for name in job.case_ids])
+        events += [
+            (end, name, number, name == job.case_ids[-1])
+            for end, name in zip(ends, job.case_ids, strict=True)
+        ]
+    predicted = []
+    for end, name, number, is_last in sorted(events):
+        clock.now = 3.0 * end  # a machine three times slower than planned
+        (cases / f"{name}.nc").write_text("done")
+        if is_last:
+            write_finished(jobs_record(jobs, number), cases, ())
+        progress.look()
+        words = told[-1].split(" about ")[1].split()
+        predicted.append(clock.now + float(words[0]) * {"s": 1, "min": 60}[words[1]])
+    actual = clock.now + 3.0 * seconds_after(jobs.plan)
+    assert predicted == [near(actual, rel=0.1)] * 6
 
 
 def jobs_record(jobs, number):

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from fretwear.source_study.cases import (
-    TITLES,
     amplitude_left,
     asperities,
     asperities_like_the_whole,
@@ -21,6 +20,7 @@ from fretwear.source_study.cases import (
     zone_means,
 )
 from fretwear.source_study.claims import CLAIMS, Verdict, percent, short
+from fretwear.source_study.parameters import TITLES
 from fretwear.vocabulary import ContactState
 
 from .conftest import doctored

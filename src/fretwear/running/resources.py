@@ -204,13 +204,20 @@ def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
 
 
 def seconds_after(plan: Plan) -> float:
-    """Return the time, s, to merge a study, draw its figures and write its report."""
+    """Return the time, s, to merge a study, draw its figures and write its report.
+
+    Entry points of the group ``fretwear.plans`` tell what figures and sections added to it take.
+    """
+    from importlib.metadata import entry_points
+
     cases = len(plan.estimates)
+    # Beside more cases than are drawn, what is added to their figures is a small part.
+    some = [case for point in plan.points[:MOST_CASES_DRAWN] if (case := point.case)]
+    added = math.fsum(entry.load()(some) for entry in entry_points(group="fretwear.plans"))
     drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
     merging = SECONDS_OF_MERGING + SECONDS_PER_BYTE_MERGED * plan.file_bytes
-    return (
-        merging + SECONDS_OF_FIGURES + drawn + SECONDS_OF_REPORT + SECONDS_PER_CASE_REPORTED * cases
-    )
+    reporting = SECONDS_OF_REPORT + SECONDS_PER_CASE_REPORTED * cases
+    return merging + SECONDS_OF_FIGURES + drawn + reporting + added
 
 
 def study_seconds(plan: Plan, at_once: int = 1, speed: float = 1.0) -> float:

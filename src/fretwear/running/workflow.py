@@ -230,7 +230,7 @@ class Progress:
     """Tells each case of a running study once it is done, with the time left.
 
     A thread looks for case files and records of batches, which every kind of job leaves, wherever
-    it runs. The time left follows from the plan and the pace so far.
+    it runs. The time left follows from the plan and from how much longer than planned cases took.
     """
 
     def __init__(
@@ -256,7 +256,8 @@ class Progress:
             for case_id in case_ids
         }
         self._count, self._done, self._after = len(self._left), 0.0, seconds_after(jobs.plan)
-        self._began, self._looking = clock(), threading.Lock()
+        self._jobs, self._busy = len(self._batches), 0.0  # seconds of all jobs together so far
+        self._looked, self._looking = clock(), threading.Lock()
 
     def look(self) -> None:
         """Tell the cases that are done since the last look, by whichever thread comes first."""
@@ -264,6 +265,8 @@ class Progress:
             self._tell_done()
 
     def _tell_done(self) -> None:
+        now, running = self._clock(), min(self._at_once, len(self._batches))
+        self._busy, self._looked = self._busy + running * (now - self._looked), now
         present = case_files(self._cases)
         done = [n for n in self._left if n in present and present[n] != self._before.get(n)]
         for record in [record for record in self._batches if record.exists()]:
@@ -276,12 +279,22 @@ class Progress:
             )
 
     def _seconds_left(self) -> float:
-        """Time, s, until the report is written."""
-        left, running = sum(self._left.values()), min(self._at_once, len(self._left))
-        begun = 0.5 * left * running / len(self._left) if self._left else 0.0
-        started = self._at_once * SECONDS_TO_START
-        pace = (self._clock() - self._began) / (started + self._done + begun)
-        return math.ceil(pace * (left - begun + self._at_once * self._after))
+        """Time, s, until the report is written.
+
+        Jobs that are left share the cores, but none is shorter than its cases, so that a last one
+        keeps one core only. Every case that runs counts as half done.
+        """
+        waiting = [
+            [self._left[case_id] for case_id in case_ids if case_id in self._left]
+            for case_ids in self._batches.values()
+        ]
+        works = sorted((sum(case) - 0.5 * case[0] for case in waiting if case), reverse=True)
+        running = min(self._at_once, len(works))
+        begun = sum(sorted((0.5 * case[0] for case in waiting if case), reverse=True)[:running])
+        started = (self._jobs - len(self._batches) + running) * SECONDS_TO_START
+        slowness = self._busy / max(started + self._done + begun, 1e-3)
+        ahead = (len(works) - running) * SECONDS_TO_START + sum(self._left.values()) - begun
+        return math.ceil(slowness * (max([ahead / self._at_once, *works[:1]]) + self._after))
 
     def start(self) -> None:
         """Look every second, or more rarely at folders that take long to look at."""

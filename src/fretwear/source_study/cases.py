@@ -19,6 +19,7 @@ from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.surfaces import Ellipsoid
+from fretwear.source_study.parameters import ROUGH, SHARED, TITLES, title_of
 from fretwear.vocabulary import ContactState, PointStatus
 
 if TYPE_CHECKING:
@@ -29,29 +30,11 @@ Selection = tuple[NDArray[np.bool_], ...]
 
 RUN_IN = 7000
 """Cycles after which, according to the study, rough and smooth contacts are alike."""
-PLASTIC_LIMIT = 4500e6
-"""Plastic limit of the study, Pa."""
-TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
-"""The titles of the four cases of the study, in this order."""
 
 _RADIUS = 0.01
 _FEWEST_CELLS = 12  # in contact on an asperity
 _MOST_NEWTONS, _BISECTIONS = 10.0, 50  # a load above any that a tip carries
 _SHAPE_DEPENDENT = "jaeger"
-_SHARED = {
-    "load": 50.0,
-    "tangential_load": 20.0,
-    "friction": 0.5,
-    "youngs_modulus": 208e9,
-    "poisson_ratio": 0.3,
-    "wear_coefficient": 7e-13,
-    "junction_growth": 0.0,
-}
-_ROUGH = {
-    "roughness_amplitude": 0.2e-6,
-    "roughness_slope_x": math.radians(5.7),
-    "roughness_slope_y": math.radians(1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -119,7 +102,7 @@ class StudyCase:
     @cached_property
     def roughness(self) -> WavyRoughness:
         """The waves of the case, without amplitude if it is smooth."""
-        return WavyRoughness(*[self.parameter(name) for name in _ROUGH])  # type: ignore[arg-type]
+        return WavyRoughness(*[self.parameter(name) for name in ROUGH])  # type: ignore[arg-type]
 
     @property
     def wavenumbers(self) -> tuple[float, float]:
@@ -198,21 +181,15 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
     follows the worn shape. Groups of the same radius with other slip follow, then all others in the
     order of the study.
     """
-    needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
+    needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *SHARED, *ROUGH}
     if not needed <= set(summary.variables):
         return
     points = {name: point_values(summary, name) for name in needed}
-    smooth = _all_near(points, {"roughness_amplitude": 0.0})
-    elastic = _all_near(points, {"plastic_limit": math.inf})
-    is_source = _all_near(points, _SHARED) & (points["status"] == PointStatus.DONE)
-    is_source &= smooth | _all_near(points, _ROUGH)
-    is_source &= elastic | _all_near(points, {"plastic_limit": PLASTIC_LIMIT})
     files_of: dict[tuple[str, float], dict[str, Path]] = {}
-    for index in np.flatnonzero(is_source):
-        group = str(points["slip_model"][index]), float(points["radius"][index])
-        surface = "smooth" if smooth[index] else "rough"
-        title = f"{surface} {'elastic' if elastic[index] else 'plastic'}"
-        files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
+    for index in np.flatnonzero(points["status"] == PointStatus.DONE):
+        if title := title_of({name: values[index] for name, values in points.items()}):
+            group = str(points["slip_model"][index]), float(points["radius"][index])
+            files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
     whole = [group for group, files in files_of.items() if len(files) == len(TITLES)]
 
     def rank(group: tuple[str, float]) -> tuple[bool, float]:
@@ -226,15 +203,6 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
             with open_case(file) as case, open_history(file) as history:
                 cases[title] = StudyCase(case.load(), history.load())
         yield *group, cases
-
-
-def _all_near(points: Mapping[str, NDArray[np.generic]], parameters: Mapping[str, float]) -> Mask:
-    """Return which points have all of the given values; text never matches."""
-    near: Mask = np.ones_like(points["status"], dtype=bool)
-    for name, value in parameters.items():
-        numbers = [np.nan if isinstance(given, str) else given for given in points[name]]
-        near &= np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0)
-    return near
 
 
 def zone_means(case: StudyCase, name: str) -> tuple[Array, Array]:

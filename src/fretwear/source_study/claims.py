@@ -17,7 +17,6 @@ from fretwear.arrays import Array
 from fretwear.report import Section, macros
 from fretwear.source_study.cases import (
     RUN_IN,
-    TITLES,
     Cases,
     StudyCase,
     amplitude_left,
@@ -31,6 +30,7 @@ from fretwear.source_study.cases import (
     unevenness,
     zone_means,
 )
+from fretwear.source_study.parameters import TITLES
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
 from fretwear.vocabulary import SYMMETRIES, ContactState

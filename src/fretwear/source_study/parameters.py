@@ -1,0 +1,68 @@
+"""The parameters of the source study, and what its figures and claims add to the time of a plan.
+
+Plans read this: nothing heavy is imported.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+
+from fretwear.study.case import Case
+
+PLASTIC_LIMIT = 4500e6
+"""Plastic limit of the study, Pa."""
+TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
+"""The titles of the four cases of the study, in this order."""
+SHARED = {
+    "load": 50.0,
+    "tangential_load": 20.0,
+    "friction": 0.5,
+    "youngs_modulus": 208e9,
+    "poisson_ratio": 0.3,
+    "wear_coefficient": 7e-13,
+    "junction_growth": 0.0,
+}
+"""Parameters of all four cases, SI units."""
+ROUGH = {
+    "roughness_amplitude": 0.2e-6,
+    "roughness_slope_x": math.radians(5.7),
+    "roughness_slope_y": math.radians(1.0),
+}
+"""Waves of the rough cases, m and rad."""
+
+# Processor seconds to draw the figures, and to judge the claims on four cases.
+_SECONDS_OF_FIGURES, _SECONDS_OF_CLAIMS = 13.0, 2.4
+
+
+def title_of(values: Mapping[str, object]) -> str:
+    """Return which of `TITLES` a point with these parameters is; empty if it is none."""
+
+    def near(expected: Mapping[str, float]) -> bool:
+        # Text never matches.
+        numbers = ((values.get(name), number) for name, number in expected.items())
+        return all(
+            isinstance(value, float | int) and math.isclose(value, number, rel_tol=1e-6)
+            for value, number in numbers
+        )
+
+    surfaces = {"smooth": {"roughness_amplitude": 0.0}, "rough": ROUGH}
+    limits = {"elastic": {"plastic_limit": math.inf}, "plastic": {"plastic_limit": PLASTIC_LIMIT}}
+    if not near(SHARED):
+        return ""
+    surface, body = (
+        next((name for name, expected in kinds.items() if near(expected)), "")
+        for kinds in (surfaces, limits)
+    )
+    return f"{surface} {body}" if surface and body else ""
+
+
+def seconds_of(cases: Iterable[Case]) -> float:
+    """Return the processor time, s, that figures and claims of the source study take, if any."""
+    groups = defaultdict[object, set[str]](set)
+    for case in cases:
+        values = {name: value for name, (value, _, _) in case.scalar_coordinates().items()}
+        groups[values["slip_model"], values.get("radius")].add(title_of(values))
+    whole = sum({*TITLES} <= titles for titles in groups.values())
+    return (_SECONDS_OF_FIGURES + _SECONDS_OF_CLAIMS * whole) * (whole > 0)
