@@ -67,3 +67,41 @@ def test_steel_on_aluminium_slips_at_its_edge_before_any_tangential_force():
     displacement = 0.3 * coupling * hertz.approach * (1 - 0.7 ** (2 / 3))
     assert bodies.sheared.displacement / displacement == near(1.0142, rel=3e-3)
     assert bodies.sheared.force == near(0.3 * 0.3 * 4 / 3, rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.75])
+def test_cycles_of_steel_on_aluminium_are_symmetric_from_the_second_on(ratio):
+    """Pressure has dragged the surfaces at β/µ = 0.39, which cycles forget.
+
+    Work of both halves of a cycle agrees within 1 % from the second on, path in each cell within
+    1.6 % of the longest in the second and 0.6 % in the third.
+    """
+    grid, coupling, bodies = steel_on_aluminium(10, 6)
+    friction, load = 0.3, 4 / 3
+
+    def half_cycle(bodies, *forces):
+        path = np.zeros(grid.shape)
+        for force in np.linspace(*forces, 5)[1:]:
+            bodies.load(load, force * friction * load)
+            path += np.where(bodies.contact.pressure > 0, bodies.sheared.amplitude, 0.0)
+        work = friction * float((bodies.contact.pressure * path).sum()) * grid.unit_area
+        return path, work
+
+    half_cycle(bodies, 0.0, ratio)
+    works = []
+    for cycle in range(3):
+        (back, first), (forth, second) = (
+            half_cycle(bodies, *forces) for forces in ((ratio, -ratio), (-ratio, ratio))
+        )
+        works.append(first + second)
+        apart = np.abs(back - forth[::-1]).max() / forth.max()
+        assert apart > 0.1 if cycle == 0 else apart <= (0.02 if cycle == 1 else 0.01)
+        assert cycle == 0 or first == near(second, rel=0.01)
+    alike = UnlikeContact(
+        grid, 1.0, coupling, 0.0, friction, (grid.x[:, None] ** 2 + grid.y**2) / 2
+    )
+    alike.load(load)
+    half_cycle(alike, 0.0, ratio)
+    same = half_cycle(alike, ratio, -ratio)[1] + half_cycle(alike, -ratio, ratio)[1]
+    assert works[0] > works[1] > works[2] > same
+    assert works[2] == near(same, rel=0.03)
