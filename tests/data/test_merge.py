@@ -15,6 +15,7 @@ import xarray as xr
 from benchmarks.stack import copied
 
 from fretwear.data.files import (
+    _LENGTH,
     add_checksum,
     open_case,
     open_history,
@@ -351,6 +352,16 @@ def test_cases_of_other_processors_and_a_summary_of_other_code_are_told(
     assert "6 of 6 cases were computed by another version of the code" in older
     assert "not newer" in older
     assert "'another processor'; 'kernels " in different
+
+
+def test_attributes_that_the_library_cannot_read_are_told(loads, tmp_path):
+    path = tmp_path / "summary.nc"
+    content = bytearray((loads / "summary.nc").read_bytes()[:-_LENGTH])
+    content[content.index(b"study_file\0") - 9] = 77  # a version that HDF5 does not know
+    path.write_bytes(content)
+    add_checksum(path)
+    with pytest.raises(DataFileError, match=r"cannot be read \(NetCDF: Can't open HDF5 attribute"):
+        open_summary(path)
 
 
 def test_a_file_that_is_missing_damaged_or_older_is_named(make_study, merged, tmp_path):

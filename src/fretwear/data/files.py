@@ -368,7 +368,7 @@ def _refuse_unsaved(path: Path, problem: str, *, by_us: bool) -> None:
 
 def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: bool) -> Iterator[str]:
     """Yield the problems of a case file, first of its structure, then of its values."""
-    if by_us and str(vars(file).get(_COMPLETE)) != "1":
+    if by_us and str(file.__dict__.get(_COMPLETE)) != "1":
         yield "the run that wrote it did not finish"
     lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})
     lacking += [HISTORY_GROUP] if by_us and HISTORY_GROUP not in file.groups else []
@@ -427,7 +427,7 @@ def _size_problems(
 
 
 def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]:
-    attributes = vars(file)
+    attributes = file.__dict__  # `vars` would hide an error of the library
     for name in (*names, *(optional for optional in _OPTIONAL_TEXTS if optional in attributes)):
         text = attributes.get(name)
         if not isinstance(text, str) or len(text) > _MOST_TEXT:
@@ -462,7 +462,7 @@ def _variable_problems(
         if stored is None or stored.dimensions != dims or stored.dtype.kind not in "if":
             yield f"it lacks {group.name}/{name}".replace("//", "")
             continue
-        unit = vars(stored).get("units", "")
+        unit = stored.__dict__.get("units", "")
         if unit != variable.si_unit:
             yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
         if finite and not variable.allows(stored[...]):
@@ -495,7 +495,7 @@ def finished_by(path: str | PathLike[str], case: Case) -> str | None:
     with suppress(DataFileError), opened_case(path) as file:
         is_same = file.getncattr(CASE_ID.name) == case.case_id
         if is_same and np.array_equal(file[CYCLE.name][:], case.output_cycles):
-            return str(vars(file).get(CODE_DIGEST.name, ""))
+            return str(file.__dict__.get(CODE_DIGEST.name, ""))
     return None
 
 

@@ -283,7 +283,7 @@ def _read_case(
     asked = np.array(cycles, np.float64)
     try:
         with opened_case(path) as file:
-            about, variables = vars(file), file.variables
+            about, variables = file.__dict__, file.variables
             if (other := about[CASE_ID.name]) != case_id:
                 raise unusable(path, f"it holds another case, {other}")
             stored = variables[CYCLE.name][:]
