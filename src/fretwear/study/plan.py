@@ -36,7 +36,7 @@ SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 # A run with friction in two directions over one without, on whole windows and on quarters.
-TIMES_COUPLED = (3.0, 2.5)
+TIMES_COUPLED = (3.5, 2.5)
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
