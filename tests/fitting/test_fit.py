@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from fretwear.fitting.comparison import Comparison
+from fretwear.fitting.runs import Prediction
 from fretwear.fitting.search import FitError, fit
 from fretwear.fitting.section import fit_figures, fit_sections
 from fretwear.fitting.words import doubts_of
@@ -234,6 +235,9 @@ def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
     assert np.abs(off[np.abs(x) < 0.9 * x.max()]).max() < 4 * 0.3 + 0.1
 
 
+FORCE = {"quantity": "tangential_force", "value": "640 N/mm", "error": "2 %"}
+
+
 def a_volume_with(tmp_path, **keys):
     """The fit of a volume that is known to 0.1 %, less than the numerical error."""
     volume = {"quantity": "wear_volume", "value": "0.0319 mm^2", "error": "0.1 %"}
@@ -301,3 +305,16 @@ def test_the_product_of_coefficient_cycles_and_slip_is_told_of_coefficients_alon
     ]
     doubts = [*doubts_of(replace(found, unknowns=(*law,)), found.study.points()[0].case)]
     assert not any("only the product" in doubt for doubt in doubts)
+
+
+def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(tmp_path):
+    case = study_of(tmp_path, {"friction": [0.1, 0.9]}, FORCE).points()[0].case
+    worn = Prediction.of(case.replace(error_estimate=False), {("wear_depth", "x")})
+    x = np.linspace(-5e-3, 5e-3, 201)
+    (cells, depths), shift = worn.profiles["wear_depth x"], 20.4e-3
+    readings = x + 20e-3, np.interp(x + 20e-3 - shift, cells, depths[-1], 0.0, 0.0) + 1e-6
+    scar = Measurement.unchecked(quantity="wear_depth", readings=readings, noise=1e-6)
+    comparison = Comparison.of(scar, case.cycles, worn)
+    settled = comparison.settled(comparison.signal(worn))
+    assert settled[2] == pytest.approx(shift, abs=1e-5)
+    assert settled[0] == pytest.approx(1e-6, abs=1e-8)

@@ -54,7 +54,8 @@ class Comparison:
             reach = _ROOM * (x[-1] - x[0])
             count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
             points = int(np.clip(count, 401, _MOST_POINTS))
-            grid = np.linspace(x[0] - reach, x[-1] + reach, points)
+            center = _center(measurement)
+            grid = np.linspace(x[0] - center - reach, x[-1] - center + reach, points)
             # A first guess: readings that scatter by a part of the depth.
             size = measurement.noise or 0.05 * float(np.ptp(depth))
             noise = Noise(size, measurement.correlation_length or 0.0)
@@ -231,7 +232,7 @@ class Comparison:
             x, at = self.measurement.readings[0], names.index("shift")
             reach = _ROOM * (x[-1] - x[0])
             trials = []
-            for shift in np.linspace(-reach, reach, _SHIFTS):
+            for shift in _center(self.measurement) + np.linspace(-reach, reach, _SHIFTS):
                 nuisances[at] = shift
                 trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
             nuisances = min(trials, key=lambda each: self.misfit(signal, each))
@@ -347,3 +348,11 @@ def _evenly_along(displacement: Array, force: Array) -> Array:
     down, up = np.linspace(0.0, along[turn], count), np.linspace(along[turn], along[-1], count)
     places = np.concatenate([down, up[1:]])
     return np.concatenate([np.interp(places, along, each) for each in (displacement, force)])
+
+
+def _center(measurement: Measurement) -> float:
+    """Where a scar is sought: at 0, or amid readings that are all on one side of it."""
+    assert measurement.readings is not None
+    low, high = float(measurement.readings[0].min()), float(measurement.readings[0].max())
+    is_free = measurement.is_profile and "shift" in measurement.baseline
+    return 0.5 * (low + high) if is_free and not low <= 0.0 <= high else 0.0
