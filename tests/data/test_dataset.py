@@ -201,8 +201,12 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
     assert {*wear.coords} == {"x", "y", "cycle"}
     np.testing.assert_allclose(wear.values.max(), 1e9 * quarter.wear_depth[-1].max())
     assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
-    with pytest.raises(KeyError, match="not a field over x and y"):
-        quarter.fretwear.map("wear_volume")
+    for name in ("wear_volume", "no_such_field"):
+        with pytest.raises(KeyError, match=f"has no field '{name}' over x and y alone"):
+            quarter.fretwear.map(name)
+    # Fields of several cases make no map.
+    with pytest.raises(KeyError, match="has no field 'pressure'"):
+        quarter.expand_dims(load=[50.0, 60.0]).fretwear.map("pressure")
 
 
 def test_a_dataset_shows_itself_in_a_notebook_and_answers_a_wrong_name(results, monkeypatch):
@@ -237,7 +241,14 @@ def test_a_slider_stops_at_every_snapshot(results, monkeypatch):
     )
     quarter.fretwear.slider("wear_depth")
     (slider,) = made
-    assert list(slider.options) == quarter.cycle.values.tolist()
+    cycles = quarter.cycle.values.tolist()
+    assert list(slider.options) == [(str(round(cycle)), cycle) for cycle in cycles]
     slider.value = 0.0
-    assert len(shown) == 2
+    last, first = (figure.axes[0] for figure in shown)
+    assert last.get_title() == f"cycle {cycles[-1]:.0f}"
+    assert first.get_title() == "cycle 0"
+    assert last.get_xlabel() == "x (µm), direction of slip"
+    assert last.get_aspect() == 1.0
     pyplot.close("all")
+    with pytest.raises(KeyError, match="has no field 'presure'"):
+        quarter.fretwear.slider("presure")

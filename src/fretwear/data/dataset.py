@@ -6,14 +6,14 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.study.case import Case
-from fretwear.units import is_readable, readable_unit
+from fretwear.units import cycle_text, is_readable, readable_unit
 from fretwear.vocabulary import (
     CYCLE,
     FORCES,
@@ -25,6 +25,9 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 KEY_RESULTS: tuple[Variable, ...] = tuple(
     RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
@@ -162,15 +165,25 @@ class Accessor:
         from matplotlib.figure import Figure
 
         figure, file = Figure(figsize=(3.4, 2.6), dpi=80, layout="constrained"), BytesIO()
-        self.map("wear_depth").plot(ax=figure.subplots())  # type: ignore[call-arg]
+        self._draw(figure.subplots(), "wear_depth", None)
         figure.savefig(file, format="png")
         picture = b64encode(file.getvalue()).decode("ascii")
         return f"{head}<br><img alt='wear depth' src='data:image/png;base64,{picture}'>"
+
+    def _draw(self, axes: Axes, name: str, cycle: float | None) -> None:
+        """Draw a map to scale, titled by its cycle."""
+        field = self.map(name, cycle)
+        field.plot(ax=axes)  # type: ignore[call-arg]
+        title = f"cycle {cycle_text(float(field[CYCLE.name]))}"
+        unit = field[X.name].attrs["units"]
+        axes.set(aspect="equal", title=title, ylabel=f"y ({unit})")
+        axes.set_xlabel(f"x ({unit}), direction of slip")
 
     def slider(self, name: str) -> None:
         """Show a field of a point contact in a notebook, with a slider over its snapshots.
 
         The slider takes ipywidgets, of the extra ``notebook``; an ImportError says so without it.
+        A KeyError says that there is no such field.
         """
         try:
             from ipywidgets import SelectionSlider, interact
@@ -180,11 +193,13 @@ class Accessor:
         from matplotlib import pyplot
 
         def draw(cycle: float) -> None:
-            self.map(name, cycle).plot(ax=pyplot.subplots()[1])  # type: ignore[call-arg]
+            self._draw(pyplot.subplots()[1], name, cycle)
             pyplot.show()
 
+        self.map(name)
         cycles = [float(cycle) for cycle in self._dataset[CYCLE.name].values]
-        interact(draw, cycle=SelectionSlider(options=cycles, value=cycles[-1]))
+        options = [(cycle_text(cycle), cycle) for cycle in cycles]
+        interact(draw, cycle=SelectionSlider(options=options, value=cycles[-1]))
 
     @property
     def case(self) -> Case:
@@ -227,9 +242,10 @@ class Accessor:
         the last one by default; a KeyError says that there is no such field.
         """
         kept = {X.name, Y.name, CYCLE.name}
+        sizes = self._dataset[name].sizes if name in self._dataset.variables else {}
+        if {*sizes} - {CYCLE.name} != {X.name, Y.name}:
+            raise KeyError(f"the dataset of {self!r} has no field {name!r} over x and y alone")
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
-        if {X.name, Y.name} - {*field[name].dims}:
-            raise KeyError(f"{name!r} is not a field over x and y")
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)
 
