@@ -26,6 +26,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "numpydoc",
     "sphinx_copybutton",
+    "accessible",
     "mathml",
     "pictures",
     "generated_reference",
