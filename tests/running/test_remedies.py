@@ -123,6 +123,7 @@ def test_one_case_is_told_one_cell():
     assert sum("cell: [" in each for each in told) == 1
     told = [str(each) for each in doubts(case.replace(error_estimate=False))]
     assert sum("cell: [" in each for each in told) == 1
-    assert "leaves an error of about 4 %" in finer(case, 0.3)
+    assert "which leaves an error of about 4 %, or accept it" in finer(case, 0.3)
+    assert finer(case, 40.0).startswith("take this result as unknown: even cell: [")
     # Errors of steps fall with the square of what those of cells fall with.
     assert finer(steel(tolerance=0.04), 0.04).endswith("tolerance: 0.01")

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
-from fretwear.study.parameters import base_names
-from fretwear.study.rules import GREATEST_CONTACT
+from fretwear.study.parameters import base_names, member_of
+from fretwear.study.rules import GREATEST_CONTACT, RULES
 from fretwear.study.spacing import rounded_down
 from fretwear.units import QuantityError
 
@@ -279,3 +279,20 @@ def test_help_and_completion_know_every_parameter():
     assert {*base_names(), "material", "output_cycles"} == keywords.keys()
     assert keywords["load"].annotation == "normal load"
     assert "load: 'normal load' = None" in pydoc.render_doc(Case, renderer=pydoc.plaintext)
+
+
+def test_a_rule_reads_no_member_that_it_does_not_need():
+    """It is tried on drafts, which lack what could not be read."""
+    both = ["3e-13 / Pa", "4e-13 / Pa"]
+    stroke = {"tangential_ratio": None, "sliding_amplitude": "20 um", "wear_coefficient": both}
+    cases = [
+        steel(cell="3 um"),
+        steel(cell="1 um", roughness=WAVES, plastic_limit="4500 MPa", junction_growth=2),
+        steel(cell="5 um", **stroke),
+        steel(cell="2 um", tangential_ratio=None, displacement_ratio=0.5, slip_model="coupled"),
+        steel(cell="2 um", friction={"cycles": [0, 500], "values": [0.4, 0.6]}),
+    ]
+    for case in cases:
+        for rule in RULES:
+            needed = {member_of(name) for name in rule.needs}
+            assert rule.find(Case.of({name: getattr(case, name) for name in needed})) is None

@@ -43,6 +43,8 @@ _MOST_OF_FIRST_CYCLE = 6.0
 # for a point contact over a stroke, whose matrices are dense.
 LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = LEAST_COARSENESS, 0.5
 LEAST_TOLERANCE = 1e-5
+# Relative error beyond which narrower cells are not worth their time.
+_USELESS_ERROR = 0.5
 # Largest budget that is worth writing to reach an accuracy.
 GREATEST_BUDGET = 300.0
 
@@ -131,7 +133,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
             "trust results within their estimated errors; where these are large, a warning after "
             "the run tells what would reduce them"
             if case.error_estimate
-            else f"write {finer(case, coarsest * SMALL_ERROR)}",
+            else finer(case, coarsest * SMALL_ERROR),
         )
     radius, cell = case.stick_radius, max(cells)
     if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
@@ -304,26 +306,29 @@ def doubts(
         reasons.append(unreached.doubt())
     elif error > LARGE_ERROR and not measured:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
-        reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
+        reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", finer(case, error)))
     return tuple(reasons)
 
 
 def finer(case: Case, error: float) -> str:
-    """Return the keys of a study file that reduce a relative error to `SMALL_ERROR`.
+    """Return what to write into a study file to reduce a relative error to `SMALL_ERROR`.
 
     Errors are estimated from a run with wider cells and a tolerance larger by the square of that
-    factor, so both are reduced alike. If that would take too long, the text states the error left.
-    A case that asks for an accuracy has chosen its cells within its budget.
+    factor, so both are reduced alike. If that would take too long, the text states the error left,
+    and advises against the result where little is gained. A case that asks for an accuracy has
+    chosen its cells within its budget.
     """
     if case.asked_accuracy is not None:
-        return "a larger budget"
+        return "write a larger budget"
     of_scar = case.loading.stroke and case.geometry is Grid
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)
     cell = cell_text([rounded_down(smaller * width) for width in case.grid_spacing])
     tolerance = max(smaller**2 * case.tolerance, LEAST_TOLERANCE)
-    text = f"cell: {cell} and tolerance: {tolerance:.1g}"
-    left = smaller * error
-    if left > 1.1 * SMALL_ERROR:
-        text += f", which leaves an error of about {100.0 * left:.0f} %, or accept it"
-    return text
+    keys, left = f"cell: {cell} and tolerance: {tolerance:.1g}", smaller * error
+    if left <= 1.1 * SMALL_ERROR:
+        return f"write {keys}"
+    leaves = f"leaves an error of about {100.0 * left:.0f} %"
+    if left > _USELESS_ERROR:
+        return f"take this result as unknown: even {keys} {leaves}"
+    return f"write {keys}, which {leaves}, or accept it"

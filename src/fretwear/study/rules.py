@@ -396,7 +396,7 @@ def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
             yield Problem("cell", cell_text(case.cell), f"{rule} {least} cells", hint)
 
 
-@_needing(_CONTACT + "cell loading friction_law roughness counterface")
+@_needing(_CONTACT + "cell loading friction_law roughness counterface cycles blocks")
 def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
     """Contact, stick zone and slip annulus must be wider than the cells."""
     radius, stick, ratio = case.hertz_radius, case.stick_radius, case.tangential_ratio
