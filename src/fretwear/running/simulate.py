@@ -204,7 +204,7 @@ def _without_threads_of_blas(case: Case) -> Iterator[None]:
     More of them change the last bits of a product, and on a loaded machine wait for one another
     ten times as long as they compute.
     """
-    if case.loading.stroke or case.geometry is not Grid:
+    if case.loading.stroke:
         import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
     with threadpool_limits(1, user_api="blas"):
         yield
