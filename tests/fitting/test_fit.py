@@ -11,7 +11,7 @@ from fretwear.fitting.runs import Prediction
 from fretwear.fitting.search import FitError, fit
 from fretwear.fitting.section import fit_figures, fit_sections
 from fretwear.fitting.words import doubts_of
-from fretwear.running.simulate import run
+from fretwear.running.simulate import run, simulate
 from fretwear.study.case import Case
 from fretwear.study.fits import Measurement
 from fretwear.study.study import load_study
@@ -318,3 +318,70 @@ def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(t
     settled = comparison.settled(comparison.signal(worn))
     assert settled[2] == pytest.approx(shift, abs=1e-5)
     assert settled[0] == pytest.approx(1e-6, abs=1e-8)
+
+
+def told(study, sentence):
+    return any(sentence in warning for warning in fit(study).warnings)
+
+
+def scalars_of(case, *names):
+    """Results of a case as measurements."""
+    dataset = simulate(case.replace(error_estimate=False))
+    for name in names:
+        value, unit = float(dataset[name][-1]), dataset[name].units
+        yield {"quantity": name, "value": f"{value:.6e} {unit}", "error": "3 %"}
+
+
+BODIES = {f"wear_coefficient.{n}": ["1e-14 / Pa", "1e-12 / Pa"] for n in ("indenter", "flat")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("stroke", "is_small"), [("75 um", True), ("400 um", False)])
+def test_which_body_wears_is_told_to_be_unknown_where_the_stroke_is_small(
+    tmp_path, stroke, is_small
+):
+    case = Case(**TITANIUM | {"sliding_amplitude": stroke, "cycles": 100})
+    data = [*scalars_of(case, "wear_volume", "maximum_wear_depth")]
+    changes = {"sliding_amplitude": stroke, "cycles": 100, "error_estimate": False}
+    study = study_of(tmp_path, BODIES, *data, **changes)
+    assert told(study, "which body wears cannot be told") is is_small
+
+
+@pytest.mark.parametrize("debris", [True, False])
+def test_debris_is_told_to_act_as_a_falling_law_where_both_are_sought(tmp_path, debris):
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    free |= {"debris_fraction": [0.3, 0.99]} if debris else {}
+    case = Case(**TITANIUM | {"debris_fraction": 0.8, "cycles": 100})
+    data = [*scalars_of(case, "wear_volume", "maximum_wear_depth")]
+    study = study_of(tmp_path, free, *data, debris_fraction=0.8, cycles=100, error_estimate=False)
+    assert told(study, "one scar cannot tell them apart") is debris
+
+
+@pytest.mark.parametrize(("cycles", "is_finished"), [(1000, False), (3_000_000, True)])
+def test_a_finished_scar_of_partial_slip_bounds_its_coefficient_from_below(
+    tmp_path, cycles, is_finished
+):
+    (volume,) = scalars_of(steel(cycles=cycles), "wear_volume")
+    given = base(cycles=cycles, error_estimate=False)
+    free = {"wear_coefficient": ["1e-13 / Pa", "1e-11 / Pa"]}
+    content = {"base": given, "fit": {"free": free, "data": [volume]}}
+    study = load_study(write_study(tmp_path / "sphere.yaml", content))
+    assert told(study, "bounds the coefficient from below only") is is_finished
+
+
+@pytest.mark.parametrize(("within", "is_known"), [(0.5, False), (3.0, True)])
+def test_a_base_line_is_told_to_go_with_the_coefficient_where_no_reading_is_beside_the_scar(
+    tmp_path, within, is_known
+):
+    case = Case(**TITANIUM | {"cycles": 100})
+    dataset = simulate(case).fretwear.line()
+    x, depth = dataset.x.values, dataset.wear_depth.values[-1]
+    worn = within * float(x[depth > 0.0].max())
+    at = np.linspace(-worn, worn, 121)
+    rows = zip(1e6 * at, 1e6 * np.interp(at, x, depth, 0.0, 0.0), strict=True)
+    lines = ["x_um,depth_um", *(f"{place:.4f},{deep:.6f}" for place, deep in rows)]
+    (tmp_path / "scar.csv").write_text("\n".join(lines))
+    scar = {"quantity": "wear_depth", "file": "scar.csv", "noise": "0.1 um"}
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    study = study_of(tmp_path, free, scar, cycles=100, error_estimate=False)
+    assert told(study, "the offset of the base line") is not is_known
