@@ -24,7 +24,7 @@ from fretwear.study import plan
 from fretwear.study.study import load_study, select_case
 
 from ..running.conftest import read_until
-from ..studies import WAVES, base
+from ..studies import TITANIUM, WAVES, base
 
 FRETWEAR = (sys.executable, "-m", "fretwear")
 
@@ -178,6 +178,19 @@ def test_a_wide_plan_is_not_cut_and_a_huge_one_shows_both_ends_unless_all_is_ask
     assert total.startswith("301 points, 301 cases in ")
     every = desk.call("plan", "tiny.yaml", "--all").stdout.splitlines()
     assert [line.split()[0] for line in every[1:-3]] == ids
+
+
+def test_a_fit_goes_into_the_folder_of_its_study(desk):
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500  # 4 K P δ N, of a contact that slides as a whole
+    number = {"quantity": "wear_volume", "value": f"{volume} m^2", "error": "2 %"}
+    sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [number]}
+    desk.write({"base": TITANIUM, "fit": sought}, "scar.yaml")
+    result = desk.call("fit", "scar.yaml")
+    assert "results/scar/fit.nc" in result.stdout
+    assert "wear_coefficient  2·10⁻¹³ Pa⁻¹  1.96·10⁻¹³ Pa⁻¹ to 2.04·10⁻¹³ Pa⁻¹" in result.stdout
+    assert {"results/scar/fit.nc", "results/scar/fit.json"} <= {*desk.files()}
+    again = desk.call("fit", "scar.yaml", "-o", "missing/fit.nc", status=2)
+    assert "there is no folder missing" in again.stderr
 
 
 @pytest.mark.parametrize(

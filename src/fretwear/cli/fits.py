@@ -44,6 +44,8 @@ def fit_scar(
     resumes from the runs it has kept beside its file.
     """
     study, folder = study_and_results(file, results)
+    if output is None:
+        folder.mkdir(parents=True, exist_ok=True)
     path = check_output(output or folder / "fit.nc", ".nc")
     beside = check_output(json_ or path.with_suffix(".json"), ".json")
 
