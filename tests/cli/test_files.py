@@ -353,6 +353,9 @@ def rebuilt(source, path, *, sizes=(), kinds=(), along=()):
             dims = along.get(name, variable.dimensions)
             made = new.createVariable(name, kinds.get(name, variable.dtype), dims)
             made.setncatts({n: v for n, v in vars(variable).items() if n != "_FillValue"})
+            # Characters as they are: netCDF4 1.7.2 does not write again the words it makes of them.
+            made.set_auto_chartostring(False)
+            variable.set_auto_chartostring(False)
             if made.shape == variable.shape and name not in kinds:
                 made[...] = variable[...]
             elif made.dtype.kind in "if":
