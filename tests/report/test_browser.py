@@ -4,10 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from selenium.webdriver.common.keys import Keys
 
 from fretwear.data.files import open_case
+from fretwear.figures.index import INDEX_NAME
+from fretwear.report import build_report
+from fretwear.study.plan import Plan
+from fretwear.study.study import load_study
 
+from ..studies import run_study, write_study
 from .browser import CONTRASTS, DESKTOP, MISSING, Browser
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING or "never")]
@@ -346,3 +352,40 @@ def test_every_state_has_an_address_that_brings_it_back(opened, browser, file):
     browser.wait("return document.documentElement.dataset.explorer === 'ready'")
     assert browser.find("#cycle-shown").text == "10"
     np.testing.assert_allclose(browser.curve("a pressure"), expected)
+
+
+# A sphere that slides: nothing sticks, and the contact begins at a tenth of its last radius.
+SLIDING = """
+base:
+  radius: 10 mm
+  youngs_modulus: 208 GPa
+  poisson_ratio: 0.3
+  load: 1 N
+  displacement_amplitude: 10 um
+  friction: 0.5
+  wear_coefficient: 3e-12 / Pa
+  cell: 5 um
+  tolerance: 0.1
+  error_estimate: false
+  cycles: 18000
+"""
+
+
+def test_names_of_curves_that_begin_close_together_stand_apart(browser, tmp_path):
+    study = load_study(write_study(tmp_path / "sliding.yaml", SLIDING))
+    summary = xr.load_dataset(run_study(study, tmp_path) / "summary.nc")
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / INDEX_NAME).write_text("[]")
+    page = tmp_path / "report.html"
+    page.write_text(build_report(Plan(study), summary, tmp_path), encoding="utf-8")
+    script = (
+        "return [...document.querySelectorAll('#history-plot .annotation-text')]"
+        ".filter((one) => one.textContent !== '//').map((one) => one.getBoundingClientRect())"
+        ".map((box) => [box.left, box.right, box.top, box.bottom])"
+    )
+    for size in (DESKTOP, (390, 844)):
+        browser.open(page, size=size)
+        one, other = browser.ask(script)
+        gaps = [max(one[at], other[at]) - min(one[at + 1], other[at + 1]) for at in (0, 2)]
+        assert max(gaps) > 4.0  # pixels
+        assert all(left > 0.0 and right < size[0] for left, right, *_ in (one, other))

@@ -290,12 +290,17 @@
       font: { ...small, color: colors.muted },
     }];
     const data = study.histories.flatMap((names, place) => names.flatMap((name, lower) => {
-      /* Names of curves that share a panel stand where they begin, the lower curve's below. */
-      const [start, other] = [name, names[0]].map((each) => shown[0].data.history[each][0]);
-      const below = lower && start > 0.5 * other;
+      /* Names of curves that share a panel stand where they begin, the lower curve's below or, if
+         the curves begin close together, where it ends. */
+      const of = (one, at) => shown[0].data.history[one].at(at);
+      const room = 0.15 * largest(names.flatMap((one) =>
+        shown.flatMap(({ data }) => data.history[one])));
+      const end = lower && of(names[0], 0) - of(name, 0) < room ? -1 : 0;
+      const below = lower && of(name, end) > 0.5 * of(names[0], end);
       if (names.length > 1) annotations.push({
-        x: position(0), y: start, xref: "x", yref: "y", text: words[name].words.split(" ")[0],
-        showarrow: false, font: small, xanchor: "left", xshift: 8,
+        x: position(of("cycle", end)), y: of(name, end), xref: "x", yref: "y",
+        text: words[name].words.split(" ")[0], showarrow: false, font: small,
+        xanchor: end ? "right" : "left", xshift: end ? -8 : 8,
         yanchor: below ? "top" : "bottom", yshift: below ? -2 : 2,
       });
       return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
