@@ -35,6 +35,7 @@ MOST_WITH_MINOR_TICKS = 4
 _ZERO_GAP = 0.7
 _CYCLE_MARGIN = 1.25
 _SPELT_OUT = 10_000.0
+_FEW_DECADES = 100.0
 _POINTS_PER_SIGN = 4.5
 
 _LOGARITHMIC_FROM = 30.0
@@ -56,7 +57,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
 
     It is logarithmic from the first cycle on, with cycle 0 to the left of a break, or linear if all
     cycles lie within one decade. The last cycle is labelled, and every decade with room for its
-    number.
+    number; on fewer than two decades, twice and five times a power of ten are labelled too.
     """
     values = np.asarray(cycles, dtype=np.float64)
     values = values[np.isfinite(values)]
@@ -79,16 +80,23 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
         (marks,) = axes.plot([0.45 * first, 0.55 * first], [0, 0], color=MUTED, transform=across)
         marks.set(marker=[(-2.0, -2.0), (0.0, 2.0)], mew=0.6, ms=5, ls="none")
         marks.set(clip_on=False, label="_break")
-    # Choose the ticks whose numbers have room, from the last one back.
+    # Choose the ticks whose numbers have room: from the last one back, then those between decades.
+    between: list[float] = []
+    if last < _FEW_DECADES * first:
+        powers = 10.0 ** np.arange(math.floor(math.log10(first)), math.ceil(math.log10(last)))
+        between = [n for n in np.outer([2.0, 5.0], powers).ravel().tolist() if first <= n < last]
     width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
-    along = axes.transAxes.inverted().transform(across.transform([(tick, 0.0) for tick in ticks]))
-    texts, free = {}, math.inf
-    for tick, place in zip(reversed(ticks), width * along[::-1, 0], strict=True):
+    texts, taken = dict[float, str](), list[tuple[float, float]]()
+    for tick in [*reversed(ticks), *between]:
+        place = width * axes.transAxes.inverted().transform(across.transform((tick, 0.0)))[0]
         is_power = tick >= _SPELT_OUT and tick in decades
         text = power_of_ten(round(math.log10(tick))) if is_power else cycle_text(tick)
         half_width = 0.5 * _POINTS_PER_SIGN * len(text)
-        if place + half_width < free - _POINTS_PER_SIGN:
-            texts[tick], free = text, float(place) - half_width
+        room = half_width + _POINTS_PER_SIGN
+        if all(abs(place - other) > room + half for other, half in taken):
+            texts[tick] = text
+            taken.append((place, half_width))
+    ticks = sorted({*ticks, *between})
     # Use locators: set_xticks makes every tick at once, even in panels that show none.
     minor = np.outer(decades[0] / 10.0 * 10.0 ** np.arange(10), np.arange(2, 10))
     axes.xaxis.set_major_locator(FixedLocator(ticks))
