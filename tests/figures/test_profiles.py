@@ -181,6 +181,27 @@ def test_panels_have_one_case_each_and_one_key_to_the_cycles(smooth, rough, chec
     check_texts(figure)
 
 
+@pytest.mark.parametrize("name", ["wear_depth", "wear_rate"])
+def test_a_scar_too_small_for_the_scale_of_the_others_has_one_of_its_own_that_is_said(
+    name, smooth, check_texts
+):
+    shallow = smooth.assign({name: 1e-2 * smooth[name]})
+    figure = figures.compare_profiles({"deep": smooth, "shallow": shallow, "same": smooth}, name)
+    texts = check_texts(figure)
+    assert {"deep", "shallow, own scale", "same"} <= set(texts)
+    deep, own, same = figure.axes
+    assert deep.get_ylim() == same.get_ylim()
+    for axes, case in ((deep, smooth), (own, shallow)):
+        largest = max(float(np.nanmax(y)) for _, y in _curves(axes))
+        assert 0.9 < largest / max(axes.get_ylim()) < 1.0
+        assert axes.yaxis.label.get_visible()
+        assert axes.yaxis.get_tick_params()["labelleft"]
+        _, _, unit = axes.get_ylabel().partition("(")
+        size = {"µm)": 1e-6, "nm)": 1e-9, "pm)": 1e-12, "fm)": 1e-15}[unit]
+        assert size * largest == pytest.approx(float(case[name].isel(y=0).max()), rel=1e-6)
+    assert "own scale" in figure.caption
+
+
 def test_a_peak_is_cut_only_at_a_singular_edge_and_its_value_is_written(smooth, check_texts):
     steep = smooth.copy(deep=True)
     steep["pressure"][-1, 20] = 30.0 * float(smooth["pressure"][0].max())

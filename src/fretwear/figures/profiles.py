@@ -90,20 +90,30 @@ def _profiles(
             for place in (each.first, len(each.cycles) - 1)
         }
     contents, per_row = [*profiles.values()], 2 if is_filled or len(cases) > 1 else 1
-    is_own = is_filled or at_edge(field)
+    by_row, common = is_filled or at_edge(field), frame_of(contents)
+    frames, titles = list[Frame](), list[str]()
+    for index, (title, each) in enumerate(profiles.items()):
+        row = contents[index - index % per_row :][:per_row]
+        frame, own = frame_of(row) if by_row else common, frame_of([each])
+        is_small = own.top < _INVISIBLE * frame.top
+        frame = own if is_small else frame
+        is_whole = is_filled or not at_edge(field)
+        frames.append(replace(common, top=frame.top, unit=frame.unit) if is_whole else frame)
+        titles.append(f"{title}, own scale" if is_small else title)
+    has_own = any(title not in profiles for title in titles)
 
     def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
         about = "y = 0" if any("y" in case.dims for case in cases.values()) else ""
         on_line = f" on the line nearest {about}" if about else ""
         caption(panels[0], f"{field.label} along the direction of slip{on_line}.")
-        figure, colors, common = root_figure(panels[0]), cycle_colors(every), frame_of(contents)
+        if has_own:
+            seen = "Where values would not be seen on the scale of the others"
+            caption(panels[0], f"{seen}, the panel has its own scale, as its title says.")
+        figure, colors = root_figure(panels[0]), cycle_colors(every)
         curves: list[Line2D] = []
-        for index, (axes, each) in enumerate(zip(panels, contents, strict=True)):
-            row = contents[index - index % per_row :][:per_row]
-            frame, own = frame_of(row) if is_own else common, frame_of([each])
-            frame = own if is_filled and own.top < _INVISIBLE * frame.top else frame
+        for axes, each, frame in zip(panels, contents, frames, strict=True):
             if is_filled:
-                draw_filled(axes, each, replace(common, top=frame.top, unit=frame.unit))
+                draw_filled(axes, each, frame)
             else:
                 curves = draw_profiles(axes, each, colors, frame)
         if is_filled:
@@ -120,8 +130,8 @@ def _profiles(
         else:
             ax.legend(curves, names, title="cycle")
 
-    share_y: Shared = "none" if is_filled else "row" if at_edge(field) else "all"
-    return Tiles([*profiles], draw, "all" if not at_edge(field) else "row", share_y)
+    share_y: Shared = "none" if is_filled or has_own else "row" if at_edge(field) else "all"
+    return Tiles(titles, draw, "all" if not at_edge(field) else "row", share_y)
 
 
 def _cycles_of(
