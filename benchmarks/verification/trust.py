@@ -95,7 +95,8 @@ experiments.
 
 After very many cycles a smooth elastic contact wears no more: the stick zone carries all of the
 load, and pressure and scar have closed forms. Points are computed, 30000 cycles from an unworn
-sphere; lines are theory.
+sphere; lines are theory. At the edge of the stick zone the pressure of theory is infinite; the axis
+ends at 3 p₀.
 
 ![Pressure and wear depth along x: points on lines](images/verification/front_theory.svg)
 
