@@ -2,7 +2,7 @@
 
     snakemake --cores 2
     python -m benchmarks.experiments
-    python docs/images/first.py results/demo docs/images/first.png
+    PYTHONPATH=. python docs/images/first.py results/demo docs/images/first.png
 
 Run in the repository's root. The scar is one of the default study; the histories are run here, and
 compared with the limit of many cycles in closed form; measured points come from
@@ -53,8 +53,9 @@ def histories(axes: Axes) -> None:
         axes.axhline(limit, color=color, ls=(0, (4, 2)), lw=0.8)
         axes.annotate(
             f"{parameter('tangential_ratio').symbol} = {ratio}",
-            (1.3, limit),
+            (CONTACT["cycles"], limit),
             color=text_colour(color),
+            ha="right",
             va="bottom",
         )
     set_cycle_axis(axes, history["cycle"])
@@ -82,6 +83,7 @@ if __name__ == "__main__":
         scar(left, Path(sys.argv[1]))
         histories(middle)
         measured(right)
+        figure.get_layout_engine().set(wspace=0.06)
     figure.savefig(sys.argv[2], dpi=225)
     picture = Image.open(sys.argv[2]).convert("RGB")
     picture.quantize(256, dither=Image.Dither.NONE).save(sys.argv[2], optimize=True)

@@ -19,13 +19,14 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import WebDriverWait
 
-WIDTH, HEIGHT = 1400, 900
+WIDTH, HEIGHT, MARGIN = 1400, 900, 16
 FLAGS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars")
 READY = "return document.documentElement.dataset.explorer === 'ready'"
+END = "return document.querySelector('.verdict').getBoundingClientRect().bottom"
 
 
 def picture(report: Path) -> Image.Image:
-    """Open a report and return the part of it that a laptop shows."""
+    """Open a report and return its beginning, down to the end of the answer and its figure."""
     with tempfile.TemporaryDirectory() as profile:
         options = Options()
         options.binary_location = str(shutil.which("chromium"))
@@ -36,7 +37,15 @@ def picture(report: Path) -> Image.Image:
             driver.set_window_size(WIDTH, HEIGHT)
             driver.get(report.resolve().as_uri())
             WebDriverWait(driver, 60).until(lambda browser: browser.execute_script(READY))
-            shot = driver.execute_cdp_cmd("Page.captureScreenshot", {})
+            part = {
+                "x": 0,
+                "y": 0,
+                "width": WIDTH,
+                "height": driver.execute_script(END),
+                "scale": 1,
+            }
+            asked = {"clip": part, "captureBeyondViewport": True}
+            shot = driver.execute_cdp_cmd("Page.captureScreenshot", asked)
         finally:
             driver.quit()
     return Image.open(io.BytesIO(base64.b64decode(shot["data"])))
