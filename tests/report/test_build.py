@@ -330,11 +330,13 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
     study = load_study(write_study(tmp_path / "line.yaml", {"title": "Line", "base": given}))
     run_study(study, tmp_path)
     plan = Plan(study)
-    words = {row.name: row.words for row in parameter_rows(plan)}
-    assert words["hertz_radius"] == "Hertz contact half-width"
+    rows = {row.name: row for row in parameter_rows(plan)}
+    assert rows["hertz_radius"].words == "Hertz contact half-width"
+    assert rows["tangential_load"].words == "tangential load amplitude per length"
+    assert rows["tangential_load"].values == "8 N/mm"
     with open_case(next((tmp_path / "cases").glob("*.nc"))) as case:
         assert "cell_y" not in case.coords
-        assert case["hertz_radius"].attrs["long_name"] == words["hertz_radius"]
+        assert case["hertz_radius"].attrs["long_name"] == rows["hertz_radius"].words
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "index.json").write_text("[]", encoding="utf-8")
     with xr.open_dataset(tmp_path / "summary.nc") as summary:
@@ -368,6 +370,9 @@ def test_the_report_tells_how_far_friction_in_two_directions_would_move_results(
     remark = coupling_remark(finished.summary)
     assert f"by up to {100 * most:.2g} %, after the last cycle by {100 * last:.2g} %;" in remark
     assert remark.endswith(f"local slip by {1e9 * moved:.2g} nm")
+    slip = finished.summary["slip_coupling_error"]
+    large = finished.summary.assign(slip_coupling_error=slip * (7.8e-7 / moved))
+    assert coupling_remark(large).endswith("local slip by 780 nm")
     assert remark in page
     assert len(re.findall(r"‡ [\d.]+ %", page)) == marked > 0
     none = finished.summary.drop_vars([n for n in finished.summary if "_coupling_error" in str(n)])

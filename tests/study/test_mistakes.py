@@ -84,6 +84,13 @@ vary/load: 1 N to 9 N
 vary/cycles: 100
     vary.cycles = 100: must be a list of values
     write [100]
+vary/load: "linspace(1 N, 9 N, 5)"
+    vary.load = linspace(1 N, 9 N, 5): must be a list of values
+    such as [50 N]
+base/material: alumina
+    base.material = alumina: has no effect: youngs_modulus, poisson_ratio and plastic_limit are
+    ... given too
+    leave out material, or what it stands for
 seeds: [1, 2] | without base/roughness
     base.roughness: must give the other parts of the roughness, because roughness.seed is varied
     such as roughness: {kind: self_affine, rms_height: 0.2 um, hurst: 0.8,

@@ -340,7 +340,7 @@ def left_text(seconds: float) -> str:
 def _numbers_text(step: Step) -> str:
     half_width = step.measures.contact_half_width_x
     unit = readable_unit(half_width, LENGTH.si_unit)
-    error = f"{100.0 * step.state.error_estimate:.2g} %"
+    error = f"{number_text(100.0 * step.state.error_estimate, 2)} %"
     width = with_unit(number_text(unit.of(half_width), 4), unit)
     return f"step {step.state.step}, error {error}, half-width {width}"
 

@@ -25,7 +25,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import in_unit, readable_unit, with_error
+from fretwear.units import in_unit, number_text, readable_unit, with_error
 from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus, Variable
 
 if TYPE_CHECKING:
@@ -153,7 +153,8 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     moved = []
     for name, errors in content["coupling_errors"].items():
         if (value := content["results"][name]["values"][-1]) and errors[-1]:
-            moved.append(f"{RESULTS[name].words} {100.0 * errors[-1] / abs(value):.2g} %")
+            share = number_text(100.0 * errors[-1] / abs(value), 2)
+            moved.append(f"{RESULTS[name].words} {share} %")
     if moved:
         words = f"Friction along y, which slip_model: coupled has, may move {', '.join(moved)}."
         yield from ("", *wrap(words, 80))

@@ -45,7 +45,9 @@ from fretwear.units import (
     cycle_text,
     duration_text,
     fixed_digits,
+    in_unit,
     listed,
+    number_text,
     size_text,
     span,
     with_error,
@@ -234,10 +236,11 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
     words: dict[str, str] = {}
     stick: dict[str, dict[float | str, None]] = {}
     for case in plan.study.cases().values():
-        for name, (value, _, meaning) in case.scalar_coordinates().items():
+        for name, (value, units, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface are meaningless.
             if name not in left_out and (case.roughness or not name.startswith("roughness_slope")):
-                values.setdefault((name, words.setdefault(name, meaning)), {})[value] = None
+                named = name, words.setdefault(name, meaning)
+                values.setdefault(named, {})[in_unit(value, units)] = None
         if case.indenter.is_hertzian:
             what = f"stick {case.frame.extent} of the smooth elastic contact"
             stick.setdefault(what, {})[case.stick_radius] = None
@@ -272,7 +275,7 @@ def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
             value, error = result.values[name], result.errors.get(name, 0.0)
             left_out = result.couplings.get(name, 0.0)
             marks = [
-                f"{sign} {100.0 * part:.2g} %"
+                f"{sign} {number_text(100.0 * part, 2)} %"
                 for sign, part in {"±": error, "‡": left_out}.items()
                 if part > SMALL_ERROR
             ]
@@ -284,7 +287,7 @@ def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
         cells = []
         for name, unit in units.items():
             shown, deviation = (unit.of(value) for value in ensemble.spread[name])
-            part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
+            part = f" ({number_text(100 * deviation / abs(shown), 2)} %)" if shown else ""
             text = f"{with_error(shown, deviation)}{part}"
             cells.append(undefined if math.isnan(shown) else (text, "", ""))
         ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))

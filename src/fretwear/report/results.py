@@ -176,7 +176,7 @@ def coupling_remark(summary: xr.Dataset) -> str:
     return (
         "Friction along y, which the slip model leaves out, may move the maximum wear depth by up "
         f"to {most}, after the last cycle by {share(depth)}; half-widths of {widths}; and local "
-        f"slip by {unit.of(slip):.2g} {unit.name}"
+        f"slip by {number_text(unit.of(slip), 2)} {unit.name}"
     )
 
 
@@ -186,7 +186,7 @@ def _percent(pairs: Iterable[tuple[Array, Array]]) -> str:
     for changes, values in pairs:
         known = (values > 0.0) & np.isfinite(changes)
         largest = max(largest, float((changes[known] / values[known]).max(initial=0.0)))
-    return f"{100.0 * largest:.2g} %"
+    return f"{number_text(100.0 * largest, 2)} %"
 
 
 def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:

@@ -22,7 +22,7 @@ from fretwear.study.spacing import (
     zones_of_tip,
 )
 from fretwear.theory import share_of_band
-from fretwear.units import LENGTH, PRESSURE, format_quantity
+from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
 GREATEST_MEASURED_SLOPE = 1.0  # in profilometry; a steeper surface has wrong units
@@ -72,7 +72,7 @@ class Unreached:
 
     def doubt(self) -> Doubt:
         """Say what was reached, and how to go on."""
-        reached = f"{self.result}: {100.0 * self.error:.2g} %"
+        reached = f"{self.result}: {number_text(100.0 * self.error, 2)} %"
         accept = f"accept an accuracy of {math.ceil(100.0 * self.error)} %"
         if self.times < GREATEST_BUDGET:
             reached += f"; the accuracy would take about {self.times:.0f} times as long as usual"
@@ -80,7 +80,8 @@ class Unreached:
         else:
             most = f"more than {GREATEST_BUDGET:.0f} times as long as usual"
             reached += f"; the accuracy would take {most}"
-        what = f"is computed less accurately than the {100.0 * self.accuracy:.2g} % asked for"
+        asked = number_text(100.0 * self.accuracy, 2)
+        what = f"is computed less accurately than the {asked} % asked for"
         return Doubt(what, reached, accept)
 
 
@@ -228,12 +229,12 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
     """
     beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
     local, in_all = beta * (friction + 2.0 * beta), 2.0 * beta**2
-    given = f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ"
+    given = f"Dundurs' β = {number_text(beta, 2)}, {number_text(beta / friction, 2)} times µ"
     if local > LARGE_ERROR:
         yield Doubt(
             "joins unlike bodies; friction also moves their surfaces apart, which is neglected",
             f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
-            f"{100.0 * in_all:.2g} % of wear volume and dissipated energy",
+            f"{number_text(100.0 * in_all, 2)} % of wear volume and dissipated energy",
             "treat these as uncertain by as much; slip that the normal load causes affects only "
             "the first cycles and mean tractions",
         )
@@ -261,7 +262,7 @@ def _of_materials(case: Case) -> Iterator[Doubt]:
     if case.rough is not None and case.rough.steepest > GREATEST_SLOPE:
         yield Doubt(
             "touches on slopes that are too steep for half-space theory",
-            f"steepest slope {case.rough.steepest:.2g}",
+            f"steepest slope {number_text(case.rough.steepest, 2)}",
             f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
         )
 
@@ -297,7 +298,7 @@ def doubts(
             "has the shear of the smooth unworn contact, which exceeds the friction that the "
             "pressure of this one can bear, and is cut to it"
         )
-        detail = f"in {100.0 * beyond_friction:.2g} % of the stick zone"
+        detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
         reasons.append(
             Doubt(what, detail, "write slip_model: jaeger for the shear of this surface")
         )

@@ -13,6 +13,7 @@ from importlib.resources import files
 
 from fretwear.parts import is_list
 from fretwear.problems import Problem, Problems
+from fretwear.units import listed
 
 MATERIAL = "material"
 PROPERTIES = ("youngs_modulus", "poisson_ratio")
@@ -40,7 +41,7 @@ def with_materials(
 ) -> dict[str, object]:
     """Return keys of a case with the properties of `material` in its place, unless given.
 
-    An unknown name is a problem.
+    An unknown name is a problem, and so is a material all of whose properties are given too.
     """
     if MATERIAL not in given:
         return dict(given)
@@ -64,4 +65,9 @@ def with_materials(
             (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])
         )
     others = {name: other for name, other in given.items() if name != MATERIAL}
+    if found.keys() <= {*others, *varied}:
+        rule = f"has no effect: {listed([*found])} are given too"
+        problems.add(
+            f"{prefix}{MATERIAL}", value, rule, "leave out material, or what it stands for"
+        )
     return {**{n: v for n, v in found.items() if n not in varied}, **others}

@@ -8,6 +8,7 @@ import math
 import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -221,7 +222,11 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
             raise QuantityError(f"must be a list of values of {name}", hint)
         return Axis(name, (), (), _read_range(name, raw, design))
     if not isinstance(raw, list):
-        hint = f"write [{in_words(raw)}]" if isinstance(raw, str | int | float) else ""
+        hint = f"such as [{parameter_of(name).example}]"
+        with suppress(QuantityError):
+            for item in map(str.strip, raw.split(",")) if isinstance(raw, str) else [raw]:
+                parameter_of(name).read_given(name, item, True)
+            hint = f"write [{in_words(raw)}]"
         if _ENDS.fullmatch(in_words(raw)):
             hint = "list the values; a sampled design takes {from: 10 N, to: 100 N}"
         elif isinstance(design, Sampled):
