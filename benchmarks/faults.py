@@ -179,7 +179,10 @@ class Trials:
             status, said = self.undisturbed(command)
             assert status == 0, said
         self.expected = state_of(self.home)
-        self.values = {each.name: values_of(each) for each in self.home.rglob("*.nc")}
+        # By path: a case and its stresses have files of one name in two folders.
+        self.values = {
+            str(each.relative_to(self.home)): values_of(each) for each in self.home.rglob("*.nc")
+        }
         # What was found wrong in what a state became, by the commands that had run in it.
         self.verdicts: dict[object, set[str]] = {}
 
@@ -297,7 +300,7 @@ class Trials:
                 for name, _ in self.expected - state
                 if not name.endswith(".nc")
                 or not (self.home / name).exists()
-                or values_of(self.home / name) != self.values[Path(name).name]
+                or values_of(self.home / name) != self.values[name]
             }
             if more or lost:
                 print(more, lost, flush=True)

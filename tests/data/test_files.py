@@ -218,6 +218,19 @@ def test_a_dataset_that_lacks_variables_is_not_written(tmp_path, results):
     assert not path.exists()
 
 
+@pytest.mark.parametrize("name", ["cycle", "step", "wear_volume", "tangential_force"])
+def test_a_history_that_lacks_a_variable_is_refused_before_its_values_are_read(
+    name, case_path, tmp_path
+):
+    path = tmp_path / "case.nc"
+    path.write_bytes(case_path.read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file["history"].renameVariable(name, "other")
+    add_checksum(path)
+    with pytest.raises(DataFileError, match=f"lacks history/{name}"), opened_case(path):
+        pass
+
+
 def test_a_file_that_another_program_wrote_lacks_something_or_is_of_another_kind(tmp_path, results):
     path, study_file, merged = (tmp_path / name for name in ("a.nc", "study.yaml", "summary.nc"))
     results.dataset.to_netcdf(path)

@@ -76,6 +76,7 @@ _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
 _COMPLETE = "complete"
+_OF_STEPS = (ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _MEMORY = Path("/dev/shm")
 _IN_MEMORY_BYTES = 64 << 20
@@ -371,7 +372,13 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
     if by_us and str(file.__dict__.get(_COMPLETE)) != "1":
         yield "the run that wrote it did not finish"
     lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})
-    lacking += [HISTORY_GROUP] if by_us and HISTORY_GROUP not in file.groups else []
+    if HISTORY_GROUP in file.groups:
+        # Files saved by xarray have no history.
+        steps = (*of_steps(scalars_of(contact_frame(file.variables))), *_OF_STEPS)
+        history = file[HISTORY_GROUP].variables
+        lacking += [f"{HISTORY_GROUP}/{each.name}" for each in steps if each.name not in history]
+    elif by_us:
+        lacking.append(HISTORY_GROUP)
     if lacking:
         yield f"it lacks {', '.join(lacking)}"
     yield from _size_problems((file, *file.groups.values()), size, words=not by_us)
@@ -387,9 +394,8 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
         yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
         of_coupling = coupling_errors_of(file.variables)
         yield from _variable_problems(file, (*scalars, *errors, *of_coupling), (CYCLE.name,))
-        # Files saved by xarray have no history.
         if HISTORY_GROUP in file.groups:
-            steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
+            steps = (*of_steps(scalars), *_OF_STEPS)
             yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))
         yield from _parameter_problems(file)
 

@@ -353,7 +353,7 @@ def _advice(
     if not what or share > _HARDLY:
         return ""
     return (
-        f"Of the numbers that these tests could give, {what}, measured within "
+        f"Among the numbers that these tests could give, {what}, measured within "
         f"{100 * _ADVISED_ERROR:.0f} %, would narrow {tests.unknowns[widest].name} most: its "
         f"interval would be {100 * share:.0f} % as wide."
     )
