@@ -47,7 +47,7 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
         write_finished,
     )
     from fretwear.study.problems import StudyError
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
     from fretwear.study.yamlfile import read_document
 
 from .faults import STUDY, write_rows, write_study

@@ -24,7 +24,8 @@ from benchmarks.speed.cases import STUDY
 
 from fretwear.data.files import add_checksum
 from fretwear.running.batch import simulate_to_file
-from fretwear.study.study import Study, load_study
+from fretwear.study.reading import load_study
+from fretwear.study.study import Study
 
 _CHECKSUM_BYTES = 25
 
@@ -37,7 +38,7 @@ print(f"  largest memory {peak / 1e3:.0f} MB")
 """
 MERGE = """
 from fretwear.data.merge import merge_study
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 merge_study(load_study("stack.yaml"), "results/stack/cases", "results/stack/summary.nc")
 """
 REDUCE = """

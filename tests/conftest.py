@@ -68,7 +68,7 @@ def coarse_demo(made_once):
     """A folder with the default study, its cases on coarse grids and over few cycles, merged."""
 
     def make(folder):
-        from fretwear.study.study import load_study
+        from fretwear.study.reading import load_study
 
         from .studies import run_study, write_study
 

@@ -112,16 +112,16 @@ COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/__init__
 DRIVERS = ("study/case.py", "study/spacing.py", "running/simulate.py", "data/labels.py")
 # Reached from a run, but of no effect on its numbers beyond the parameters that its file names.
 READING = ("arrays.py", "units.py", "problems.py", "study/parameters.py", "study/problems.py")
-READING += (
-    "study/fits.py",
-    "study/materials.py",
-    "study/points.py",
-    "study/stresses.py",
-    "study/study.py",
-)
-READING += ("study/yamlfile.py",)
+READING += ("study/fits.py", "study/materials.py", "study/points.py", "study/stresses.py")
+READING += ("study/study.py", "study/yamlfile.py")
 CHECKING = ("study/rules.py", "study/doubts.py", "study/plan.py", "running/resources.py")
-OUTSIDE = ("figures/maps.py", "report/build.py", "cli/show.py", "running/batch.py")
+OUTSIDE = (
+    "study/reading.py",
+    "figures/maps.py",
+    "report/build.py",
+    "cli/show.py",
+    "running/batch.py",
+)
 OTHERS = (*READING, *CHECKING, *OUTSIDE)
 
 

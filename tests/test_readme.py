@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli.program import app
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from .studies import write_study
 

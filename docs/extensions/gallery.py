@@ -27,7 +27,7 @@ from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.figures import save_as
 from fretwear.running.simulate import run
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 logger = logging.getLogger(__name__)
 # The study whose report the start page shows.

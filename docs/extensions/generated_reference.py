@@ -21,9 +21,9 @@ from fretwear.study.case import Case
 from fretwear.study.materials import material_table
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
+from fretwear.study.sections import study_schema
 from fretwear.study.setup import members
 from fretwear.study.stresses import StressOutput
-from fretwear.study.study import study_schema
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CRACKS,

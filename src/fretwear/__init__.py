@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
     from fretwear.subsurface.fatigue import fatigue
     from fretwear.subsurface.results import stress
 
@@ -45,7 +45,7 @@ _HOMES = {
     "DoubtfulResultWarning": "fretwear.running.simulate",
     "Case": "fretwear.study.case",
     "WavyRoughness": "fretwear.mechanics.roughness",
-    "load_study": "fretwear.study.study",
+    "load_study": "fretwear.study.reading",
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",
     "open_loops": "fretwear.data.files",

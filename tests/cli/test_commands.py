@@ -21,7 +21,7 @@ import pytest
 import fretwear
 from fretwear.cli import commands
 from fretwear.study import plan
-from fretwear.study.study import load_study, select_case
+from fretwear.study.reading import load_study, select_case
 
 from ..running.conftest import read_until
 from ..studies import TITANIUM, WAVES, base

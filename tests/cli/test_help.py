@@ -13,7 +13,7 @@ from fretwear.cli.program import app
 from fretwear.running.workflow import workspace
 from fretwear.study.parameters import parameter_names
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from .conftest import Desk, tiny_study
 

@@ -25,7 +25,7 @@ import pytest
 
 from fretwear.cli.progress import Log, TimeLeft, step_text
 from fretwear.running.simulate import steps
-from fretwear.study.study import load_study, select_case
+from fretwear.study.reading import load_study, select_case
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import xarray as xr
 
 from fretwear.data.files import open_summary
 from fretwear.running.workflow import StudyJobs
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from .conftest import documented_commands, eventually
 

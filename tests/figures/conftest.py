@@ -11,7 +11,8 @@ from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.transforms import Bbox
 
 from fretwear.running.simulate import run
-from fretwear.study.study import Study, load_study
+from fretwear.study.reading import load_study
+from fretwear.study.study import Study
 
 from ..studies import base, run_study, steel, write_study
 

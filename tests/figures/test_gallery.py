@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from fretwear import figures
 from fretwear.figures.index import HISTORIES, PROFILES
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import run_study
 

@@ -14,7 +14,7 @@ from fretwear.fitting.words import doubts_of
 from fretwear.running.simulate import run, simulate
 from fretwear.study.case import Case
 from fretwear.study.fits import Measurement
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import TITANIUM, base, near, steel, write_study
 

@@ -13,7 +13,7 @@ from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import DataFileError, write_text
 from fretwear.fitting.runs import Prediction, Runs
 from fretwear.fitting.section import fit_figures, fit_sections
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 
 @pytest.fixture

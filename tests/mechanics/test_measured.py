@@ -14,7 +14,7 @@ from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.mechanics.surface_files import SourceFile, read_profile, read_topography
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
 
 from ..studies import near, steel

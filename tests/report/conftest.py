@@ -14,7 +14,7 @@ from fretwear.figures.study import write_study_figures
 from fretwear.report import build_report
 from fretwear.running.workflow import log_file, record
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import run_study, write_study
 

@@ -11,7 +11,7 @@ from fretwear.data.files import open_case
 from fretwear.figures.index import INDEX_NAME
 from fretwear.report import build_report
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import run_study, write_study
 from .browser import CONTRASTS, DESKTOP, MISSING, Browser

@@ -30,7 +30,7 @@ from fretwear.report.results import (
     residuals,
 )
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.vocabulary import HEADLINES, RESULTS
 
 from ..studies import base, run_study, write_study

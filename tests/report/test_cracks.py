@@ -11,7 +11,7 @@ from fretwear.report.cracks import expected_cracks
 from fretwear.report.results import point_results
 from fretwear.running.simulate import run
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.subsurface.fatigue import fatigue_of_study, stored_fatigue
 
 from ..studies import base, write_study

@@ -23,7 +23,7 @@ from fretwear.report.explorer import (
 )
 from fretwear.report.results import point_results
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.vocabulary import PointStatus
 
 from ..studies import base, run_study, write_study

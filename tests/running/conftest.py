@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_case, open_history, open_loops
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import base, steel, two_loads, write_study
 from .apart import SAID, snakemake

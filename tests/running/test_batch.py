@@ -22,7 +22,7 @@ from fretwear.running.workflow import (
     record,
     spent_on_simulations,
 )
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..cli.conftest import Desk
 from ..studies import WAVES, flip, near

@@ -20,7 +20,7 @@ from fretwear.report.results import Level, PointResult, over_seeds, point_result
 from fretwear.running.batch import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps, wear_problem
 from fretwear.study.plan import Plan
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.units import LINE_CONTACT
 from fretwear.vocabulary import PointStatus
 

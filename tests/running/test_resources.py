@@ -30,7 +30,7 @@ from fretwear.running.resources import (
 )
 from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import STEEL, near, steel
 from .conftest import BASE, make_case, without

@@ -22,7 +22,7 @@ from fretwear.running.batch import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
 from fretwear.study.plan import Plan, estimate
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 BOTH = ["3e-13 / Pa", "4e-13 / Pa"]
 MOVED = {"tangential_ratio": None, "wear_coefficient": BOTH}

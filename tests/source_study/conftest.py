@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from fretwear.source_study.cases import StudyCase, reference_cases
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..figures.conftest import check_texts
 from ..studies import WAVES, base, run_study, write_study

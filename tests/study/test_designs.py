@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fretwear.study.overrides import override
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.problems import StudyError, as_cell
-from fretwear.study.study import load_study, override, select_case
+from fretwear.study.reading import load_study, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 

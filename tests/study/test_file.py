@@ -11,7 +11,7 @@ import yaml
 from fretwear.problems import in_words
 from fretwear.study.case import Case
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 from fretwear.study.yamlfile import MAX_BYTES, read_document
 
 from ..studies import WAVES, steel

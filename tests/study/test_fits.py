@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.reading import load_study
 
 from ..studies import TITANIUM, base, near, write_study
 

@@ -13,7 +13,9 @@ from fretwear.running.resources import batches, core_seconds
 from fretwear.study.parameters import parameter_names
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
-from fretwear.study.study import SECTIONS, Study, load_study
+from fretwear.study.reading import load_study
+from fretwear.study.sections import SECTIONS
+from fretwear.study.study import Study
 
 # fmt: off
 ODD = (

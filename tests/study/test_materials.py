@@ -12,7 +12,7 @@ from fretwear.parts import QuantityError
 from fretwear.study.case import Case, CaseError
 from fretwear.study.materials import material_table, read_table
 from fretwear.study.parameters import parameter_of
-from fretwear.study.study import study_schema
+from fretwear.study.sections import study_schema
 
 GIVEN = {
     "radius": "10 mm",

@@ -28,7 +28,7 @@ from fretwear.study.parameters import (
     symbol_text,
     words_text,
 )
-from fretwear.study.study import study_schema
+from fretwear.study.sections import study_schema
 from fretwear.units import in_unit
 
 from ..studies import SELF_AFFINE, WAVES, near, steel, study_case

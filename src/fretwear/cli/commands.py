@@ -138,7 +138,7 @@ def init(
     from fretwear.data.safe import atomic_path, why_not_writable
     from fretwear.running.workflow import workspace
     from fretwear.study.problems import StudyError
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
     from fretwear.study.yamlfile import read_document
     from fretwear.units import did_you_mean
 
@@ -203,7 +203,7 @@ def plan(
     """
     from fretwear.running import resources
     from fretwear.study.plan import Plan
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
     from fretwear.units import duration_text, size_text
 
     _collect_rarely()
@@ -236,7 +236,7 @@ def plan(
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
-    from fretwear.study.study import study_schema
+    from fretwear.study.sections import study_schema
 
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 
@@ -272,7 +272,7 @@ def run_case(
 
     An interrupted run resumes from its checkpoint beside the file.
     """
-    from fretwear.study.study import select_case
+    from fretwear.study.reading import select_case
 
     case = select_case(file, case_id, set_ or ())
     path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")

@@ -60,7 +60,7 @@ def added(group: str, summary: xr.Dataset, cases: Path) -> Iterator[Added]:
 
 def case_ids(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the ids of the cases of the study that was typed before."""
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
 
     # The file may not be parsed yet while the option waits for its value.
     file = context.params.get("file") or next(iter(context.args), None)
@@ -155,7 +155,7 @@ def finite(value: object) -> object:
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
     """Return a study and the folder of its results; `CommandError` if it cannot be written to."""
     from fretwear.data.safe import why_leading_out, why_not_writable
-    from fretwear.study.study import load_study
+    from fretwear.study.reading import load_study
 
     study = load_study(file)
     folder = results or Path("results", study.name)

@@ -19,8 +19,11 @@ from fretwear.fitting.runs import Prediction, Runs
 from fretwear.fitting.words import doubts_of
 from fretwear.study.case import Case
 from fretwear.study.fits import FitRequest
+from fretwear.study.overrides import assign
 from fretwear.study.problems import StudyError
-from fretwear.study.study import MAX_TITLE, Study, assign, case_of_content, content_of, load_study
+from fretwear.study.reading import case_of_content, content_of, load_study
+from fretwear.study.sections import MAX_TITLE
+from fretwear.study.study import Study
 from fretwear.units import QuantityError
 from fretwear.vocabulary import RESULTS
 

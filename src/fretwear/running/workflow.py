@@ -31,7 +31,8 @@ from fretwear.problems import Problem
 from fretwear.running.resources import Batch, batches, seconds_after
 from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError, few_of
-from fretwear.study.study import Study, load_study
+from fretwear.study.reading import load_study
+from fretwear.study.study import Study
 from fretwear.units import duration_text
 from fretwear.version import code_digest
 

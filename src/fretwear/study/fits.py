@@ -31,6 +31,7 @@ from fretwear.problems import Problems
 from fretwear.study.case import Case
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
 from fretwear.study.setup import MAX_CYCLES
+from fretwear.study.yamlfile import as_mapping
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
@@ -132,7 +133,7 @@ class FreeParameter:
                 at = places.index(step)
                 values[at] = put(values[at], about, further)
                 return values
-            inner = value if isinstance(value, Mapping) else {}
+            inner = as_mapping(value)
             below = _below(about, step) or about
             return {**inner, step: put(inner.get(step), below, further)}
 
@@ -370,7 +371,7 @@ def _read_range(name: str, given: object) -> FreeParameter:
         raise QuantityError("is not a case parameter", hint)
     if not isinstance(about, Quantity):
         raise QuantityError("is no quantity that could be sought within a range")
-    keys = given if isinstance(given, Mapping) else {}
+    keys = as_mapping(given)
     if is_list(given) and len(given) == 2:
         keys = dict(zip(("from", "to"), given, strict=True))
     if not keys:

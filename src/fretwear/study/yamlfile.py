@@ -189,6 +189,11 @@ def parse_value(text: str) -> object:
     return "" if document.is_empty else document.data
 
 
+def as_mapping(given: object) -> Mapping[str, object]:
+    """The content of a section, empty if it is no mapping."""
+    return given if isinstance(given, Mapping) else {}
+
+
 def _instead_of(file: Path) -> str:
     """Return a hint at the study meant by a name without folder or ending, or at those present."""
     here = _studies_in(file.parent)

@@ -1,0 +1,181 @@
+"""From a YAML file to a study, with all problems reported at once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fretwear.mechanics.surface_files import Located
+from fretwear.problems import Problem, Problems
+from fretwear.study.case import Case, read_snapshots
+from fretwear.study.fits import FitRequest, read_free, with_sought
+from fretwear.study.overrides import OPTION, assign, override
+from fretwear.study.points import Combinations, read_axes
+from fretwear.study.problems import StudyError, few_of
+from fretwear.study.sections import SEEDS, read_base, read_sections
+from fretwear.study.stresses import StressOutput
+from fretwear.study.study import Point, Study
+from fretwear.study.trials import try_rules
+from fretwear.study.yamlfile import as_mapping, read_document
+from fretwear.units import did_you_mean
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+
+
+def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
+    """Read and check a study file (YAML), changed by assignments ``name=value``.
+
+    Raises
+    ------
+    StudyError
+        If the file or the assignments are invalid; the message lists all problems.
+    """
+    file = Path(path)
+    document = read_document(file)
+    problems = Problems(document.problems)
+    if not _NAME.fullmatch(file.stem):
+        rule = (
+            "names the folder of its results: the file name may have letters, digits, '.', '_' and "
+            "'-', up to 100, and must begin with a letter or digit"
+        )
+        problems.add("", None, f"{file.name!r} {rule}", "rename the file")
+    if not isinstance(document.data, Mapping):
+        rule = "must hold keys such as base and vary, not a single value or a list"
+        raise StudyError(file, [Problem("", document.data, rule), *problems])
+    return _checked(file, document.data, assignments, problems, document.lines)
+
+
+def select_case(
+    path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
+) -> Case:
+    """Return one case of a study file, changed by assignments ``name=value``.
+
+    An id, or the beginning of exactly one id, chooses a case of the unchanged study, to which the
+    assignments are then applied.  Without an id the changed study must have a single case.  Raises
+    `StudyError` if the study or the case is invalid, or there is no such case.
+    """
+    study = load_study(path, () if case_id else assignments)
+    points = {point.id: point for point in study.points() if point.id}
+    matching = [n for n in points if n.startswith(case_id or "")]
+    if case_id in points:
+        matching = [case_id]
+    if len(matching) != 1:
+        listed = "".join(f"\n    {line}" for line in few_of(matching))
+        rule = f"is the beginning of {len(matching)} ids"
+        hint = f"give more of it, to choose one of{listed}"
+        if not case_id:
+            rule = f"has {len(points)} cases, and one must be chosen"
+            hint = f"give --case ID, one of{listed}"
+        elif not matching:
+            rule = f"is not one of the {len(points)} cases of this study"
+            hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
+        raise StudyError(study.file, [Problem("--case" if case_id else "", case_id, rule, hint)])
+    point = points[matching[0]]
+    if case_id and assignments:
+        point = _checked(study.file, content_of(point), assignments).points()[0]
+    assert point.case is not None
+    return point.case
+
+
+def content_of(point: Point) -> dict[str, object]:
+    """The plain content of a study that has a single point."""
+    content = {**point.study.content}
+    for axis, position in zip(point.study.axes, point.index, strict=True):
+        assign(content, axis.name, axis.written[position])
+    content.pop("fit", None)
+    return content
+
+
+def case_of_content(file: Path, content: Mapping[str, object]) -> Case:
+    """The case of the plain content of a study of a single point; `StudyError` if it is invalid."""
+    (point,) = _checked(file, content, ()).points()
+    assert point.case is not None
+    return point.case
+
+
+def _checked(
+    file: Path,
+    given: Mapping[str, object],
+    assignments: Sequence[str],
+    problems: Sequence[Problem] = (),
+    lines: Mapping[str, int] | None = None,
+) -> Study:
+    """Turn the plain content of a study file, changed by assignments, into a `Study`."""
+    content, wrong = override(given, assignments)
+    before, problems = [*problems, *wrong], Problems()
+    content, fit = _with_fit(content, file.parent, problems)
+    sections = read_sections(_located(content, file.parent), problems)
+    axes = read_axes(sections.vary, sections.design, problems)
+    fixed = read_base(sections, axes, content, problems)
+    asked, snapshots = sections.output.get("cycles", "auto"), None
+    with problems.at("output.cycles", asked):
+        fixed["output_cycles"] = snapshots = read_snapshots(asked, in_file=True)
+    stress = None
+    if "stress" in sections.output:
+        with problems.at("output.stress", sections.output["stress"]):
+            stress = StressOutput.read(sections.output["stress"])
+            if stress.cycles is not None:
+                fixed["output_cycles"] = tuple(sorted({*(snapshots or ()), *stress.cycles}))
+    # Axes within a part that could not be read are skipped.
+    axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
+    for axis in axes:
+        if axis.name == "indenter" and len({part.frame for part in axis.values}) > 1:
+            rule = "has cylinders, whose results are per length, beside others"
+            problems.add("vary.indenter", None, rule, "make two studies of it")
+    title = sections.title or file.stem
+    # If the design cannot be read, fixed values are still checked.
+    design = sections.design or Combinations()
+    study = Study(file, title, axes, design, fixed, content, sections.batch, stress, fit)
+    try_rules(study, problems, skip=sections.invalid == "skip")
+    if not (before or problems) and len(study.invalid) == study.size:
+        problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
+    if fit is not None and not (before or problems):
+        fit.check([point.case for point in study.points()], problems)
+    if before or problems:
+        raise StudyError(file, _in_order([*before, *problems], lines or {}, assignments))
+    return study
+
+
+def _with_fit(
+    content: dict[str, object], folder: Path, problems: Problems
+) -> tuple[dict[str, object], FitRequest | None]:
+    """The content with values of `base` for what is sought, and what the section `fit` asks for."""
+    if "fit" not in content:
+        return content, None
+    given, fit = _located(content["fit"], folder), None
+    # What can be read is filled in even if there are problems elsewhere in the section.
+    free = read_free(as_mapping(given).get("free"), Problems())
+    base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
+    with problems.at("fit", content["fit"]):
+        fit = FitRequest.read(given)
+    return {**content, "base": with_sought(free, base, vary, problems)}, fit
+
+
+def _located(value: object, folder: Path) -> Any:
+    """Mark all text as relative to a folder, in case it names a file."""
+    if isinstance(value, dict):
+        return {key: _located(item, folder) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_located(item, folder) for item in value]
+    return Located.at(value, folder) if type(value) is str else value
+
+
+def _in_order(
+    problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
+) -> list[Problem]:
+    """Give problems the line of their key or the option that set it, and sort them by line."""
+    names = [assignment.partition("=")[0].strip() for assignment in assignments]
+    shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
+    if "seeds" in lines and f"vary.{SEEDS}" not in lines:
+        shown[f"vary.{SEEDS}"] = "seeds"
+    placed = []
+    for problem in problems:
+        key = problem.key
+        for place, name in shown.items():
+            if f"{problem.key}.".startswith((f"{place}.", f"{place}[")):
+                key = name + problem.key.removeprefix(place)
+        placed.append(replace(problem, key=key, line=problem.line or lines.get(key)))
+    return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)

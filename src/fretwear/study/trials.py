@@ -1,0 +1,97 @@
+"""The rules between parameters, tried at the points of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fretwear.parts import required
+from fretwear.problems import Problem, Problems
+from fretwear.study.case import Case
+from fretwear.study.members import Block
+from fretwear.study.parameters import member_of
+from fretwear.study.points import Combinations, Sampled
+from fretwear.study.rules import RULES, Rule
+from fretwear.study.setup import IN_BLOCKS, members
+from fretwear.study.study import Study
+
+_LISTED_PER_RULE = 8
+
+
+def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
+    """Check the rules between parameters; with `skip`, mark points that break one as invalid.
+
+    A rule is tried once for each combination of the valid values that it needs.
+    """
+    defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
+    blocks = {"cycles"} if "blocks" in study.members else set()
+    # Each rule with the axes that matter to it, and its problems by positions along these.
+    trials: list[tuple[Rule, tuple[int, ...], dict[tuple[int, ...], Problem]]] = []
+    for rule in RULES:
+        needed = {member_of(name) for name in rule.needs}
+        if needed <= {*study.members} | defaulted | blocks:
+            by_blocks = needed & IN_BLOCKS.keys()
+            of_blocks = {i for name in by_blocks for i in study.members[name][0]}
+            relevant = tuple(
+                i
+                for i, axis in enumerate(study.axes)
+                if {axis.member, axis.name} & rule.needs
+                or (axis.name == "blocks" and i in of_blocks)
+            )
+            trials.append((rule, relevant, {}))
+    by_axes = {
+        axes: [(rule, broken) for rule, relevant, broken in trials if relevant == axes]
+        for axes in {relevant: None for _, relevant, _ in trials}
+    }
+    is_grid, tried = isinstance(study.design, Combinations), set[tuple[tuple[int, ...], ...]]()
+    # Going point by point makes each case once for all rules.
+    for index in study.indices:
+        case: Case | None = None
+        for axes, rules in by_axes.items():
+            positions = tuple([index[i] for i in axes])
+            # Otherwise no two points have the same positions.
+            if not axes or (is_grid and len(axes) < len(index)):
+                if (axes, positions) in tried:
+                    continue
+                tried.add((axes, positions))
+            case = case or study.case(index)
+            for rule, broken in rules:
+                if (problem := rule.find(case)) is not None:
+                    broken[positions] = problem
+        for _, relevant, broken in trials if skip else ():
+            if relevant and (problem := broken.get(tuple([index[i] for i in relevant]))):
+                study.invalid.setdefault(index, problem.sentence)
+    listed = not isinstance(study.design, Sampled)
+
+    def gives(blocks: Sequence[Block] | None, name: str) -> bool:
+        """Whether the first block gives the value, and nothing fixed does."""
+        return name in dict(blocks[0].values if blocks else ()) and name not in study.fixed
+
+    # By subject, then by rule and key: the problem at each combination of the other values.
+    broken_rules: dict[str, dict[tuple[int, str], list[tuple[Problem, str]]]] = {}
+    for trial, (_, relevant, broken) in enumerate(trials):
+        for positions, problem in broken.items() if not (skip and relevant) else ():
+            # The place in the file to mend, and the values at which the rule breaks.
+            key = "output.cycles" if problem.key == "output_cycles" else f"base.{problem.key}"
+            if gives(study.fixed.get("blocks"), problem.key):
+                key = f"base.blocks[0].{problem.key}"
+            others = []
+            for axis, position in zip((study.axes[i] for i in relevant), positions, strict=True):
+                at = f"[{position}]" if listed else ""
+                if axis.key == problem.key:
+                    key = f"vary.{axis.name}{at}"
+                elif axis.name == "blocks" and gives(axis.values[position], problem.key):
+                    key = f"vary.blocks{at}[0].{problem.key}"
+                else:
+                    others.append(f"{axis.name} = {axis.labels[position]}")
+            placed = replace(problem, key=key), ", ".join(others)
+            broken_rules.setdefault(problem.key, {}).setdefault((trial, key), []).append(placed)
+    for subject, by_key in broken_rules.items():
+        for (problem, at), *more in [*by_key.values()][:_LISTED_PER_RULE]:
+            also = f", and at {len(more)} more combinations" if more[1:] else ""
+            also = f", and at {more[0][1]}" if more and not more[1:] else also
+            where = f" (at {at}{also})" if at else ""
+            problems.append(replace(problem, rule=f"{problem.rule}{where}"))
+        if (left := len(by_key) - _LISTED_PER_RULE) > 0:
+            alike = f"is wrong in the same way for {left} more of the varied values"
+            problems.add(f"vary ({subject})", None, alike)
