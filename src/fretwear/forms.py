@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, SupportsFloat
 
 from fretwear.parts import (
@@ -124,7 +125,7 @@ class Either(Parameter):
         names = "si_unit", "symbol", "words", "unit", "example"
         vars(self).update({name: getattr(self.single, name) for name in names})
 
-    @property
+    @cached_property
     def forms(self) -> tuple[Parameter, ...]:
         """All forms, the single value last."""
         lists = [Several(self.single, self.places, self.expected)] if self.places else []

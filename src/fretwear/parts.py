@@ -19,7 +19,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import Any, ClassVar, Self, TypeGuard, TypeVar, get_type_hints
 
 from fretwear.problems import Problems
@@ -487,7 +487,7 @@ class Part:
         return {name: entry_text(name, value) for name, value in self.canonical().items()}
 
 
-_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
+_MOST_TEXTS = 4096
 
 
 def entry_text(name: str, value: object) -> str:
@@ -496,20 +496,23 @@ def entry_text(name: str, value: object) -> str:
     >>> entry_text("cell", [2 / 3])
     '"cell":[0.666666666667]'
     """
-    return f"{_quoted(name)}:{_ENCODER.encode(_rounded(value))}"
+    return f"{_scalar_text(name)}:{_text(value)}"
 
 
-@cache
-def _quoted(name: str) -> str:
-    return _ENCODER.encode(name)
-
-
-def _rounded(value: object) -> object:
+def _text(value: object) -> str:
     if isinstance(value, float):
-        return float(f"{value:.11e}")
+        number = float(f"{value:.11e}")
+        return repr(number) if math.isfinite(number) else _scalar_text(number)
+    if isinstance(value, list | tuple):
+        return f"[{','.join(map(_text, value))}]"
     if isinstance(value, dict):
-        return {name: _rounded(item) for name, item in value.items()}
-    return [_rounded(item) for item in value] if isinstance(value, list | tuple) else value
+        return f"{{{','.join(entry_text(name, value[name]) for name in sorted(value))}}}"
+    return _scalar_text(value)
+
+
+@lru_cache(_MOST_TEXTS, typed=True)
+def _scalar_text(value: float | str | None) -> str:
+    return json.dumps(value)
 
 
 def _read_once(function: Callable[[type], _Read]) -> Callable[[type], _Read]:

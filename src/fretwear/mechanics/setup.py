@@ -59,22 +59,20 @@ class Setup:
     @property
     def setup(self) -> Setup:
         """The setup alone, without what a case or a problem adds."""
-        members = (field.name for field in dataclasses.fields(Setup))
-        return Setup(**{name: getattr(self, name) for name in members})
+        return Setup(**{name: getattr(self, name) for name in _MEMBERS})
 
     @cached_property
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
-        members = [field.name for field in dataclasses.fields(Setup)]
-        values = ((name, getattr(self, name, None)) for name in members)
+        values = ((name, getattr(self, name, None)) for name in _MEMBERS)
         return {name: part for name, part in values if isinstance(part, Part)}
 
     # What changes over the cycles.
 
     def at(self, cycle: float) -> Self:
         """The setup at a cycle, each part as it is then; itself if no part has changed."""
-        then = {name: part.at(cycle) for name, part in self.parts.items()}
-        changed = {name: part for name, part in then.items() if part is not getattr(self, name)}
+        then = ((name, part, part.at(cycle)) for name, part in self.parts.items())
+        changed = {name: new for name, part, new in then if new is not part}
         return self.changed(**changed) if changed else self
 
     def changed(self, **parts: Part) -> Self:
@@ -280,3 +278,6 @@ class Setup:
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling
+
+
+_MEMBERS = tuple(field.name for field in dataclasses.fields(Setup))

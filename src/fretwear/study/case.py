@@ -12,7 +12,7 @@ import inspect
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import islice
 from typing import Any, Self
 
@@ -81,6 +81,15 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
             cycles[snapshot] = None
     problems.raise_any()
     return tuple(cycles)
+
+
+@cache
+def _members_with_defaults() -> tuple[tuple[str, Parameter, PartOf | None, object], ...]:
+    """The members: name, declaration, the same where it may have keys, default."""
+    return tuple(
+        (name, about, about if isinstance(about, PartOf) else None, getattr(Case, name, None))
+        for name, about in members().items()
+    )
 
 
 class _KeysOfBase:
@@ -219,18 +228,21 @@ class Case(Draft):
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())
         return 3.0 if plain and not self.loading.stroke else 2.0
 
-    def on_cells(self, times: float) -> Self:
-        """The case on cells some times wider, with a tolerance larger by the square.
+    def tolerance_on(self, times: float) -> float:
+        """The tolerance on cells some times wider: larger by the square.
 
         A tolerance that is written beside an accuracy stays as it is.
         """
+        is_chosen = self.asked_accuracy is None or self.tolerance == Case.tolerance
+        return times**2 * self.tolerance if is_chosen else self.tolerance
+
+    def on_cells(self, times: float) -> Self:
+        """The case on cells some times wider, with the tolerance that belongs to them."""
         if times == 1.0:
             return self
         dx, dy = self.grid_spacing
-        changed: dict[str, object] = {"cell": (times * dx, times * dy)}
-        if self.asked_accuracy is None or self.tolerance == Case.tolerance:
-            changed["tolerance"] = times**2 * self.tolerance
-        case = self.of(vars(self) | changed)
+        cell = times * dx, times * dy
+        case = self.of(vars(self) | {"cell": cell, "tolerance": self.tolerance_on(times)})
         # Of all that a case keeps, only the spacing follows from cell and tolerance.
         vars(case).update({**vars(self), **vars(case)})
         vars(case).pop("grid_spacing", None)
@@ -252,17 +264,17 @@ class Case(Draft):
 
     def _canonical_members(self) -> Iterator[tuple[str, object]]:
         """Yield the parts whose fields are keys, and the canonical values of other members."""
-        plain: dict[str, object] = {"loading": self.plain_loading}
+        values: dict[str, Any] = {**vars(self), "loading": self.plain_loading}
         if self.asked_accuracy is None:
-            plain["cell"] = self.grid_spacing
-        unsaid = {"cell"} - plain.keys()
-        unsaid |= {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
-        unsaid |= {"cycles"} if self.blocks else set()
-        for member, about in members().items():
-            value: Any = plain.get(member) or getattr(self, member)
-            if isinstance(about, PartOf) and about.are_keys(value):
+            values["cell"] = self.grid_spacing
+        unsaid = {"cell": self.asked_accuracy is not None, "cycles": bool(self.blocks)}
+        for member, about, keys, default in _members_with_defaults():
+            value = values.get(member, default)
+            if keys is not None and keys.are_keys(value):
                 yield member, value
-            elif member not in unsaid:
+            elif member in _UNSAID_AT_DEFAULT and value == default:
+                continue
+            elif not unsaid.get(member):
                 yield member, about.canonical(value)
 
     @property
@@ -274,7 +286,10 @@ class Case(Draft):
         """
         entries: dict[str, str] = {}
         for name, value in self._canonical_members():
-            entries |= value.entries if isinstance(value, Part) else {name: entry_text(name, value)}
+            if isinstance(value, Part):
+                entries |= value.entries
+            else:
+                entries[name] = entry_text(name, value)
         del entries["kind"]
         text = f"{{{','.join(entries[name] for name in sorted(entries))}}}"
         capped = math.isfinite(self.plastic_limit)

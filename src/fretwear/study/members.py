@@ -86,7 +86,7 @@ class PartOf(Parameter):
 
     def are_keys(self, value: Part | None) -> bool:
         """Whether the fields of a part, as keys of the case, specify it completely."""
-        return value is not None and value.kind in self.open_kinds
+        return value is not None and value.kind == self.short
 
     def kind_of(self, keys: Set[str], kinds: Iterable[type[Part]] = ()) -> type[Part] | None:
         """Return the first kind that has all of the keys and requires no others."""
@@ -220,6 +220,9 @@ class Inline(PartOf):
     @property
     def open_kinds(self) -> Mapping[str, type[Part]]:
         return self.kinds
+
+    def are_keys(self, value: Part | None) -> bool:
+        return value is not None
 
     @property
     def leading(self) -> dict[str, type[Part]]:

@@ -122,27 +122,29 @@ def estimate(case: Case) -> Estimate:
     estimates is included. A case that asks for an accuracy may end with its first run, is expected
     to end with default cells, and uses at most its budget.
     """
+    runs, start = _Runs(case), SECONDS_TO_START + SECONDS_PER_CASE
     if case.asked_accuracy is not None:
-        runs = [_on_cells(case, width) for width in (LEAST_RATIO * WIDEST, WIDEST, 1.0)]
-        budget, start = case.budget or USUAL_BUDGET, SECONDS_TO_START + SECONDS_PER_CASE
-        largest = _on_cells(case, affordable_width(case, budget))
-        beside, first, usual = (run.seconds - start for run in runs)
-        ends = beside + first, max(budget * usual, beside + first + usual)
+        least, wide, usual = (runs.on_cells(width) for width in (LEAST_RATIO * WIDEST, WIDEST, 1.0))
+        budget = case.budget or USUAL_BUDGET
+        largest = runs.on_cells(runs.affordable_width(budget))
+        beside, first, default = (run.seconds - start for run in (least, wide, usual))
+        ends = beside + first, max(budget * default, beside + first + default)
         return replace(
-            runs[-1],
-            seconds=start + beside + first + usual,
+            usual,
+            seconds=start + beside + first + default,
             ends=tuple(start + each for each in ends),
             memory_bytes=largest.memory_bytes,
         )
-    alone = _alone(case)
+    alone = runs.alone(1.0, case.coarseness)
     if not case.error_estimate:
         return alone
-    twin = _alone(case.on_cells(case.times_coarser))
+    times = case.times_coarser
+    # Default cells that are wider are written wider only.
+    twin = runs.alone(times, 1.0 if case.cell is None else case.on_cells(times).coarseness)
     dense = DENSE_COARSER if case.geometry is not Grid else 1.0
-    beside = twin.seconds - SECONDS_TO_START - SECONDS_PER_CASE
     return replace(
         alone,
-        seconds=alone.seconds + dense * beside,
+        seconds=alone.seconds + dense * (twin.seconds - start),
         memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
     )
 
@@ -152,110 +154,128 @@ def affordable_width(case: Case, budget: float) -> float:
 
     The budget is the time of a run relative to default cells, expected before any has run.
     """
-    usual = _on_cells(case, 1.0)
-    start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
-    allowed = start + budget * (usual.seconds - start)
-    width = 1.0
-    while width > LEAST_COARSENESS:
-        narrower = max(width / NARROWER, LEAST_COARSENESS)
-        expected = _on_cells(case, narrower)
-        if expected.seconds > allowed or expected.memory_bytes > most:
-            break
-        width = narrower
-    return width
+    return _Runs(case).affordable_width(budget)
 
 
-def _on_cells(case: Case, width: float) -> Estimate:
-    return _alone(case.on_cells(width), width * case.coarseness if case.is_graded else 1.0)
+class _Runs:
+    """Runs of a case without their coarser runs; what is the same on all cells is found once."""
 
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
+        wide, high = case.indenter.half_widths(case.hertz)
+        self._reach_x, self._reach_y = wide * reach, high * reach
+        self._sides_x, self._sides_y = (2 - is_even for is_even in case.even)
+        worn = case.cycles * case.wear_growth
+        self._folds = math.log2(1.0 + worn * case.hertz_pressure)
+        self._yielding_times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+        self._contacts = CONTACTS_UNDER_SHEAR if case.slip_limit < case.plastic_limit else 1.0
 
-def _alone(case: Case, coarseness: float | None = None) -> Estimate:
-    """The cost of a case without the coarser run."""
-    coarseness = coarseness or case.coarseness
-    (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
-    reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
-    sides_x, sides_y = (2 - is_even for is_even in case.even)
-    wide, high = case.indenter.half_widths(case.hertz)
-    cells_x = sides_x * math.ceil(wide * reach / dx)
-    cells_y = 1 if geometry is Strips else sides_y * math.ceil(high * reach / dy)
-    steps, convolutions = _work(case, cells_x * cells_y)
-    if stroke and geometry is Grid:
-        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
-    cells = cells_x * cells_y
-    arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
-    places = 1.0
-    if case.loading.travel > case.small_stroke:
-        places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
-    if geometry is Rings:
-        per_convolution, arrays = SECONDS_PER_SOLUTION, 0
-    elif stroke and geometry is Strips:
-        cubed = sides_x * (cells_x / sides_x) ** 3
-        per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
-    elif stroke:
-        closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-        per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
-        arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
-    elif geometry is Strips:
-        # Rough contacts have matrices, for strips of equal width.
-        squared = cells_x**2 if case.rough is not None else 0
-        per_convolution = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
-        arrays += MEMORY_PER_SQUARED_STRIP * squared
-    else:
-        # The window grows with the contact, starting near its unworn size.
-        unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
-        mean = 0.5 * (min(cells, unworn) + cells)
-        per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
-        if case.slip_model.couples:
-            per_convolution *= TIMES_COUPLED[all(case.even)]
-    if case.normal.pulsating_load < 1.0 and not stroke:
-        per_convolution *= TIMES_IF_PULSATING
-    # A finer cell narrows rings and strips.
-    finer = coarseness**-2
-    per_convolution, arrays = (
-        finer * per_convolution,
-        arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
-    )
-    kept = cells * len(case.output_cycles)
-    written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if geometry is Rings else 0.0
-    return Estimate(
-        cells_x=cells_x,
-        cells_y=cells_y,
-        steps=steps,
-        convolutions=convolutions,
-        seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions + written,
-        memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
-        file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
-    )
+    def on_cells(self, width: float) -> Estimate:
+        """The cost of a run on cells of a width over the default."""
+        case = self.case
+        return self.alone(width, width * case.coarseness if case.is_graded else 1.0)
 
+    def affordable_width(self, budget: float) -> float:
+        """Width of the narrowest cells over the default, as for `affordable_width`."""
+        usual = self.on_cells(1.0)
+        start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
+        allowed = start + budget * (usual.seconds - start)
+        width = 1.0
+        while width > LEAST_COARSENESS:
+            narrower = max(width / NARROWER, LEAST_COARSENESS)
+            expected = self.on_cells(narrower)
+            if expected.seconds > allowed or expected.memory_bytes > most:
+                break
+            width = narrower
+        return width
 
-def _work(case: Case, cells: int) -> tuple[float, float]:
-    """Expected numbers of steps, and of half-space convolutions or solutions on rings.
+    def alone(self, width: float, coarseness: float) -> Estimate:
+        """The cost of a run on cells of a width over that of the case.
 
-    The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
-    1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. If the bodies
-    yield and slip follows the worn shape, a step lasts no longer than wear takes to free a cell at
-    the limit p, 1/(β p) cycles at the default tolerance.
-    """
-    rough, worn = case.rough is not None, case.cycles * case.wear_growth
-    folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
-    if stick_shrinks(case):
-        times = worn * case.slip_limit
-    contacts = CONTACTS_UNDER_SHEAR if case.slip_limit < case.plastic_limit else 1.0
-    finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / case.tolerance
-    elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
-    elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
-    if case.geometry is Rings:
-        # The narrower the slip annulus, the more often flow and wear settle in turn.
-        yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-        per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-        per_step = contacts * (per_step + SOLUTIONS_PER_YIELDING_STEP)
-        return elastic + yielding, SOLUTIONS_PER_STEP * elastic + per_step * yielding
-    elastic *= STEPS_ROUGH if rough else 1.0
-    per_step = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
-    # Later and shorter steps change less and take fewer iterations.
-    yielding = STEPS_PER_YIELDING_TIME * times
-    flowing = contacts * CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
-    return elastic + yielding * finer**0.5, per_step * elastic + flowing
+        Graded rings and strips have a `coarseness` of their own.
+        """
+        case, sides_x, sides_y = self.case, self._sides_x, self._sides_y
+        (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
+        dx, dy = width * dx, width * dy
+        cells_x = sides_x * math.ceil(self._reach_x / dx)
+        cells_y = 1 if geometry is Strips else sides_y * math.ceil(self._reach_y / dy)
+        steps, convolutions = self._work(cells_x * cells_y, case.tolerance_on(width))
+        if stroke and geometry is Grid:
+            cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
+        cells = cells_x * cells_y
+        arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
+        places = 1.0
+        if case.loading.travel > case.small_stroke:
+            places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
+        if geometry is Rings:
+            per_convolution, arrays = SECONDS_PER_SOLUTION, 0
+        elif stroke and geometry is Strips:
+            cubed = sides_x * (cells_x / sides_x) ** 3
+            per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
+        elif stroke:
+            closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+            per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+            arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
+        elif geometry is Strips:
+            # Rough contacts have matrices, for strips of equal width.
+            squared = cells_x**2 if case.rough is not None else 0
+            per_convolution = max(
+                SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared
+            )
+            arrays += MEMORY_PER_SQUARED_STRIP * squared
+        else:
+            # The window grows with the contact, starting near its unworn size.
+            unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
+            mean = 0.5 * (min(cells, unworn) + cells)
+            per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+            if case.slip_model.couples:
+                per_convolution *= TIMES_COUPLED[all(case.even)]
+        if case.normal.pulsating_load < 1.0 and not stroke:
+            per_convolution *= TIMES_IF_PULSATING
+        # A finer cell narrows rings and strips.
+        finer = coarseness**-2
+        per_convolution, arrays = (
+            finer * per_convolution,
+            arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
+        )
+        kept = cells * len(case.output_cycles)
+        written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if geometry is Rings else 0.0
+        return Estimate(
+            cells_x=cells_x,
+            cells_y=cells_y,
+            steps=steps,
+            convolutions=convolutions,
+            seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions + written,
+            memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
+            file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
+        )
+
+    def _work(self, cells: int, tolerance: float) -> tuple[float, float]:
+        """Expected numbers of steps, and of half-space convolutions or solutions on rings.
+
+        The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
+        1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. If the bodies
+        yield and slip follows the worn shape, a step lasts no longer than wear takes to free a cell
+        at the limit p, 1/(β p) cycles at the default tolerance.
+        """
+        case, rough, times = self.case, self.case.rough is not None, self._yielding_times
+        finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / tolerance
+        elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * self._folds * math.cbrt(finer)
+        elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
+        if case.geometry is Rings:
+            # The narrower the slip annulus, the more often flow and wear settle in turn.
+            yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
+            per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+            per_step = self._contacts * (per_step + SOLUTIONS_PER_YIELDING_STEP)
+            return elastic + yielding, SOLUTIONS_PER_STEP * elastic + per_step * yielding
+        elastic *= STEPS_ROUGH if rough else 1.0
+        per_step = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
+        # Later and shorter steps change less and take fewer iterations.
+        yielding = STEPS_PER_YIELDING_TIME * times
+        flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
+        flowing *= self._contacts
+        return elastic + yielding * finer**0.5, per_step * elastic + flowing
 
 
 @dataclass

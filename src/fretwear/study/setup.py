@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
@@ -295,7 +295,8 @@ def members() -> Mapping[str, Parameter]:
     return declared(Draft)
 
 
-def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
+@lru_cache(64)
+def snapshots_of(asked: tuple[int, ...] | None, cycles: int) -> tuple[int, ...]:
     """Return the snapshots in order, each once, with cycle 0 and the last among them.
 
     By default they are the powers of ten and, up to eight in all, the largest of three times these.
@@ -303,7 +304,7 @@ def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
     if asked is None:
         powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
         between = [3 * power for power in reversed(powers) if 3 * power < cycles]
-        asked = [*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))]]
+        asked = (*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))])
     return tuple(sorted({0, cycles, *asked}))
 
 
