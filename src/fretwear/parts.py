@@ -121,8 +121,8 @@ class Parameter(ABC):
     def suiting(self, value: object) -> Parameter:
         """Return the parameter in the frame in which a value is given."""
         per_length = self.in_frame(LINE_CONTACT)
-        told = isinstance(value, Given) and value.si_unit == per_length.si_unit
-        return per_length if told else self
+        is_per_length = isinstance(value, Given) and value.si_unit == per_length.si_unit
+        return per_length if is_per_length else self
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
         """Yield the scalar coordinates of a value: name, parameter, SI value."""

@@ -52,15 +52,15 @@ def fit_scar(
     from fretwear.fitting import search as fits
 
     try:
-        found = fits.fit(
+        result = fits.fit(
             study, folder=path.with_suffix(".runs"), processes=processes, tell=log.note
         )
     except fits.FitError as error:
         raise CommandError(str(error)) from error
-    found.write(path)
-    found.write_json(beside)
-    for line in aligned(found.table()):
+    result.write(path)
+    result.write_json(beside)
+    for line in aligned(result.table()):
         say(line)
-    for warning in found.warnings:
+    for warning in result.warnings:
         log.note(f"warning: {warning}")
-    log.result(path, f"{found.computed} runs", runs=found.computed)
+    log.result(path, f"{result.computed} runs", runs=result.computed)

@@ -66,7 +66,7 @@ def stress_below(
     from fretwear.subsurface import results
 
     socie = _pair("--fatemi-socie", fatemi_socie, "k and the yield strength", "1, 1000 MPa")
-    depths = [each for text in depth or () for each in text.split(",")]
+    depths = [value for text in depth or () for value in text.split(",")]
     compute = partial(
         results.stress,
         cycle=cycle,
@@ -182,5 +182,5 @@ def export(
             written = write(ds if cycle is None else at_cycle(ds, cycle), path)
         except ExportError as error:
             raise CommandError(f"{file}: {error}") from error
-    for each in written:
-        say(str(each))
+    for path in written:
+        say(str(path))

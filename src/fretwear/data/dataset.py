@@ -144,8 +144,8 @@ class Accessor:
 
     def __getattr__(self, name: str) -> NoReturn:
         """Point to a variable of the dataset, such as ``load``, also a method of xarray."""
-        known = not name.startswith("_") and name in self._dataset.variables
-        hint = f"; the variable is dataset[{name!r}]" if known else ""
+        is_variable = not name.startswith("_") and name in self._dataset.variables
+        hint = f"; the variable is dataset[{name!r}]" if is_variable else ""
         raise AttributeError(f"'fretwear' accessor has no attribute {name!r}{hint}")
 
     def __repr__(self) -> str:

@@ -28,9 +28,9 @@ class ExportError(ValueError):
 
 def at_cycle(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     """The dataset of one snapshot of a case; `ExportError` if there is none of this cycle."""
-    known = np.atleast_1d(ds[CYCLE.name].values).tolist()
-    if cycle not in known:
-        there = listed([cycle_text(each) for each in known])
+    stored = np.atleast_1d(ds[CYCLE.name].values).tolist()
+    if cycle not in stored:
+        there = listed([cycle_text(at) for at in stored])
         raise ExportError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
     return ds.sel({CYCLE.name: [cycle]}) if CYCLE.name in ds.dims else ds
 
@@ -128,7 +128,7 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
     plane_strain = Y.name not in ds.dims
     y = np.zeros(1) if plane_strain else ds[Y.name].values
     area *= 1.0 if plane_strain else float(np.diff(y).mean())
-    rows, columns = (each.ravel() for each in np.meshgrid(x, y, indexing="ij"))
+    rows, columns = (axis.ravel() for axis in np.meshgrid(x, y, indexing="ij"))
     worn, pressure, shear = (
         np.asarray(last[name].values, np.float64).ravel()
         for name in (depth, "pressure", "shear_traction")
@@ -147,7 +147,7 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
         corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
         elements = np.arange(1, corners[0].size + 1)
         lines += ["*ELEMENT, TYPE=SFM3D4, ELSET=WORN"]
-        lines += _data_lines([elements, *(each.ravel() for each in corners)])
+        lines += _data_lines([elements, *(axis.ravel() for axis in corners)])
     lines += ["*STEP", "*STATIC", "*CLOAD"]
     for direction, force in ((1, shear * area), (len(places), -pressure * area)):
         loaded = force != 0.0

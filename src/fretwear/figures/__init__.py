@@ -57,16 +57,16 @@ __all__ = [*_HOME, *_DRAWN]
 def __getattr__(name: str) -> "Callable[..., Figure]":
     # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
-        found = vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
+        draws = vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
     elif name in _DRAWN:
         from fretwear.figures.style import of_quantity
 
         draw = __getattr__(_DRAWN[name])
-        found = of_quantity(draw, name, {**PROFILES, **HISTORIES}[name])
+        draws = of_quantity(draw, name, {**PROFILES, **HISTORIES}[name])
     else:
         raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")
-    globals()[name] = found
-    return found  # type: ignore[no-any-return]
+    globals()[name] = draws
+    return draws  # type: ignore[no-any-return]
 
 
 def __dir__() -> list[str]:

@@ -19,25 +19,25 @@ from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
 from fretwear.vocabulary import CRACKS, FATIGUE, FATIGUE_OUTCOMES, PointStatus
 
-_SHOWN = {each.name: each for each in FATIGUE}
+_SHOWN = {about.name: about for about in FATIGUE}
 _HISTORIES = ("largest_smith_watson_topper", "largest_damage")
 _OUTCOME = "fatigue_outcome"
 _COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])
 
 
 @styled
-def crack_map(found: xr.Dataset, *, columns: Columns = 2) -> Figure:
+def crack_map(cracks: xr.Dataset, *, columns: Columns = 2) -> Figure:
     """Draw the Smith–Watson–Topper parameter through the thickness, first and last snapshot.
 
     `found` is the dataset of `fretwear.fatigue`. A cross marks the largest value, a line the plane
     on which it acts.
     """
     swt = CRACKS[0]
-    snapshots = [found.isel(cycle=place) for place in sorted({0, found.sizes["cycle"] - 1})]
-    titles = [f"cycle {cycle_text(float(each['cycle']))}" for each in snapshots]
+    snapshots = [cracks.isel(cycle=place) for place in sorted({0, cracks.sizes["cycle"] - 1})]
+    titles = [f"cycle {cycle_text(float(snapshot['cycle']))}" for snapshot in snapshots]
     figure, panels = make_panels(columns, titles, len(titles), (20.0, 55.0))
-    largest = MEGAPASCAL.of(float(found[swt.name].max()))
-    x, z = (MICROMETRE.of(found[name].values) for name in ("x", "z"))
+    largest = MEGAPASCAL.of(float(cracks[swt.name].max()))
+    x, z = (MICROMETRE.of(cracks[name].values) for name in ("x", "z"))
     for axes, now in zip(panels, snapshots, strict=True):
         image = axes.pcolormesh(
             x,
@@ -136,10 +136,10 @@ def crack_figures(
     for number, (title, case_id) in enumerate(case_ids.items(), start=1):
         file = folder / f"{case_id}.nc"
         if file.exists():
-            with xr.open_dataset(file) as found:
+            with xr.open_dataset(file) as cracks:
                 of_case = f", {title}" if title else ""
                 caption = (
                     f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "
                     "wear; the cross marks where a crack is expected, the line its plane."
                 )
-                yield f"crack_map_{number}", caption, crack_map(found)
+                yield f"crack_map_{number}", caption, crack_map(cracks)

@@ -186,7 +186,7 @@ def _level_places(points: Points, varied: str) -> Array:
 def _numbers(points: Points, varied: str) -> Array:
     """Return the levels of a parameter, zero where they are no numbers."""
     levels = points.levels[varied]
-    return np.array([0.0 if isinstance(each, str) else float(each) for each in levels])
+    return np.array([0.0 if isinstance(level, str) else float(level) for level in levels])
 
 
 def _scale(axis: Axis, values: Array) -> None:

@@ -278,7 +278,7 @@ class CyclePlot:
     def is_constant(self) -> bool:
         """Whether all lines are horizontal."""
         values = [line.quantity for line in self.lines]
-        return all(np.ptp(each) <= _CONSTANT * np.abs(each).max() for each in values)
+        return all(np.ptp(curve) <= _CONSTANT * np.abs(curve).max() for curve in values)
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:

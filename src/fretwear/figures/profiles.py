@@ -80,23 +80,23 @@ def _profiles(
     widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
     reach = BEYOND_CONTACT * widest if len(cases) > 1 else 0.0
     profiles = {n: profiles_of(case, field, shown[n], reach) for n, case in cases.items()}
-    every = sorted({int(cycle) for each in profiles.values() for cycle in each.cycles})
-    is_filled = any(each.is_rough for each in profiles.values())
+    every = sorted({int(cycle) for case in profiles.values() for cycle in case.cycles})
+    is_filled = any(case.is_rough for case in profiles.values())
     if is_filled and not alone:
         # A figure with rough contacts shows its smooth ones in the same way.
         profiles = {
-            f"{title}{', ' * bool(title)}cycle {cycle_text(each.cycles[place])}": each.at(place)
-            for title, each in profiles.items()
-            for place in (each.first, len(each.cycles) - 1)
+            f"{title}{', ' * bool(title)}cycle {cycle_text(case.cycles[place])}": case.at(place)
+            for title, case in profiles.items()
+            for place in (case.first, len(case.cycles) - 1)
         }
     contents, per_row = [*profiles.values()], 2 if is_filled or len(cases) > 1 else 1
     by_row, common = is_filled or at_edge(field), frame_of(contents)
     frames, titles = list[Frame](), list[str]()
-    for index, (title, each) in enumerate(profiles.items()):
+    for index, (title, case) in enumerate(profiles.items()):
         row = contents[index - index % per_row :][:per_row]
-        frame, own = frame_of(row) if by_row else common, frame_of([each])
-        is_small = own.top < _INVISIBLE * frame.top
-        frame = own if is_small else frame
+        frame, close = frame_of(row) if by_row else common, frame_of([case])
+        is_small = close.top < _INVISIBLE * frame.top
+        frame = close if is_small else frame
         is_whole = is_filled or not at_edge(field)
         frames.append(replace(common, top=frame.top, unit=frame.unit) if is_whole else frame)
         titles.append(f"{title}, own scale" if is_small else title)
@@ -111,11 +111,11 @@ def _profiles(
             caption(panels[0], f"{seen}, the panel has its own scale, as its title says.")
         figure, colors = root_figure(panels[0]), cycle_colors(every)
         curves: list[Line2D] = []
-        for axes, each, frame in zip(panels, contents, frames, strict=True):
+        for axes, content, frame in zip(panels, contents, frames, strict=True):
             if is_filled:
-                draw_filled(axes, each, frame)
+                draw_filled(axes, content, frame)
             else:
-                curves = draw_profiles(axes, each, colors, frame)
+                curves = draw_profiles(axes, content, colors, frame)
         if is_filled:
             zone_key(figure if ax is None else ax, contents)
             caption(panels[0], "Strip: where the surfaces stick, slip and are apart.")
@@ -506,7 +506,7 @@ def _bearing(
             "The share of the contact above each height of the roughness, less wear and plastic "
             "depth; 0 is the mean before.",
         )
-        unit = readable_unit(np.concatenate([h for each in contents for h in each.values()]), "m")
+        unit = readable_unit(np.concatenate([h for of in contents for h in of.values()]), "m")
         for panel, heights in zip(panels, contents, strict=True):
             colors = cycle_colors(list(heights))
             for cycle, height in heights.items():

@@ -156,12 +156,12 @@ def write_study_figures(
     ``index.json``, which is written last.
     """
     entries = []
-    for each in chain(study_figures(summary, cases, history, cases_by_id), extra):
-        if each.figure is not None:
-            save_figure(each.figure, folder / each.name)
-        if each.narrow is not None:
-            save_figure(each.narrow, folder / f"{each.name}{NARROW}", ("png",))
-        entries.append(FigureEntry(each.name, each.caption, each.category, each.figure is not None))
+    for item in chain(study_figures(summary, cases, history, cases_by_id), extra):
+        if item.figure is not None:
+            save_figure(item.figure, folder / item.name)
+        if item.narrow is not None:
+            save_figure(item.narrow, folder / f"{item.name}{NARROW}", ("png",))
+        entries.append(FigureEntry(item.name, item.caption, item.category, item.figure is not None))
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
     write_text(folder / INDEX_NAME, f"{text}\n")
     return entries

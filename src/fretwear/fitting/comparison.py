@@ -72,12 +72,12 @@ class Comparison:
         of = self.measurement
         if of.is_profile:
             volume = of.quantity.replace("depth", "volume")
-            found = relative(volume, "wear_volume"), relative(f"contact_half_width_{of.along}")
+            deviations = relative(volume, "wear_volume"), relative(f"contact_half_width_{of.along}")
         elif of.is_loop:
-            found = relative("tangential_force"), relative("tangential_displacement")
+            deviations = relative("tangential_force"), relative("tangential_displacement")
         else:
-            found = (prediction.deviation(of.quantity, self.cycle),) * 2
-        return replace(self, deviations=found)
+            deviations = (prediction.deviation(of.quantity, self.cycle),) * 2
+        return replace(self, deviations=deviations)
 
     def signal(self, prediction: Prediction) -> Array:
         """What a run predicts for the measurement, shape (g,)."""
@@ -123,16 +123,17 @@ class Comparison:
         A profile is (1 + ε) w((x − s)/(1 + ω)) + offset + tilt (x − x̄), with the shift s and the
         relative numerical errors ε and ω; a loop has forces where it is nearest to the readings.
         """
-        of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
         if of.readings is None:
             return signal
         if of.is_loop:
             return self._nearest_on_the_loop(signal, nuisances)[0]
         assert self.grid is not None
         x = of.readings[0]
-        places = (x - known.get("shift", 0.0)) / (1.0 + known.get("width", 0.0))
-        worn = (1.0 + known.get("depth", 0.0)) * np.interp(places, self.grid, signal)
-        fitted: Array = worn + known.get("offset", 0.0) + known.get("tilt", 0.0) * (x - x.mean())
+        places = (x - nuisance.get("shift", 0.0)) / (1.0 + nuisance.get("width", 0.0))
+        worn = (1.0 + nuisance.get("depth", 0.0)) * np.interp(places, self.grid, signal)
+        offset, tilt = nuisance.get("offset", 0.0), nuisance.get("tilt", 0.0)
+        fitted: Array = worn + offset + tilt * (x - x.mean())
         return fitted
 
     def residuals(self, signal: Array, nuisances: Array) -> Array:
@@ -163,11 +164,11 @@ class Comparison:
         Each reading belongs to the half in which its displacement falls or rises, else noise as
         wide as a loop would be nearer to both halves; near the ends it may belong to either.
         """
-        of, known = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
         assert of.readings is not None
         where, force = np.split(signal, 2)
-        where = (1.0 + known.get("width", 0.0)) * where + known.get("shift", 0.0)
-        force = (1.0 + known.get("depth", 0.0)) * force + known.get("offset", 0.0)
+        where = (1.0 + nuisance.get("width", 0.0)) * where + nuisance.get("shift", 0.0)
+        force = (1.0 + nuisance.get("depth", 0.0)) * force + nuisance.get("offset", 0.0)
         scale = of.noise or _FIRM * float(np.ptp(of.readings[0])), of.force_noise or 1.0
         points = np.column_stack(of.readings) / scale
         corners = np.column_stack([where, force]) / scale
@@ -235,7 +236,7 @@ class Comparison:
             for shift in _center(self.measurement) + np.linspace(-reach, reach, _SHIFTS):
                 nuisances[at] = shift
                 trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
-            nuisances = min(trials, key=lambda each: self.misfit(signal, each))
+            nuisances = min(trials, key=lambda trial: self.misfit(signal, trial))
         return self._improved(signal, nuisances, steps)
 
     def _improved(
@@ -293,8 +294,8 @@ class Comparison:
     def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
         """The comparison with the noise of the readings beside the scar, and a doubt about it."""
         of = self.measurement
-        known = of.noise is not None and of.correlation_length is not None
-        if not of.is_profile or known:
+        has_noise = of.noise is not None and of.correlation_length is not None
+        if not of.is_profile or has_noise:
             return self, ""
         assert of.readings is not None
         x, depth = of.readings
@@ -343,11 +344,11 @@ def _evenly_along(displacement: Array, force: Array) -> Array:
     So each of them moves smoothly with the parameters, wherever the run has solved a contact.
     """
     turn, count = int(displacement.argmin()), displacement.size // 2 + 1
-    steps = [np.diff(each) / np.ptp(each) for each in (displacement, force)]
+    steps = [np.diff(values) / np.ptp(values) for values in (displacement, force)]
     along = np.append(0.0, np.cumsum(np.hypot(*steps)))
     down, up = np.linspace(0.0, along[turn], count), np.linspace(along[turn], along[-1], count)
     places = np.concatenate([down, up[1:]])
-    return np.concatenate([np.interp(places, along, each) for each in (displacement, force)])
+    return np.concatenate([np.interp(places, along, values) for values in (displacement, force)])
 
 
 def _center(measurement: Measurement) -> float:

@@ -73,8 +73,8 @@ class Unknown:
         low, high = self.free.low, self.free.high
         if self.is_fraction:
             return np.asarray(1.0 / (1.0 + np.exp(-np.asarray(inner))))
-        found = np.exp(inner) if self.free.logarithmic else low + np.asarray(inner) * (high - low)
-        return np.asarray(found)
+        value = np.exp(inner) if self.free.logarithmic else low + np.asarray(inner) * (high - low)
+        return np.asarray(value)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -160,8 +160,8 @@ class Emulator:
 
         # No further than runs are taken in.
         low, high = (np.clip((e[free] - start[free]) / scales, -_NEAR, _NEAR) for e in ends)
-        found = minimize(at, np.zeros(len(free)), bounds=[*zip(low, high, strict=True)])
-        at(found.x)
+        optimum = minimize(at, np.zeros(len(free)), bounds=[*zip(low, high, strict=True)])
+        at(optimum.x)
         return u
 
 
@@ -180,26 +180,26 @@ class Fitter:
     ) -> None:
         """Begin; `signals` runs parameters and gives the signal of each measurement or None."""
         self.unknowns, self.comparisons, self._signals = unknowns, [*comparisons], signals
-        ends = np.array([each.ends for each in unknowns])
+        ends = np.array([unknown.ends for unknown in unknowns])
         self.lower, self.upper = ends.T
         self.settled: list[Array | None] = [None] * len(comparisons)
         self._jacobian: tuple[Array, Array, Array] | None = None  # at u, signal, derivative
-        self.known: dict[bytes, Array | None] = {}
+        self.signals_of: dict[bytes, Array | None] = {}
         self.sizes: list[int] = []
 
     def signals_at(self, points: Sequence[Array]) -> list[Array | None]:
         """The signals of all measurements, one after the other, at some parameters."""
-        new = {u.tobytes(): u for u in points if u.tobytes() not in self.known}
-        for key, each in zip(new, self._signals([*new.values()]), strict=True):
-            if each is not None:
-                self.sizes = [part.size for part in each]
-            self.known[key] = None if each is None else np.concatenate(each)
-        return [self.known[u.tobytes()] for u in points]
+        new = {u.tobytes(): u for u in points if u.tobytes() not in self.signals_of}
+        for key, signals in zip(new, self._signals([*new.values()]), strict=True):
+            if signals is not None:
+                self.sizes = [part.size for part in signals]
+            self.signals_of[key] = None if signals is None else np.concatenate(signals)
+        return [self.signals_of[u.tobytes()] for u in points]
 
     def text(self, u: Array) -> str:
         """The values of parameters, for people."""
         pairs = zip(self.unknowns, u, strict=True)
-        return ", ".join(f"{each.name} = {float(each.value(x)):.4g}" for each, x in pairs)
+        return ", ".join(f"{unknown.name} = {float(unknown.value(x)):.4g}" for unknown, x in pairs)
 
     def split(self, signal: Array) -> list[Array]:
         """The signal of each measurement."""
@@ -207,13 +207,13 @@ class Fitter:
 
     def settle(self, signal: Array) -> list[Array]:
         """The nuisances of each measurement that suit a signal best."""
-        found = []
+        nuisances = []
         for place, (comparison, part) in enumerate(
             zip(self.comparisons, self.split(signal), strict=True)
         ):
             self.settled[place] = comparison.settled(part, self.settled[place])
-            found.append(self.settled[place])
-        return found  # type: ignore[return-value]
+            nuisances.append(self.settled[place])
+        return nuisances  # type: ignore[return-value]
 
     def residuals(self, signal: Array) -> Array:
         """Whitened residuals of all measurements at the best nuisances."""
@@ -235,10 +235,10 @@ class Fitter:
         nuisances = self.settle(signal)
         parts = zip(self.comparisons, self.split(signal), nuisances, strict=True)
         split = [self.split(change) for change in changes.T]
-        for place, (comparison, part, known) in enumerate(parts):
-            slopes = comparison.slopes(part, known)
+        for place, (comparison, part, fixed) in enumerate(parts):
+            slopes = comparison.slopes(part, fixed)
             moved = np.column_stack(
-                [comparison.by_signal(part, known, each[place]) for each in split]
+                [comparison.by_signal(part, fixed, column[place]) for column in split]
             )
             q, _ = np.linalg.qr(slopes)
             columns.append(moved - q @ (q.T @ moved))
@@ -296,14 +296,14 @@ class Fitter:
         generator, shares = np.random.default_rng(0), (np.arange(_PLACES) + 0.5) / _PLACES
         cube = np.column_stack([generator.permutation(shares) for _ in self.unknowns])
         points = [*(self.lower + cube * (self.upper - self.lower))]
-        found = []
+        misfits = []
         for u, signal in zip(points, self.signals_at(points), strict=True):
             self.settled = [None] * len(self.comparisons)
             if signal is not None:
-                found.append((self.misfit(signal), u))
-        found.sort(key=lambda each: each[0])
+                misfits.append((self.misfit(signal), u))
+        misfits.sort(key=lambda pair: pair[0])
         ends = []
-        for _, u in found[:_STARTS]:
+        for _, u in misfits[:_STARTS]:
             self.settled, self._jacobian = [None] * len(self.comparisons), None
             ends.append(self.best(u))
         return ends
@@ -334,9 +334,9 @@ class Fitter:
             nonlocal fresh
             u = start if np.array_equal(step, start - origin) else origin + step
             signal = self.signal(u)
-            found = self.projected(signal, self._updated(u, signal))
+            projection = self.projected(signal, self._updated(u, signal))
             fresh = np.array_equal(u, start)
-            return found
+            return projection
 
         with suppress(_StalledError):
             least_squares(
@@ -374,8 +374,8 @@ class Fitter:
         noise tells the variance v has the distribution Σ N(û, v s_j)/m: Student's where the size of
         the noise alone is estimated.
         """
-        told = [comparison.evidence for comparison in self.comparisons]
-        if all(evidence is None for evidence in told):
+        evidences = [comparison.evidence for comparison in self.comparisons]
+        if all(evidence is None for evidence in evidences):
             return np.ones((1, len(self.unknowns)))
         parts = [
             comparison.unweighted(part, nuisances, self.split_all(derivatives, place))
@@ -404,7 +404,7 @@ class Fitter:
             [noise] * _NOISES
             if evidence is None
             else evidence.drawn(np.column_stack([generator.permutation(places) for _ in range(2)]))
-            for evidence, noise in zip(told, taken, strict=True)
+            for evidence, noise in zip(evidences, taken, strict=True)
         ]
         allowed = [variances(noises) for noises in zip(*columns, strict=True)]
         return np.array(allowed) / variances(taken)
@@ -423,30 +423,30 @@ class Fitter:
         for _ in range(_MOST_MOVES):
             signal = self.signal(u)
             covariance = self.covariance(signal, self._updated(u, signal))
-            found = self._along(u, signal, covariance)
-            derivatives = found.first @ np.linalg.inv(found.directions)
+            emulator = self._along(u, signal, covariance)
+            derivatives = emulator.first @ np.linalg.inv(emulator.directions)
             self._jacobian = u, signal, derivatives
             ratios = np.diag(self.covariance(signal, derivatives)) / np.diag(covariance)
-            moved = found.minimum(found.best, ends)
-            if np.abs(found.at(moved)).max() > _FAR:
+            moved = emulator.minimum(emulator.best, ends)
+            if np.abs(emulator.at(moved)).max() > _FAR:
                 ahead = self.signals_at([moved])[0]
                 if ahead is not None and self.misfit(ahead) < self.misfit(signal):
                     u = moved
                     continue
             if np.abs(np.log(ratios)).max() < _ALIKE:
                 break
-        return found
+        return emulator
 
     def _emulator(
         self, u: Array, signal: Array, directions: Array, first: Array, second: Array
     ) -> Emulator:
         rest, slopes = self.residuals(signal), self.projected(signal, first)
-        found = Emulator(u, directions, signal, first, second, rest, slopes)
-        for key, known in self.known.items():
+        emulator = Emulator(u, directions, signal, first, second, rest, slopes)
+        for key, moved in self.signals_of.items():
             at = np.frombuffer(key)
-            if known is not None and np.abs(found.at(at)).max() < _NEAR:
-                found.learn(at, self.misfit(known))
-        return found
+            if moved is not None and np.abs(emulator.at(at)).max() < _NEAR:
+                emulator.learn(at, self.misfit(moved))
+        return emulator
 
     def _along(self, u: Array, signal: Array, covariance: Array) -> Emulator:
         """Runs on both sides of the best parameters along the columns of their covariance."""
@@ -461,15 +461,15 @@ class Fitter:
                     places.append((place, sign * min(share, 1.0)))
         points = [u + share * directions[:, place] for place, share in places]
         slopes: list[list[tuple[float, Array]]] = [[] for _ in u]
-        for (place, share), known in zip(places, self.signals_at(points), strict=True):
-            if known is not None:
-                slopes[place].append((share, (known - signal) / share))
+        for (place, share), moved in zip(places, self.signals_at(points), strict=True):
+            if moved is not None:
+                slopes[place].append((share, (moved - signal) / share))
         first, second = [0.0 * signal for _ in u], [0.0 * signal for _ in u]
-        for place, found in enumerate(slopes):
+        for place, slopes_here in enumerate(slopes):
             # A quadratic through three points, which need not be equally far apart, or a line.
-            if found:
-                (a, ahead), (b, behind) = found[0], found[-1]
-                curve = (ahead - behind) / (a - b) if len(found) > 1 else 0.0 * signal
+            if slopes_here:
+                (a, ahead), (b, behind) = slopes_here[0], slopes_here[-1]
+                curve = (ahead - behind) / (a - b) if len(slopes_here) > 1 else 0.0 * signal
                 first[place], second[place] = ahead - a * curve, 2.0 * curve
         return self._emulator(u, signal, directions, *map(np.column_stack, (first, second)))
 
@@ -482,7 +482,7 @@ class Fitter:
                 self._profile(emulator, place, ends, column)
                 for place, column in enumerate(spread.T)
             ]
-            trials += [u for each in profiles for u in each.ends_at(LEVELS[1])]
+            trials += [u for profile in profiles for u in profile.ends_at(LEVELS[1])]
             new = [u for u in trials if emulator.distance(emulator.at(u)) > _UNCHECKED]
             if last or not new:
                 break

@@ -77,9 +77,9 @@ class NoiseEvidence:
         length = self.length
         if length is None:
             ends = np.log(0.1 * self._step), np.log(self._longest)
-            found = minimize_scalar(lambda each: self._at(float(np.exp(each)))[0], bounds=ends)
+            optimum = minimize_scalar(lambda log: self._at(float(np.exp(log)))[0], bounds=ends)
             # Noise that is correlated over less than a step is not correlated.
-            length = 0.0 if self._at(0.0)[0] <= found.fun else float(np.exp(found.x))
+            length = 0.0 if self._at(0.0)[0] <= optimum.fun else float(np.exp(optimum.x))
         return Noise(self.size or float(np.sqrt(self._at(length)[1])), length)
 
     def drawn(self, shares: Array) -> list[Noise]:
@@ -94,7 +94,7 @@ class NoiseEvidence:
         if self.length is None:
             z = np.linspace(0.0, np.arctanh(np.exp(-self._step / self._longest)), _LENGTHS)
             rho = np.tanh(z[1:])
-            likely = np.array([self._at(each)[0] for each in (0.0, *-self._step / np.log(rho))])
+            likely = np.array([self._at(at)[0] for at in (0.0, *-self._step / np.log(rho))])
             weights = np.exp(-0.5 * (likely - likely.min()))
             below = np.append(0.0, np.cumsum(0.5 * (weights[1:] + weights[:-1])))
             drawn = np.interp(shares[:, 0] * below[-1], below, z)

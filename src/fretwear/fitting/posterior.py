@@ -127,8 +127,8 @@ class ResidualEmulator:
     def misfit(self, u: Array) -> Array:
         """χ² at parameters, shape (m, p)."""
         c = self.at(u)
-        found = self._basis(c) @ self._quadratic + self._kernel(c) @ self._missed
-        return np.asarray(self._mean + 2.0 * found @ self._along + (found**2).sum(axis=1))
+        rest = self._basis(c) @ self._quadratic + self._kernel(c) @ self._missed
+        return np.asarray(self._mean + 2.0 * rest @ self._along + (rest**2).sum(axis=1))
 
     def _basis(self, c: Array) -> Array:
         first, second = np.triu_indices(c.shape[1])
@@ -158,14 +158,14 @@ def sampled(fitter: Fitter, best: Array, covariance: Array, spread: Array, seed:
     root = np.asarray(np.linalg.cholesky(covariance), float)
     emulator, scales = ResidualEmulator(best, root), _scales(spread)
     least = fitter.misfit(fitter.signal(best))
-    known = [(np.frombuffer(key), s) for key, s in fitter.known.items() if s is not None]
-    near = [(u, s) for u, s in known if np.abs(emulator.at(u)).max() < _NEAR]
+    signals = [(np.frombuffer(key), s) for key, s in fitter.signals_of.items() if s is not None]
+    near = [(u, s) for u, s in signals if np.abs(emulator.at(u)).max() < _NEAR]
     emulator.learn([u for u, _ in near], [fitter.residuals(s) for _, s in near])
 
     def likely(u: Array) -> Array:
         inside = ((u > fitter.lower) & (u < fitter.upper)).all(axis=1)
-        found = log_mixture(emulator.misfit(u) - least, scales, best.size)
-        return np.where(inside, found, -np.inf)
+        density = log_mixture(emulator.misfit(u) - least, scales, best.size)
+        return np.where(inside, density, -np.inf)
 
     start = best + generator.standard_normal((_WALKERS, best.size)) @ root.T
     room = 1e-3 * (fitter.upper - fitter.lower) * generator.uniform(size=start.shape)
@@ -179,16 +179,16 @@ def sampled(fitter: Fitter, best: Array, covariance: Array, spread: Array, seed:
             few = flat[generator.choice(len(flat), 200, replace=False)]
             apart = ((emulator.at(few)[:, None] - there) ** 2).sum(axis=2).min(axis=1)
             points.append(few[int(apart.argmax())])
-        found = [
+        checked = [
             (u, fitter.residuals(signal))
             for u, signal in zip(points, fitter.signals_at(points), strict=True)
             if signal is not None
         ]
-        told = emulator.misfit(np.array([u for u, _ in found]))
-        missed = max(abs(float(r @ r) - t) for (_, r), t in zip(found, told, strict=True))
+        emulated = emulator.misfit(np.array([u for u, _ in checked]))
+        missed = max(abs(float(r @ r) - t) for (_, r), t in zip(checked, emulated, strict=True))
         if missed <= _TOLERATED:
             break
-        emulator.learn([u for u, _ in found], [rest for _, rest in found])
+        emulator.learn([u for u, _ in checked], [rest for _, rest in checked])
     return Posterior(draws, missed)
 
 

@@ -148,7 +148,7 @@ class Fit:
         parameters = {}
         for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
             low, high = self.interval(unknown.name, level)
-            intervals = {f"{each:g}": [*self.interval(unknown.name, each)] for each in LEVELS}
+            intervals = {f"{share:g}": [*self.interval(unknown.name, share)] for share in LEVELS}
             parameters[unknown.name] = {
                 "value": value,
                 "low": low,
@@ -159,20 +159,20 @@ class Fit:
             }
         baselines = [
             {
-                "measurement": each.title,
+                "measurement": datum.title,
                 **{
                     name: {"value": float(value), "error": float(deviation), "unit": unit}
                     for name, value, deviation, unit in zip(
-                        each.comparison.names,
-                        each.nuisances,
-                        each.deviations,
-                        each.comparison.units,
+                        datum.comparison.names,
+                        datum.nuisances,
+                        datum.deviations,
+                        datum.comparison.units,
                         strict=True,
                     )
                 },
-                **_noise_of(each),
+                **_noise_of(datum),
             }
-            for each in self.measurements
+            for datum in self.measurements
         ]
         return {
             "study": self.study.name,
@@ -224,12 +224,12 @@ class Fit:
         }
         observed, predicted = {}, {}
         few = self.draws[:, :: DRAWS * CHAINS // _PREDICTED]
-        for number, each in enumerate(self.measurements, start=1):
-            name, of_this = f"data_{number}", each.comparison.measurement
+        for number, datum in enumerate(self.measurements, start=1):
+            name, of_this = f"data_{number}", datum.comparison.measurement
             readings = np.array([of_this.value])
             coordinates: dict[str, Any] = {}
             unit = getattr(of_this.force_noise or of_this.value, "si_unit", "m")
-            dim, label = f"reading_{number}", {"long_name": each.title, "units": unit}
+            dim, label = f"reading_{number}", {"long_name": datum.title, "units": unit}
             if of_this.readings is not None:
                 readings = of_this.readings[1]
                 axis = f"position_{number}"
@@ -249,18 +249,18 @@ class Fit:
 
     def _predicted(self, place: int, draws: Array) -> Array:
         """Readings of a measurement for draws, shape (chains, draws, n), noise included."""
-        each = self.measurements[place]
+        datum = self.measurements[place]
         generator = np.random.default_rng(self.seed + 2 + place)
         sizes = [one.signal.size for one in self.measurements]
         begin = sum(sizes[:place])
         part = slice(begin, begin + sizes[place])
-        found = []
+        drawn = []
         for u in draws.reshape(-1, draws.shape[-1]):
             signal = self.emulator.signal_at(self.emulator.at(u))[part]
             # The base line goes with the parameters, of which it is almost a linear function.
-            nuisances = each.comparison.settled(signal, each.nuisances, steps=1)
-            found.append(each.comparison.drawn(signal, nuisances, generator))
-        return np.reshape(found, (*draws.shape[:2], -1))
+            nuisances = datum.comparison.settled(signal, datum.nuisances, steps=1)
+            drawn.append(datum.comparison.drawn(signal, nuisances, generator))
+        return np.reshape(drawn, (*draws.shape[:2], -1))
 
     def write(self, path: Path) -> None:
         """Write ``fit.nc``: a netCDF file with a group for each part, and a checksum."""
@@ -283,8 +283,8 @@ def _rounded(value: float) -> float:
     return float(f"{value:.3g}")
 
 
-def _noise_of(each: FittedMeasurement) -> dict[str, float]:
-    noise = each.comparison.noise
+def _noise_of(datum: FittedMeasurement) -> dict[str, float]:
+    noise = datum.comparison.noise
     return {} if noise is None else {"noise": noise.size, "correlation_length": noise.length}
 
 
@@ -308,13 +308,13 @@ def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMe
     scales = np.maximum(np.abs(whole).max(axis=0), 1e-300)
     covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
     covariance = covariance / np.outer(scales, scales)
-    found, column = [], count
+    fitted, column = [], count
     for comparison, part, nuisances in parts:
-        own = np.r_[0:count, column : column + nuisances.size]
-        block = covariance[np.ix_(own, own)]
+        columns = np.r_[0:count, column : column + nuisances.size]
+        block = covariance[np.ix_(columns, columns)]
         deviations = np.sqrt(np.maximum(np.diag(block)[count:], 0.0))
         spread = np.sqrt(np.maximum(np.diag(block), 1e-300))
         correlation = (block / np.outer(spread, spread))[:count, count:]
-        found.append(FittedMeasurement(comparison, part, nuisances, deviations, correlation))
+        fitted.append(FittedMeasurement(comparison, part, nuisances, deviations, correlation))
         column += nuisances.size
-    return found
+    return fitted

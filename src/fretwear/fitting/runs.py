@@ -101,14 +101,14 @@ class Prediction:
         count = len(case.output_cycles)
         lines = {f"{name} {along}" for name, along in profiles}
         scalars = {scalar.name for scalar in scalars_of(case.frame)}
-        drawn = [*self.loops, *(each for pair in self.profiles.values() for each in pair)]
+        drawn = [*self.loops, *(array for pair in self.profiles.values() for array in pair)]
         return (
             np.array_equal(self.cycles, case.output_cycles)
             and scalars <= self.numbers.keys()
             and lines == self.profiles.keys()
             and all(v.shape == (count,) for v in (*self.numbers.values(), *self.errors.values()))
             and all(w.shape == (count, x.size) and x.size > 1 for x, w in self.profiles.values())
-            and all(each.ndim == 2 and len(each) == count for each in self.loops)
+            and all(array.ndim == 2 and len(array) == count for array in self.loops)
             and self.loops[0].shape == self.loops[1].shape
             and all(np.isfinite(values).all() for values in drawn)
         )

@@ -53,7 +53,7 @@ class _Tests:
 
     @classmethod
     def of(cls, study: Study, request: FitRequest) -> _Tests:
-        tests = sorted({each.test for each in request.data})
+        tests = sorted({datum.test for datum in request.data})
         unknowns = tuple(
             Unknown(free, test)
             for free in request.free
@@ -147,7 +147,7 @@ def fit(
     if study.fit is None:
         raise FitError(f"{study.file}: has no section fit: what is sought, and what was measured")
     tests = _Tests.of(study, study.fit)
-    lines = {(each.quantity, each.along) for each in study.fit.data if each.is_profile}
+    lines = {(datum.quantity, datum.along) for datum in study.fit.data if datum.is_profile}
     with Runs(lines, None if folder is None else Path(folder), processes) as runs:
         return _fitted(tests, runs, tell, seed)
 
@@ -166,9 +166,11 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
                 cases.append({t: tests.case(t, u, errors=errors) for t in tests.contents})
             except (StudyError, QuantityError):
                 cases.append(None)
-        flat = [case for each in cases if each is not None for case in each.values()]
-        found = iter(runs(flat))
-        return [None if each is None else {test: next(found) for test in each} for each in cases]
+        flat = [case for point in cases if point is not None for case in point.values()]
+        predicted = iter(runs(flat))
+        return [
+            None if point is None else {test: next(predicted) for test in point} for point in cases
+        ]
 
     def cycle(number: int) -> int:
         of = data[number]
@@ -178,18 +180,18 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     if first is None:
         raise FitError("the values to begin with make no valid case")
     comparisons = [
-        Comparison.of(each, cycle(number), first[each.test]) for number, each in enumerate(data)
+        Comparison.of(datum, cycle(number), first[datum.test]) for number, datum in enumerate(data)
     ]
 
     def signals(points: Sequence[Array]) -> list[list[Array] | None]:
-        found = predictions(points)
-        for u, each in zip(points, found, strict=True):
-            tell(f"{fitter.text(u)}{'' if each else ' (makes no case)'}")
+        predicted = predictions(points)
+        for u, point in zip(points, predicted, strict=True):
+            tell(f"{fitter.text(u)}{'' if point else ' (makes no case)'}")
         return [
             None
-            if each is None
-            else [c.signal(each[c.measurement.test]) for c in fitter.comparisons]
-            for each in found
+            if point is None
+            else [c.signal(point[c.measurement.test]) for c in fitter.comparisons]
+            for point in predicted
         ]
 
     fitter = Fitter(unknowns, comparisons, signals)
@@ -309,14 +311,14 @@ def _sampled(
         if request.sampler:
             raise FitError(f"sampler: ensemble needs the library emcee: {remedy}")
         return None, [f"{why}: intervals of an ensemble sampler would be better, {remedy}"]
-    found = sampled(fitter, emulator.best, covariance, spread, seed)
-    told = [f"{why}: intervals are those of an ensemble sampler"] if why else []
-    if not found.is_checked:
-        told.append(
-            f"runs at draws from the posterior miss the χ² of its emulator by {found.missed:.2g}: "
+    draws = sampled(fitter, emulator.best, covariance, spread, seed)
+    doubts = [f"{why}: intervals are those of an ensemble sampler"] if why else []
+    if not draws.is_checked:
+        doubts.append(
+            f"runs at draws from the posterior miss the χ² of its emulator by {draws.missed:.2g}: "
             "narrower ranges, or further data, make the intervals surer"
         )
-    return found, told
+    return draws, doubts
 
 
 def _advice(
@@ -328,19 +330,19 @@ def _advice(
     """Say which further number, known to 5 %, would narrow the widest interval most."""
     reach = emulator.directions
     points = [emulator.center, *(emulator.center + reach[:, place] for place in range(len(reach)))]
-    known = [each for each in predictions(points) if each is not None]
-    if len(known) < len(points):
+    predicted = [point for point in predictions(points) if point is not None]
+    if len(predicted) < len(points):
         return ""
     deviations = np.sqrt(np.diag(covariance))
     widest = int(deviations.argmax())
-    measured = {(each.quantity, each.test) for each in tests.request.data}
+    measured = {(datum.quantity, datum.test) for datum in tests.request.data}
     best = (1.0, "")
-    for test, first in known[0].items():
+    for test, first in predicted[0].items():
         for name in first.numbers:
             if name not in _ADVISED or (name, test) in measured:
                 continue
             for row, cycle in enumerate(first.cycles):
-                columns = [float(each[test].numbers[name][row]) for each in known]
+                columns = [float(point[test].numbers[name][row]) for point in predicted]
                 early = cycle < _EARLIEST * first.cycles[-1]
                 if early or min(columns) <= 0.0 or not np.isfinite(columns).all():
                     continue
@@ -364,17 +366,17 @@ def _advice(
 
 def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:
     """The comparisons with the noise beside their scars, and doubts about it."""
-    signal, found, doubts = fitter.signal(best), [], []
+    signal, comparisons, doubts = fitter.signal(best), [], []
     parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
     for comparison, part, nuisances in parts:
         better, doubt = comparison.with_noise_beside(part, nuisances)
-        found.append(better)
+        comparisons.append(better)
         if doubt:
             doubts.append(
                 f"{comparison.measurement.quantity} {doubt}, too few to tell its noise, which was "
                 "taken from the residuals of the fit: write noise and correlation_length"
             )
-    return found, doubts
+    return comparisons, doubts
 
 
 def _degrees(fitter: Fitter) -> int:

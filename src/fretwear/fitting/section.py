@@ -39,7 +39,7 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
         yield section
 
 
-def _section(found: Mapping[str, Any]) -> Section:
+def _section(record: Mapping[str, Any]) -> Section:
     """The section, of the content of ``fit.json``."""
     levels = ("0.68", "0.95")
     rows = [
@@ -51,20 +51,20 @@ def _section(found: Mapping[str, Any]) -> Section:
                 for level in levels
             ),
         )
-        for name, about in found["parameters"].items()
+        for name, about in record["parameters"].items()
     ]
-    names = [*found["parameters"]]
+    names = [*record["parameters"]]
     correlation = [
         (name, *(f"{value:.2f}".replace("-", "−") for value in row.values()))
-        for name, row in found["correlation"].items()
+        for name, row in record["correlation"].items()
     ]
-    lines = [_line(about) for about in found["measurements"]]
+    lines = [_line(about) for about in record["measurements"]]
     chi = (
-        f"χ² is {found['chi_square']:.4g} with {found['degrees_of_freedom']} degrees of freedom, "
-        f"p = {found['p_value']:.2g}; the fit took {found['runs']} runs."
+        f"χ² is {record['chi_square']:.4g} with {record['degrees_of_freedom']} degrees of freedom, "
+        f"p = {record['p_value']:.2g}; the fit took {record['runs']} runs."
     )
     stream = StringIO()
-    YAML().dump(found["fitted_study"], stream)
+    YAML().dump(record["fitted_study"], stream)
     heads = ["parameter", "best value", "68 %", "95 %"]
     body = macros("fretwear.fitting")["fit"](
         heads,
@@ -73,8 +73,8 @@ def _section(found: Mapping[str, Any]) -> Section:
         correlation,
         lines,
         chi,
-        found["warnings"],
-        found["advice"],
+        record["warnings"],
+        record["advice"],
         stream.getvalue(),
     )
     return Section("fit", "Fit to measurements", Markup(body))
@@ -202,10 +202,10 @@ def _line(about: Mapping[str, Any]) -> tuple[str, str, str]:
     if "noise" in about:
         size, reach = (_text(about[key], "m", 3) for key in ("noise", "correlation_length"))
         noise = f"{size}, correlated over {reach}"
-    found = []
+    shifts = []
     for name in ("offset", "tilt", "shift"):
         if name in about:
             digits = 2 if name == "tilt" else 3
             texts = [_text(about[name][key], about[name]["unit"], digits) for key in _BOTH]
-            found.append(f"{name} {' ± '.join(texts)}")
-    return about["measurement"], noise, ", ".join(found)
+            shifts.append(f"{name} {' ± '.join(texts)}")
+    return about["measurement"], noise, ", ".join(shifts)

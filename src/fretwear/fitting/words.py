@@ -29,17 +29,17 @@ def doubts_of(fit: Fit, case: Case) -> Iterator[str]:
     yield from _of_ranges(fit)
     yield from _of_pairs(fit)
     yield from _of_wear(fit, case)
-    for each in fit.measurements:
-        of = each.comparison.measurement
+    for datum in fit.measurements:
+        of = datum.comparison.measurement
         if of.readings is None or not of.is_profile or "shift" not in of.baseline:
             continue
-        assert each.comparison.grid is not None
-        worn = each.comparison.grid[each.signal > 0.02 * each.signal.max()]
-        shift = each.nuisances[each.comparison.names.index("shift")]
+        assert datum.comparison.grid is not None
+        worn = datum.comparison.grid[datum.signal > 0.02 * datum.signal.max()]
+        shift = datum.nuisances[datum.comparison.names.index("shift")]
         x = of.readings[0]
         if worn.size and (worn[0] + shift < x[0] or worn[-1] + shift > x[-1]):
             yield (
-                f"{each.title}: the scar reaches beyond the readings, whose base line is known on "
+                f"{datum.title}: the scar reaches beyond the readings, whose base line is known on "
                 "one side at most: measure further out, or write baseline: [offset] for half a scar"
             )
     if fit.p_value < _UNLIKELY:
@@ -95,13 +95,13 @@ def _of_pairs(fit: Fit) -> Iterator[str]:
                 f"the data tell {names[0]} and {names[1]} together only{product}, with a "
                 f"correlation of {correlation:.3f}; fix one, or measure what depends on one alone"
             )
-    for each in fit.measurements:
-        for column, name in enumerate(each.comparison.names):
+    for datum in fit.measurements:
+        for column, name in enumerate(datum.comparison.names):
             for place, unknown in enumerate(fit.unknowns):
-                correlation = each.correlation[place, column]
+                correlation = datum.correlation[place, column]
                 if name in ("offset", "tilt", "shift") and abs(correlation) > _WITH_OFFSET:
                     yield (
-                        f"{unknown.name} and the {name} of the base line of {each.title} are "
+                        f"{unknown.name} and the {name} of the base line of {datum.title} are "
                         f"correlated, {correlation:.2f}: readings further beside the scar would "
                         "tell them apart"
                     )
@@ -131,7 +131,7 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
             "alike scars: one scar cannot tell them apart, tests of different length or frequency "
             "can"
         )
-    quantities = {each.comparison.measurement.quantity for each in fit.measurements}
+    quantities = {datum.comparison.measurement.quantity for datum in fit.measurements}
     bodies = [
         body
         for body in ("indenter", "flat")
@@ -148,15 +148,15 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
         return
     by_u = fit.emulator.first @ np.linalg.inv(fit.emulator.directions)
     begin = 0
-    for each in fit.measurements:
-        part = slice(begin, begin + each.signal.size)
-        begin += each.signal.size
+    for datum in fit.measurements:
+        part = slice(begin, begin + datum.signal.size)
+        begin += datum.signal.size
         for place, name in enumerate(names):
             change = np.linalg.norm(by_u[part, place])
-            is_wear = each.comparison.measurement.quantity.startswith("wear")
-            if is_wear and name in of_wear and change < _INSENSITIVE * np.linalg.norm(each.signal):
+            is_wear = datum.comparison.measurement.quantity.startswith("wear")
+            if is_wear and name in of_wear and change < _INSENSITIVE * np.linalg.norm(datum.signal):
                 yield (
-                    f"{each.title} hardly depends on {name}: in partial slip wear ends when the "
+                    f"{datum.title} hardly depends on {name}: in partial slip wear ends when the "
                     "slip zone carries no load, and a finished scar bounds the coefficient from "
                     "below only; shorter tests tell more"
                 )

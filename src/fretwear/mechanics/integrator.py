@@ -398,22 +398,22 @@ class Evolution(Integrator[State]):
                 before = first.reduced.sheared.since(before, early).ahead(step - early)
         else:
             before = None if before is None else before.ahead(step)
-            told = replace(first.reduced, sheared=base.reduced.sheared, factor=expected)
-            first = replace(first, reduced=told)
+            predicted = replace(first.reduced, sheared=base.reduced.sheared, factor=expected)
+            first = replace(first, reduced=predicted)
         p1 = first.pressure
-        known = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
+        unloaded = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).under(reached.ahead(means, numbers.beyond))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
         ratio = None if first.reduced.factor is None else _ahead(base, first)
         if ratio is not None or not r0 == lagged == r1:
-            known = weight * (r0 * base.rubbing + r1 * first.rubbing)
+            unloaded = weight * (r0 * base.rubbing + r1 * first.rubbing)
             used = base if expected is None else first
-            known -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(used))
+            unloaded -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(used))
         second = self.stage(
             first,
             last,
-            Exposure(known, last.wear_growth * step * implicit, ratio),
+            Exposure(unloaded, last.wear_growth * step * implicit, ratio),
             cellwise(lambda p, q: q + numbers.beyond * (q - p), p0, p1),
             cellwise(np.multiply, first.source_since(base, model, team), numbers.beyond),
             self.accuracy.contact,

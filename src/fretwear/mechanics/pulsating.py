@@ -118,11 +118,11 @@ class _Layer(Layer):
 
     opening: Array  # W₀, m
     gap: Array  # g at the start of the stage, m
-    known: Array  # x₀
+    unloaded: Array  # x₀
     rate: Array  # τ, 1/Pa
 
     def exponent(self, pressure: Array) -> Array:
-        return np.maximum(self.known + self.rate * pressure, 0.0)
+        return np.maximum(self.unloaded + self.rate * pressure, 0.0)
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
         result += self.opening + np.expm1(self.exponent(pressure)) * self.gap
@@ -211,7 +211,7 @@ class _Pulsation(Evolution):
     def _stage(
         self,
         base: Stage,
-        known: Array,
+        unloaded: Array,
         rate: float,
         share: Array,
         offset: Array,
@@ -219,11 +219,11 @@ class _Pulsation(Evolution):
         *,
         verified: bool = False,
     ) -> tuple[Stage, Array]:
-        """A stage whose exponent is known + rate · (ω p − q), and this p̄ at its end, Pa."""
+        """A stage whose exponent is unloaded + rate · (ω p − q), and this p̄ at its end, Pa."""
         bodies, problem = self.workspace.on(self.state.geometry), self.problem
         kept = problem.debris_fraction
-        known, gap = known - rate * offset, base.reduced.gap
-        layer = _Layer(base.opening, gap, (1.0 - kept) * known, (1.0 - kept) * rate * share)
+        unloaded, gap = unloaded - rate * offset, base.reduced.gap
+        layer = _Layer(base.opening, gap, (1.0 - kept) * unloaded, (1.0 - kept) * rate * share)
         contact = solve_contact(
             problem.contact(bodies.half_space, bodies.unworn, layer),
             np.maximum(guess, 0.0),
@@ -232,7 +232,7 @@ class _Pulsation(Evolution):
         )
         opening = layer.displacement(contact.pressure)
         opened = opening - base.opening
-        exponent = np.maximum(known + rate * share * contact.pressure, 0.0)
+        exponent = np.maximum(unloaded + rate * share * contact.pressure, 0.0)
         reduced = replace(base.reduced, gap=gap + opened)
         stage = Stage(
             pressure=contact.pressure,

@@ -27,9 +27,9 @@ _IDLE = 1e-3
 
 
 class Exposure(NamedTuple):
-    """The exponent x = known + rate · p of a stage against its pressure p."""
+    """The exponent x = unloaded + rate · p of a stage against its pressure p."""
 
-    known: Array  # shape of the geometry
+    unloaded: Array  # under no pressure, shape of the geometry
     rate: float  # 1/Pa
     factor: Array | None = None  # of the rate in each cell; None for 1
 
@@ -37,12 +37,12 @@ class Exposure(NamedTuple):
         """The part of it that opens the gap, if a fraction of the debris is kept."""
         if not kept:
             return self
-        return Exposure((1.0 - kept) * self.known, (1.0 - kept) * self.rate, self.factor)
+        return Exposure((1.0 - kept) * self.unloaded, (1.0 - kept) * self.rate, self.factor)
 
     def under(self, pressure: Array) -> Array:
         """The exponent under a pressure, Pa."""
         rate = self.rate if self.factor is None else self.rate * self.factor
-        return np.asarray(self.known + rate * pressure)
+        return np.asarray(self.unloaded + rate * pressure)
 
 
 @dataclass(frozen=True)

@@ -196,8 +196,8 @@ class Pulse:
         """The approach under a load, N, from P₀ to P₂, m."""
         power = self.power
         places = np.atleast_1d(load).astype(np.float64) ** power
-        found = interpolated(self.loads**power, self.approaches, places)
-        return np.reshape(found, np.shape(load))
+        approach = interpolated(self.loads**power, self.approaches, places)
+        return np.reshape(approach, np.shape(load))
 
     def on(self, old: Geometry, new: Geometry) -> Pulse:
         """The same on other cells."""

@@ -255,10 +255,10 @@ class _Descent:
         if self.total is None:
             return result
         shift, axes = np.zeros(2), [0, 1] if self.balances_y else [0]
-        wanted = np.array([self.total, 0.0])[axes]
+        total = np.array([self.total, 0.0])[axes]
         low, high = -np.inf, np.inf
         for _ in range(_LARGEST_SHIFTS):
-            missing = wanted - result[axes].sum(axis=1)
+            missing = total - result[axes].sum(axis=1)
             if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
                 break
             # Within the disc a cell follows the shift; beyond it turns.

@@ -356,9 +356,9 @@ def fitted(
         for values in (measured.astype(float), heights)
     )
     gram = [[moments[i + k, j + m] for k, m in powers] for i, j in powers]
-    found, *_ = np.linalg.lstsq(gram, [right[i, j] for i, j in powers], rcond=None)
+    solution, *_ = np.linalg.lstsq(gram, [right[i, j] for i, j in powers], rcond=None)
     scales = [x[-1] ** i * y[-1] ** j for i, j in powers]
-    result: Array = found / scales
+    result: Array = solution / scales
     return result
 
 

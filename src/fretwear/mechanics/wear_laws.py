@@ -314,8 +314,8 @@ class _OfCoefficient(WearLaw):
     @property
     def _following(self) -> list[Coefficient]:
         value = self._value
-        each: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)
-        return [part for part in each if isinstance(part, Coefficient)]
+        parts: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)
+        return [part for part in parts if isinstance(part, Coefficient)]
 
     @property
     def needs_frequency(self) -> bool:  # type: ignore[override]

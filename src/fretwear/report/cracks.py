@@ -37,9 +37,9 @@ def expected_cracks(summary: xr.Dataset, results: Sequence[PointResult]) -> list
 
     def pair(name: str, place: tuple[int, ...], size: float = 1.0, digits: int = 3) -> str:
         """A value before wear and after, rounded."""
-        known = summary[name].values[place]
-        known = known[np.isfinite(known)] / size
-        texts = [number_text(float(known[end]), digits) for end in (0, -1)] if known.size else ["–"]
+        value = summary[name].values[place]
+        value = value[np.isfinite(value)] / size
+        texts = [number_text(float(value[end]), digits) for end in (0, -1)] if value.size else ["–"]
         return " → ".join(dict.fromkeys(texts))
 
     first_cracks = first_crack(summary).values if has_lives else np.empty(0)

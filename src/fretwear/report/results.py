@@ -184,8 +184,8 @@ def _percent(pairs: Iterable[tuple[Array, Array]]) -> str:
     """The largest ratio of changes to values where these are not zero or undefined."""
     largest = 0.0
     for changes, values in pairs:
-        known = (values > 0.0) & np.isfinite(changes)
-        largest = max(largest, float((changes[known] / values[known]).max(initial=0.0)))
+        finite = (values > 0.0) & np.isfinite(changes)
+        largest = max(largest, float((changes[finite] / values[finite]).max(initial=0.0)))
     return f"{number_text(100.0 * largest, 2)} %"
 
 

@@ -266,11 +266,11 @@ def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any
 def _concrete(kind: Any) -> Iterator[object]:
     """Yield a type or, if it is an abstract class, all that derive from it and are not."""
     kinds = [kind]
-    for each in kinds:
-        if not isabstract(each):
-            yield each
+    for one in kinds:
+        if not isabstract(one):
+            yield one
         if isabstract(kind):
-            kinds += each.__subclasses__()
+            kinds += one.__subclasses__()
 
 
 def reason_of(error: Exception) -> tuple[str, bool]:

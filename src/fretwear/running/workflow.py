@@ -158,7 +158,7 @@ class StudyJobs:
     def measurements(self) -> list[str]:
         """The files with what was measured, or the study if it has numbers only; none of others."""
         fit = self.study.fit
-        files = {each.file.path for each in fit.data if each.file} if fit else set()
+        files = {datum.file.path for datum in fit.data if datum.file} if fit else set()
         return sorted(files) or ([str(self.study.file)] if fit else [])
 
     @cached_property

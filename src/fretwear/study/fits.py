@@ -53,7 +53,7 @@ MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 BASELINE = ("offset", "tilt", "shift")
 """What is free of the base line of a profile: height and slope, and its place along the line."""
 _LOOPS = "loop"
-_NUMBERS = {each.name: each for each in (*SCALARS, *BODY_SCALARS)}
+_NUMBERS = {result.name: result for result in (*SCALARS, *BODY_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
 _SAMPLERS = ("ensemble", "none")
 _BODIES = ("indenter", "flat")
@@ -100,7 +100,7 @@ class FreeParameter:
         value: Any = base.get(whole)
         if not path and is_list(value):
             with suppress(QuantityError):
-                return sum(self.about.read(each, True) for each in value)
+                return sum(self.about.read(number, True) for number in value)
             return None
         for step in path:
             if isinstance(value, Mapping):
@@ -121,7 +121,7 @@ class FreeParameter:
         whole, *path = self.name.split(".")
         text, given = self.text(sought), base.get(whole)
         if not path and is_list(given):
-            parts = [self.about.read(each, True) for each in given]
+            parts = [self.about.read(number, True) for number in given]
             return whole, [self.text(sought * part / sum(parts)) for part in parts]
 
         def put(value: object, about: Parameter, path: Sequence[str]) -> object:
@@ -229,9 +229,9 @@ class FitRequest:
             problems.add(".data", listed_data, "must be a list of measurements", f"- {_EXAMPLE}")
             listed_data = ()
         data = []
-        for number, each in enumerate(listed_data):
-            with problems.at(f".data[{number}]", each):
-                data.append(_read_measurement(each))
+        for number, content in enumerate(listed_data):
+            with problems.at(f".data[{number}]", content):
+                data.append(_read_measurement(content))
         sampler = given.get("sampler")
         if sampler not in (None, *_SAMPLERS):
             rule = f"must be {listed(_SAMPLERS, 'or')}"
@@ -241,33 +241,36 @@ class FitRequest:
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the measurements with the cases of the points of the study."""
-        for number, each in enumerate(self.data):
+        for number, datum in enumerate(self.data):
             place = f"fit.data[{number}]"
-            if each.test > len(cases):
+            if datum.test > len(cases):
                 rule = f"is none of the {len(cases)} points of the study"
-                problems.add(f"{place}.test", each.test, rule, "fretwear plan numbers them")
+                problems.add(f"{place}.test", datum.test, rule, "fretwear plan numbers them")
                 continue
-            if (case := cases[each.test - 1]) is None:
-                problems.add(f"{place}.test", each.test, "is an invalid point of the study")
+            if (case := cases[datum.test - 1]) is None:
+                problems.add(f"{place}.test", datum.test, "is an invalid point of the study")
                 continue
-            if each.cycle is not None and each.cycle > case.cycles:
+            if datum.cycle is not None and datum.cycle > case.cycles:
                 rule = f"is beyond the {case.cycles} cycles of its test"
-                problems.add(f"{place}.cycle", each.cycle, rule)
+                problems.add(f"{place}.cycle", datum.cycle, rule)
             has_bodies = case.wear_law.shares is not None
-            if each.quantity.endswith(("_indenter", "_flat")) and not has_bodies:
+            if datum.quantity.endswith(("_indenter", "_flat")) and not has_bodies:
                 rule = "is of one body, but the wear coefficient is one for both together"
                 remedy = "write wear_coefficient: [indenter, flat] under base"
-                problems.add(f"{place}.quantity", each.quantity, rule, remedy)
-            if each.value is not None and each.value.si_unit != each.variable(case.frame).si_unit:
+                problems.add(f"{place}.quantity", datum.quantity, rule, remedy)
+            if (
+                datum.value is not None
+                and datum.value.si_unit != datum.variable(case.frame).si_unit
+            ):
                 rule = f"must have the unit of a {case.frame.name} contact"
-                remedy = f"in SI {each.variable(case.frame).si_unit}"
-                problems.add(f"{place}.value", each.value, rule, remedy)
+                remedy = f"in SI {datum.variable(case.frame).si_unit}"
+                problems.add(f"{place}.value", datum.value, rule, remedy)
             force = case.frame.unit(_FORCE.si_unit)
-            if each.force_noise is not None and each.force_noise.si_unit != force:
+            if datum.force_noise is not None and datum.force_noise.si_unit != force:
                 rule = f"must have the unit of a {case.frame.name} contact"
-                problems.add(f"{place}.force_noise", each.force_noise, rule, f"in SI {force}")
-            lacks = each.quantity in _NUMBERS and _NUMBERS[each.quantity].across
-            if (each.along == Y.name or lacks) and Y.name not in case.frame.axes:
+                problems.add(f"{place}.force_noise", datum.force_noise, rule, f"in SI {force}")
+            lacks = datum.quantity in _NUMBERS and _NUMBERS[datum.quantity].across
+            if (datum.along == Y.name or lacks) and Y.name not in case.frame.axes:
                 problems.add(place, None, "lies along y, which a line contact lacks")
 
     @classmethod
@@ -315,21 +318,21 @@ def with_sought(
 ) -> dict[str, object]:
     """The plain keys of `base` with a value within its range for what is sought, if missing."""
     filled = dict(base)
-    for each in free:
-        whole, _, further = each.name.partition(".")
-        if whole in vary or each.name in vary:
+    for parameter in free:
+        whole, _, further = parameter.name.partition(".")
+        if whole in vary or parameter.name in vary:
             rule = "is varied too: every test has its own value already"
             remedy = "leave it out of vary and write each: true beside its range"
-            problems.add(f"fit.free.{each.name}", None, rule, remedy)
+            problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
         elif further in _places(parameter_of(whole)) and not is_list(filled.get(whole, [])):
             rule = "is of one body, but base has one value for both together"
             remedy = f"write {whole}: [indenter, flat] under base"
-            problems.add(f"fit.free.{each.name}", None, rule, remedy)
+            problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
         elif not further and is_list(filled.get(whole)) and _places(parameter_of(whole)) != _BODIES:
             rule = "has two values in base"
-            problems.add(f"fit.free.{each.name}", None, rule, f"write {whole}.1 or {whole}.2")
-        elif each.given_in(filled) is None and each.name not in filled:
-            key, value = each.placed(filled, each.middle)
+            problems.add(f"fit.free.{parameter.name}", None, rule, f"write {whole}.1 or {whole}.2")
+        elif parameter.given_in(filled) is None and parameter.name not in filled:
+            key, value = parameter.placed(filled, parameter.middle)
             filled[key] = value
     return filled
 
@@ -402,34 +405,34 @@ def _read_measurement(given: object) -> Measurement:
         with problems.at(".baseline", given["baseline"]):
             read["baseline"] = _read_baseline(given["baseline"])
     problems = Problems(
-        replace(each, valid_words=_QUANTITIES) if each.key == ".quantity" else each
-        for each in problems
+        replace(problem, valid_words=_QUANTITIES) if problem.key == ".quantity" else problem
+        for problem in problems
     )
     problems.raise_any()
-    found = Measurement.unchecked(**read)
-    if found.quantity in _NUMBERS:
+    measurement = Measurement.unchecked(**read)
+    if measurement.quantity in _NUMBERS:
         for name in ("file", "noise", "correlation_length", "baseline", "line", "force_noise"):
             if name in given:
-                rule = f"does not apply to the number {found.quantity}"
+                rule = f"does not apply to the number {measurement.quantity}"
                 problems.add(f".{name}", given[name], rule, "it has value and error")
         for name in ("value", "error"):
             if name not in given:
                 problems.add(f".{name}", None, "is missing", "such as value: 2.7 um, error: 5 %")
         problems.raise_any()
-        vars(found).update(_read_number(given, _NUMBERS[found.quantity], problems))
+        vars(measurement).update(_read_number(given, _NUMBERS[measurement.quantity], problems))
     else:
         for name in ("value", "error"):
             if name in given:
                 problems.add(f".{name}", given[name], "does not apply to readings of a file")
-        if found.file is None:
+        if measurement.file is None:
             problems.add(".file", None, "is missing", "such as file: scar.csv")
-        if found.is_loop and found.force_noise is None:
+        if measurement.is_loop and measurement.force_noise is None:
             problems.add(".force_noise", None, "is missing", "such as force_noise: 0.2 N")
         problems.raise_any()
         with problems.at(".file", given["file"]):
-            vars(found)["readings"] = _readings(found)
+            vars(measurement)["readings"] = _readings(measurement)
     problems.raise_any()
-    return found
+    return measurement
 
 
 def _read_baseline(given: object) -> tuple[str, ...]:
@@ -445,12 +448,12 @@ def _read_number(
 ) -> dict[str, float]:
     """A measured value and its standard deviation, which may be in percent."""
     units = dict.fromkeys((LINE_CONTACT.unit(about.si_unit), about.si_unit))
-    read, known = dict[str, float](), BY_SI_UNIT[about.si_unit]
+    read, dimension = dict[str, float](), BY_SI_UNIT[about.si_unit]
     with problems.at(".value", given["value"]):
         for unit in units:  # what the value of a line contact or a point contact has
-            known = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}[unit]
+            dimension = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}[unit]
             try:
-                number = parse_quantity(given["value"], known, units_required=True)
+                number = parse_quantity(given["value"], dimension, units_required=True)
             except QuantityError:
                 if unit == about.si_unit:
                     raise
@@ -462,7 +465,7 @@ def _read_number(
         if share and "value" in read:
             read["error"] = abs(read["value"]) * float(share[1]) / 100.0
         elif not share:
-            read["error"] = parse_quantity(error, known, units_required=True)
+            read["error"] = parse_quantity(error, dimension, units_required=True)
         if not read.get("error", 1.0) > 0.0:
             raise QuantityError("must be larger than 0", "such as 5 %")
     return read
@@ -539,14 +542,14 @@ def _columns(path: Path, about: Measurement) -> tuple[Array, Array]:
     sign, scales = 1.0, []
     second = ("force",) if is_loop else ("depth", "wear", "height", "z")
     allowed = (("displacement",) if is_loop else ("x", "y", "position"), second)
-    for head, valid, known in zip(heads, allowed, (_LENGTH, second_is), strict=False):
+    for head, valid, dimension in zip(heads, allowed, (_LENGTH, second_is), strict=False):
         assert head is not None
         name = head["name"].casefold()
         if name not in valid:
             raise QuantityError(f"has a column {name!r}, not {listed(valid, 'or')}", example)
         if head["unit"] is None:
             raise QuantityError(f"has no unit for its column {name!r}", example)
-        scales.append(parse_quantity(f"1 {head['unit']}", known, units_required=True))
+        scales.append(parse_quantity(f"1 {head['unit']}", dimension, units_required=True))
         sign = -1.0 if name in ("height", "z") else sign
     table = []
     for number, line in rows[1:]:

@@ -49,25 +49,25 @@ def with_materials(
     names = [*value] if is_list(value) and len(value) == 2 else [value]
     rows = []
     for name in names:
-        known = {row.casefold(): row for row in table}.get(str(name).casefold())
-        rows.append(table[known or next(iter(table))])
-        if known is None:
+        listed_as = {row.casefold(): row for row in table}.get(str(name).casefold())
+        rows.append(table[listed_as or next(iter(table))])
+        if listed_as is None:
             rule = "must be a material of the table, or a pair of them"
             remedy = "give youngs_modulus and poisson_ratio"
             place, words = f"{prefix}{MATERIAL}", (*table,)
             problems.append(
                 Problem(place, value, rule, remedy, valid_words=words, written=str(name))
             )
-    each = {name: [row[name] for row in rows] for name in PROPERTIES}
-    found: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in each.items()}
+    columns = {name: [row[name] for row in rows] for name in PROPERTIES}
+    constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
     if all(row["hardness"] for row in rows):
-        found["plastic_limit"] = min(
+        constants["plastic_limit"] = min(
             (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])
         )
     others = {name: other for name, other in given.items() if name != MATERIAL}
-    if found.keys() <= {*others, *varied}:
-        rule = f"has no effect: {listed([*found])} are given too"
+    if constants.keys() <= {*others, *varied}:
+        rule = f"has no effect: {listed([*constants])} are given too"
         problems.add(
             f"{prefix}{MATERIAL}", value, rule, "leave out material, or what it stands for"
         )
-    return {**{n: v for n, v in found.items() if n not in varied}, **others}
+    return {**{n: v for n, v in constants.items() if n not in varied}, **others}

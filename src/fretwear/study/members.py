@@ -129,8 +129,8 @@ class PartOf(Parameter):
             whole = self.words.replace(" ", "_")
             what = f"the other parts of the {whole}, because {whole}.{self.varied[0]} is varied"
             remedy = f"such as {whole}: {usual[0].such(lacking)}"
-            told = Problem("", value or None, f"must give {what}", remedy)
-            raise QuantityError(told.rule, inside=[told])
+            problem = Problem("", value or None, f"must give {what}", remedy)
+            raise QuantityError(problem.rule, inside=[problem])
         if not isinstance(value, Mapping):
             whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
             names = [*self.kinds] if any(not required(kind) for kind in self.kinds.values()) else []

@@ -224,8 +224,8 @@ def _with_keys_beside(about: object, value: object, raw: Mapping[str, object]) -
     if not isinstance(about, PartOf) or not isinstance(content, Mapping):
         return value
     kind = about.kinds.get(str(content.get("kind", "")))
-    own = {*kind.parameters()} if kind else set()
-    beside = {name: raw[name] for name in about.keys if name in raw and name in own}
+    of_kind = {*kind.parameters()} if kind else set()
+    beside = {name: raw[name] for name in about.keys if name in raw and name in of_kind}
     return {**beside, **content} if beside else value
 
 

@@ -136,7 +136,7 @@ def read_base(
     if not isinstance(content.get("base", {}), Mapping):
         missing = []
     elif "base" not in content and len(missing) > 1:
-        examples = [f"{each.key}: {parameter_of(each.key).example}" for each in missing]
+        examples = [f"{problem.key}: {parameter_of(problem.key).example}" for problem in missing]
         problems.add("base", None, "is missing", f"such as base: {{{', '.join(examples)}}}")
         missing = []
     for problem in missing:

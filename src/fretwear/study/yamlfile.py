@@ -44,12 +44,12 @@ class Document:
         long_lists = dict[str, str]()
         marker = iter(number for number in range(10**15, 10**16) if str(number) not in text)
 
-        def shortened(found: re.Match[str]) -> str:
+        def shortened(match: re.Match[str]) -> str:
             """A list of one number that occurs nowhere else, on as many lines."""
-            long_lists[number := str(next(marker))] = found[0]
-            last = found[0].rpartition("\n")[2]
+            long_lists[number := str(next(marker))] = match[0]
+            last = match[0].rpartition("\n")[2]
             indented = "\n" + last[: len(last) - len(last.lstrip())]
-            return f"[{number}{found[0].count(chr(10)) * indented}]"
+            return f"[{number}{match[0].count(chr(10)) * indented}]"
 
         short = _LONG_LIST.sub(shortened, text)
         self._read(short, long_lists)

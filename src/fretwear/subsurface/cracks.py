@@ -151,10 +151,10 @@ class PointLoops:
                 around = _around(normal[some], angle[searched])
                 tried = on_planes(loops.part(searched), around)
                 places, rows = tried.argmax(axis=1), np.arange(some.size)
-                found = tried[rows, places]
-                better = found > value[some] * _BETTER
+                trial = tried[rows, places]
+                better = trial > value[some] * _BETTER
                 normal[some[better]] = around[rows, places][better]
-                value[some[better]] = found[better]
+                value[some[better]] = trial[better]
                 angle[searched[~better]] *= 0.5
         normal[normal[:, 2] < 0.0] *= -1.0
         return OverPlanes(value, normal)
@@ -185,7 +185,7 @@ class _Loops:
 
     def part(self, points: NDArray[np.intp]) -> _Loops:
         """Some of these points."""
-        return _Loops(*(each[points] for each in vars(self).values()))
+        return _Loops(*(values[points] for values in vars(self).values()))
 
     def alternating(self, planes: Array) -> Array:
         """Alternating normal stress on planes, shape (n, planes, h)."""

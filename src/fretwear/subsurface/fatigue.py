@@ -107,10 +107,10 @@ def fatigue(
         As `fretwear.stress`, or if constants are wrong.
     """
     life = _life(basquin, manson_coffin)
-    known = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
-    asked = known if cycles is None else np.unique(np.array([*cycles], float))
-    if lacking := sorted({*asked.tolist()} - {*known.tolist()}):
-        there = listed([cycle_text(each) for each in known])
+    stored = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
+    asked = stored if cycles is None else np.unique(np.array([*cycles], float))
+    if lacking := sorted({*asked.tolist()} - {*stored.tolist()}):
+        there = listed([cycle_text(at) for at in stored])
         raise StressError(f"cycle {cycle_text(lacking[0])} is not a snapshot; there are {there}")
     if not asked.size:
         raise StressError("the dataset has no snapshots")
@@ -119,12 +119,12 @@ def fatigue(
     at_cycles = [
         stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
     ]
-    parameters = np.stack([each[_SWT.name].values[:, 0] for each in at_cycles])
-    normals = np.stack([each[f"{_SWT.name}_normal"].values[:, 0] for each in at_cycles])
-    places = [np.unravel_index(each.argmax(), each.shape) for each in parameters]
+    parameters = np.stack([at[_SWT.name].values[:, 0] for at in at_cycles])
+    normals = np.stack([at[f"{_SWT.name}_normal"].values[:, 0] for at in at_cycles])
+    places = [np.unravel_index(at.argmax(), at.shape) for at in parameters]
     x = at_cycles[0][X.name].values
     # Where the surface is singular there is none.
-    tensions = [float(each[_TENSION].max()) if _TENSION in each else np.nan for each in at_cycles]
+    tensions = [float(at[_TENSION].max()) if _TENSION in at else np.nan for at in at_cycles]
     # From +x downwards: along the plane, across its normal.
     planes = [normal[place] for normal, place in zip(normals, places, strict=True)]
     angles = [np.degrees(np.arctan2(abs(n[0]), -n[2] if n[0] > 0.0 else n[2])) for n in planes]
@@ -140,7 +140,7 @@ def fatigue(
         _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
     }
     warnings = dict.fromkeys(
-        warning for each in at_cycles for warning in each.attrs["warnings"].splitlines()
+        warning for at in at_cycles for warning in at.attrs["warnings"].splitlines()
     )
     if any(place[0] in (0, x.size - 1) for place in places):
         doubt = (
@@ -170,9 +170,9 @@ def fatigue(
     else:
         constants = {}
     scalars = {
-        each.name: (CYCLE.name, np.asarray(values[each.name], float), each.attributes)
-        for each in FATIGUE
-        if each.name in values
+        at.name: (CYCLE.name, np.asarray(values[at.name], float), at.attributes)
+        for at in FATIGUE
+        if at.name in values
     }
     return xr.Dataset(
         {**scalars, **fields},
@@ -202,13 +202,13 @@ def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
         if stored.attrs.get("asked") == settings:
             return stored.load()
     with open_case(case) as ds:
-        known = {*ds[CYCLE.name].values.tolist()}
-        cycles = None if asked.cycles is None else known & {0.0, *map(float, asked.cycles)}
+        snapshots = {*ds[CYCLE.name].values.tolist()}
+        cycles = None if asked.cycles is None else snapshots & {0.0, *map(float, asked.cycles)}
         constants: Any = asked.constants
-        found = fatigue(ds, cycles, depth=asked.depth, **constants, command="fretwear merge")
-    found.attrs["asked"] = settings
-    write_stresses(found, path)
-    return found
+        outcome = fatigue(ds, cycles, depth=asked.depth, **constants, command="fretwear merge")
+    outcome.attrs["asked"] = settings
+    write_stresses(outcome, path)
+    return outcome
 
 
 def fatigue_of_study(folder: Path, asked: StressOutput, tell: Callable[[str], None]) -> Besides:
@@ -219,30 +219,30 @@ def fatigue_of_study(folder: Path, asked: StressOutput, tell: Callable[[str], No
 
     def of_case(case: Path, cycles: Array) -> Mapping[Variable, Array]:
         try:
-            found = stored_fatigue(case, folder / case.name, asked)
+            outcome = stored_fatigue(case, folder / case.name, asked)
         except StressError as error:
             tell(f"{case.stem} has no stresses: {error}")
             return {}
         values = {}
         for about in FATIGUE:
-            if about.name in found:
+            if about.name in outcome:
                 values[about] = np.full(cycles.size, np.nan)
-                places = np.searchsorted(cycles, found[CYCLE.name].values)
-                values[about][places] = found[about.name].values
+                places = np.searchsorted(cycles, outcome[CYCLE.name].values)
+                values[about][places] = outcome[about.name].values
         return values
 
     return of_case
 
 
-def fatigue_table(found: xr.Dataset) -> list[tuple[str, ...]]:
+def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
     """Rows of text about the snapshots of `fatigue`, below a row of words."""
-    columns = [(CYCLE.name, *map(cycle_text, found[CYCLE.name].values))]
+    columns = [(CYCLE.name, *map(cycle_text, outcome[CYCLE.name].values))]
     for about, (head, size) in zip(FATIGUE, _HEADS, strict=True):
-        if about.name in found:
-            values = found[about.name].values
+        if about.name in outcome:
+            values = outcome[about.name].values
             texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]
             if about.name == "fatigue_outcome":
-                texts = [FATIGUE_OUTCOMES[int(each)] for each in values]
+                texts = [FATIGUE_OUTCOMES[int(code)] for code in values]
             columns.append((head, *texts))
     return [*zip(*columns, strict=True)]
 

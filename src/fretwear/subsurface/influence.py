@@ -61,8 +61,8 @@ def of_rectangles(x: Array, y: Array, z: Array | float, poisson_ratio: float) ->
     # The integral of ∂²ln(ρ + z)/∂x² over the rectangle, and that along y.
     bent_x = np.arctan2(flat, x * x * distance + y * y * z)
     bent_y = np.arctan2(flat, y * y * distance + x * x * z)
-    found = np.empty((2, 6, *distance.shape))
-    normal, shear = found
+    stress = np.empty((2, 6, *distance.shape))
+    normal, shear = stress
     normal[0] = -2.0 * nu * solid_angle - (1.0 - 2.0 * nu) * bent_x + xy * over_x
     normal[1] = -2.0 * nu * solid_angle - (1.0 - 2.0 * nu) * bent_y + xy * over_y
     normal[2] = -solid_angle - xy * (over_x + over_y)
@@ -76,7 +76,7 @@ def of_rectangles(x: Array, y: Array, z: Array | float, poisson_ratio: float) ->
     shear[4] = xy * over_x - solid_angle
     shear[5] = -near
     with np.errstate(invalid="ignore"):
-        return np.diff(np.diff(found, axis=-2), axis=-1) / (2.0 * np.pi)
+        return np.diff(np.diff(stress, axis=-2), axis=-1) / (2.0 * np.pi)
 
 
 def of_strips(x: Array, z: Array | float, poisson_ratio: float) -> Array:
@@ -86,16 +86,16 @@ def of_strips(x: Array, z: Array | float, poisson_ratio: float) -> Array:
         share = np.where(square > 0.0, z / square, 0.0)
         logarithm = np.log(square)
     angle = np.arctan2(x, z + 0.0 * x)
-    found = np.zeros((2, 6, *square.shape))
-    normal, shear = found
+    stress = np.zeros((2, 6, *square.shape))
+    normal, shear = stress
     normal[0] = x * share - angle
     normal[2] = -angle - x * share
     normal[4] = z * share
     shear[0] = -logarithm - z * share
     shear[2] = z * share
     shear[4] = x * share - angle
-    found[:, 1] = poisson_ratio * (found[:, 0] + found[:, 2])
-    return np.diff(found, axis=-2) / np.pi
+    stress[:, 1] = poisson_ratio * (stress[:, 0] + stress[:, 2])
+    return np.diff(stress, axis=-2) / np.pi
 
 
 def of_points(x: Array, y: Array, z: float, poisson_ratio: float) -> Array:
@@ -111,8 +111,8 @@ def of_points(x: Array, y: Array, z: float, poisson_ratio: float) -> Array:
     bent = (2.0 * distance + z) * cubed * sum_**2
     turned = flat * sum_
     twisted = turned * (1.0 / square + 2.0 * flat)
-    found = np.empty((2, 6, *distance.shape))
-    normal, shear = found
+    stress = np.empty((2, 6, *distance.shape))
+    normal, shear = stress
     common = rest * z * cubed
     normal[0] = common - rest * (flat - xx * bent) - z * xx * fifth
     normal[1] = common - rest * (flat - yy * bent) - z * yy * fifth
@@ -126,4 +126,4 @@ def of_points(x: Array, y: Array, z: float, poisson_ratio: float) -> Array:
     shear[3] = y * (rest * (xx * twisted - turned) - xx * fifth)
     shear[4] = -xx * z * fifth
     shear[5] = -xy * z * fifth
-    return found / (2.0 * np.pi)
+    return stress / (2.0 * np.pi)

@@ -48,9 +48,9 @@ def loaded_case(ds: xr.Dataset) -> Case:
 
 def snapshot_of(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     """The dataset at a snapshot; `StressError` if there is none."""
-    known = ds[CYCLE.name].values
-    if cycle not in known:
-        there = listed([cycle_text(each) for each in known])
+    stored = ds[CYCLE.name].values
+    if cycle not in stored:
+        there = listed([cycle_text(at) for at in stored])
         raise StressError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
     snapshot: xr.Dataset = ds.sel(cycle=cycle)
     return snapshot
@@ -128,7 +128,7 @@ def read_constants(
     dang_van: float | None,
 ) -> dict[str, tuple[float, ...]]:
     """Constants by the parameter that they are for."""
-    found: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
+    constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
     if fatemi_socie is not None:
         if isinstance(fatemi_socie, str) or np.size(np.asarray(fatemi_socie, object)) != 2:
             raise StressError("fatemi_socie: must be k and the yield strength, (1, '1000 MPa')")
@@ -136,11 +136,11 @@ def read_constants(
         strength = read_quantity("fatemi_socie", fatemi_socie[1], "Pa")
         if sensitivity < 0.0 or strength <= 0.0:
             raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
-        found["fatemi_socie"] = sensitivity, strength
+        constants["fatemi_socie"] = sensitivity, strength
     for name, weight in (("crossland", crossland), ("dang_van", dang_van)):
         if weight is not None:
-            found[name] = (read_quantity(name, weight, "1"),)
-    return found
+            constants[name] = (read_quantity(name, weight, "1"),)
+    return constants
 
 
 def read_distance(given: float | str | None) -> float | None:
@@ -178,12 +178,12 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    known = np.array([read_quantity(f"depths[{n}]", each, "m") for n, each in enumerate(depths)])
-    for number, depth in enumerate(known):
+    values = np.array([read_quantity(f"depths[{n}]", depth, "m") for n, depth in enumerate(depths)])
+    for number, depth in enumerate(values):
         if not depth > 0.0:
             raise StressError(
                 f"depths[{number}] = {depth:g} m: must be larger than 0, downwards from the surface"
             )
-    if not known.size or not (np.diff(known) > 0.0).all():
+    if not values.size or not (np.diff(values) > 0.0).all():
         raise StressError("depths must increase from one to the next")
-    return known
+    return values

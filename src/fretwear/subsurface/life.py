@@ -103,6 +103,6 @@ def _at_depths(values: Array, depths: Array, below: Array) -> Array:
     upper = np.clip(np.searchsorted(depths, below), 1, depths.size - 1)
     low, high = depths[upper - 1], depths[upper]
     share = np.clip((below - low) / (high - low), 0.0, 1.0)
-    at_low, at_high = (np.take_along_axis(values, each, axis=1) for each in (upper - 1, upper))
+    at_low, at_high = (np.take_along_axis(values, rows, axis=1) for rows in (upper - 1, upper))
     result: Array = (1.0 - share) * at_low + share * at_high
     return result

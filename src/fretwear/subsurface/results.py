@@ -175,11 +175,11 @@ def stress(
     else:
         fields = _lazy(history, z, shape)
     variables: dict[str, object] = {
-        each.name: ((PHASE.name, *dims), fields[each.name], each.attributes) for each in STRESSES
+        of.name: ((PHASE.name, *dims), fields[of.name], of.attributes) for of in STRESSES
     }
     pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
     coordinates: dict[str, Any] = {
-        each.name: (of, values, each.attributes) for each, of, values in pairs
+        about.name: (of, values, about.attributes) for about, of, values in pairs
     }
     if parts is not None:
         variables |= _cracks(parts, dims, ds, constants)
@@ -229,7 +229,7 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
     large = [str(name) for name, field in stresses.data_vars.items() if field.chunks]
     small = stresses.drop_vars(large)
     beside = " ".join(sorted(str(n) for n, at in stresses.coords.items() if n not in at.dims))
-    size = sum(each.nbytes for each in stresses.variables.values())
+    size = sum(field.nbytes for field in stresses.variables.values())
     with uninterrupted(), atomic_path(path) as temporary:
         with new_netcdf(temporary, size) as file:
             write_group(file, small)
@@ -302,13 +302,13 @@ def _filled(
     chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]], shape: tuple[int, ...]
 ) -> dict[str, NDArray[np.generic]]:
     """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
-    fields = {each.name: np.empty(shape, each.dtype) for each in STRESSES}
+    fields = {about.name: np.empty(shape, about.dtype) for about in STRESSES}
     for place, parts in chunks:
         index: Any = (..., *place)
         tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
         values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
-        for each, found in zip(STRESSES, values, strict=True):
-            fields[each.name][index] = found
+        for about, field in zip(STRESSES, values, strict=True):
+            fields[about.name][index] = field
     return fields
 
 
@@ -319,13 +319,13 @@ def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict
     @library.delayed  # type: ignore[untyped-decorator]
     def layer(depth: float) -> NDArray[np.generic]:
         filled = _filled([((0,), history.layer(depth))], (*shape[:-1], 1))
-        return np.stack([filled[each.name][..., 0] for each in STRESSES])
+        return np.stack([filled[about.name][..., 0] for about in STRESSES])
 
     of_layer = len(STRESSES), *shape[:-1]
     layers = [library.array.from_delayed(layer(z), of_layer, np.float32) for z in depths.tolist()]
     return {
-        each.name: library.array.stack([layer[number] for layer in layers], axis=-1)
-        for number, each in enumerate(STRESSES)
+        about.name: library.array.stack([layer[number] for layer in layers], axis=-1)
+        for number, about in enumerate(STRESSES)
     }
 
 
@@ -357,7 +357,7 @@ def _cracks(
         for name in ("youngs_modulus", "poisson_ratio")
     }
     loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
-    found: dict[str, object] = {}
+    cracks: dict[str, object] = {}
     for about in CRACKS:
         if about.name not in constants:
             continue
@@ -366,10 +366,10 @@ def _cracks(
         if isinstance(result, OverPlanes):
             normal = {"long_name": _NORMAL, "units": "1"}
             values = result.normal.reshape(*shape, 3)
-            found[f"{about.name}_normal"] = ((*dims, "axis"), values, normal)
+            cracks[f"{about.name}_normal"] = ((*dims, "axis"), values, normal)
             result = result.value
-        found[about.name] = (dims, result.reshape(shape), attributes)
-    return found
+        cracks[about.name] = (dims, result.reshape(shape), attributes)
+    return cracks
 
 
 def _at_edges(
@@ -379,17 +379,17 @@ def _at_edges(
     if not (ends := history.at_edges()):
         return {}, {}
     x = np.array([place for place, _, _ in ends])
-    parts = (np.stack([each[1] for each in ends], -1), np.stack([each[2] for each in ends], -1))
-    found: dict[str, object] = {}
+    parts = (np.stack([end[1] for end in ends], -1), np.stack([end[2] for end in ends], -1))
+    fields: dict[str, object] = {}
     for component, about in enumerate(EDGE_STRESSES):
         values = over_the_loop(*parts)[:, component]
-        found[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
+        fields[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
     for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
         if not name.endswith("_normal"):
             attributes["long_name"] += " of the surface at the edge of contact"
         base = name.removesuffix("_normal")
-        found[name.replace(base, f"{base}_edge", 1)] = dims, values, attributes
-    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, found
+        fields[name.replace(base, f"{base}_edge", 1)] = dims, values, attributes
+    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, fields
 
 
 def _at_distance(
@@ -406,14 +406,14 @@ def _at_distance(
         "point": (history.section(0.5 * distance), "at half the critical distance"),
         "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
     }
-    found = {}
+    fields = {}
     for method, (parts, words) in methods.items():
         for name, (dims, values, attributes) in _cracks(parts, (X.name,), ds, constants).items():
             if not name.endswith("_normal"):
                 attributes["long_name"] += f" {words}"
             base = name.removesuffix("_normal")
-            found[name.replace(base, f"{base}_{method}", 1)] = dims, values, attributes
-    return found
+            fields[name.replace(base, f"{base}_{method}", 1)] = dims, values, attributes
+    return fields
 
 
 def _ruiz(history: StressHistory, slip: Array) -> Array:

@@ -116,8 +116,8 @@ class LoadedSurface:
         for step, part in enumerate(steps, 1):
             reduced = load - force / self.friction * part
             start = below * (reduced / integral(below))
-            found = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
-            below = found.pressure
+            contact = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
+            below = contact.pressure
             fallen = 2.0 * self.friction * (self.pressure - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
         return shears
@@ -198,7 +198,7 @@ class StressHistory:
         """
         surface, tractions = self.surface, self.tractions
         pressure, shears = (
-            tractions.on_both_sides(each) for each in (tractions.pressure, tractions.shear)
+            tractions.on_both_sides(field) for field in (tractions.pressure, tractions.shear)
         )
         mirror = np.array([-1.0 if odd_x else 1.0 for odd_x, _ in ODD[0]])
         ends = []

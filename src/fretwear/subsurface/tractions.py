@@ -119,11 +119,11 @@ class Tractions:
         Those of each pressure, Pa, shape (m, 6, n), and of each shear traction, shape (k, 6, n).
         """
         kinds = [self.on_both_sides(fields, odd=n > 1) for n, fields in enumerate(self._kinds)]
-        found = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
+        stresses = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
         loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
         if not loaded.any():
-            return _summed(found)
-        box: Any = tuple(slice(each.min(), each.max() + 1) for each in np.nonzero(loaded))
+            return _summed(stresses)
+        box: Any = tuple(slice(at.min(), at.max() + 1) for at in np.nonzero(loaded))
         columns = [fields[:, *box].reshape(len(fields), -1).T for fields in kinds]
         x, y = (
             (np.arange(part.start, part.stop + 1.0) - half) * step
@@ -132,16 +132,16 @@ class Tractions:
         at_once = max(1, _AT_A_TIME // (x.size * y.size))
         for first in range(0, len(points), at_once):
             some = slice(first, first + at_once)
-            px, py, pz = (each[:, None, None] for each in points[some].T)
+            px, py, pz = points[some].T[..., None, None]
             # Seen from a point, corners lie in the opposite order.
             if self.plane_strain:
                 kernels = -of_strips(px - x[:, None], pz, self.poisson_ratio)
             else:
                 kernels = self._of_kinds(of_rectangles, px - x[:, None], py - y, pz)
-            for stress, column, kernel in zip(found, columns, kernels, strict=True):
+            for stress, column, kernel in zip(stresses, columns, kernels, strict=True):
                 summed = kernel.reshape(6, px.size, -1) @ column
                 stress[..., some] = np.moveaxis(summed, -1, 0)
-        return _summed(found)
+        return _summed(stresses)
 
     def on_both_sides(self, fields: Array, *, odd: bool = False) -> Array:
         """Fields on all cells, from those on the positive sides; odd ones change sign."""
@@ -173,7 +173,7 @@ class Tractions:
     def _strides(self, depth: float) -> tuple[int, int]:
         """Strides along x and y at which the long waves that reach a depth, m, are sampled."""
         of_depth = [max(1.0, _STRIDE_OF_DEPTH * depth / step) for step in self.spacing]
-        x, y = (min(_LONGEST_STRIDE, 1 << int(math.log2(each))) for each in of_depth)
+        x, y = (min(_LONGEST_STRIDE, 1 << int(math.log2(ratio))) for ratio in of_depth)
         return x, y
 
     def _counts(self, strides: tuple[int, int]) -> tuple[int, int]:
@@ -255,32 +255,32 @@ class Tractions:
                     if in_section and odd[1]:
                         continue  # zero at y = 0, and in plane strain everywhere
                     if by_offsets:
-                        found = source[:, : counts[0] + 1, : counts[1] + 1] * spectrum
+                        field = source[:, : counts[0] + 1, : counts[1] + 1] * spectrum
                         signs = [of_part[axis] & of_cell[axis] for axis in axes]
                         if in_section:
-                            found = found.sum(axis=-1) - 0.5 * found[..., 0]
-                            found /= self._padded[1]
+                            field = field.sum(axis=-1) - 0.5 * field[..., 0]
+                            field /= self._padded[1]
                         else:
-                            found = self._back(found, 1, odd[1], counts)
+                            field = self._back(field, 1, odd[1], counts)
                     else:
                         # Rows at y > 0 lie at negative offsets seen from y = 0.
-                        found = np.einsum("kxr,xr->kx", source, spectrum)
+                        field = np.einsum("kxr,xr->kx", source, spectrum)
                         signs = [of_part[0] & of_cell[0], of_cell[1]]
-                    found = self._back(found, 0, odd[0], counts)
+                    field = self._back(field, 0, odd[0], counts)
                     if sum(signs) % 2:
-                        found = -found
+                        field = -field
                     if not (in_section or self.even[1]):
-                        found = _on_both_sides(found, 2, odd[1])
+                        field = _on_both_sides(field, 2, odd[1])
                     positive, negative = (
                         stress[:, component, nx:],
                         stress[:, component, nx - 1 :: -1],
                     )
                     if is_empty:
-                        positive[...] = found
-                        np.multiply(found, -1.0 if odd[0] else 1.0, out=negative)
+                        positive[...] = field
+                        np.multiply(field, -1.0 if odd[0] else 1.0, out=negative)
                     else:
-                        positive += found
-                        negative += -found if odd[0] else found
+                        positive += field
+                        negative += -field if odd[0] else field
                     is_empty = False
                 if is_empty:
                     stress[:, component] = 0.0
@@ -302,8 +302,8 @@ class Tractions:
             is_last = axis + 2 == spectrum.ndim
             return spectrum @ matrix.T if is_last else matrix @ spectrum
         along = np.moveaxis(spectrum, axis + 1, -1)[..., slice(1, None) if odd else slice(-1)]
-        found = _transformed(along, 3, odd, -1)[..., : self._half[axis]]
-        return np.moveaxis(found / (2.0 * self._padded[axis]), -1, axis + 1)
+        field = _transformed(along, 3, odd, -1)[..., : self._half[axis]]
+        return np.moveaxis(field / (2.0 * self._padded[axis]), -1, axis + 1)
 
     @cached_property
     def _to_cells(self) -> list[list[Array]]:
@@ -331,10 +331,10 @@ def _of_fields(
     for axis in axes:
         ends = [(0, 0)] * fields.ndim
         ends[axis + 1] = (0, padded[axis] - fields.shape[axis + 1])
-        found = _transformed(np.pad(fields, ends), 2, odd[axis], axis + 1)
+        moved = _transformed(np.pad(fields, ends), 2, odd[axis], axis + 1)
         # A sine transform lacks the first frequency, a cosine transform the last: both are zero.
         ends[axis + 1] = (1, 0) if odd[axis] else (0, 1)
-        fields = np.pad(found, ends)
+        fields = np.pad(moved, ends)
     return fields
 
 
@@ -343,11 +343,11 @@ def _of_kernel(kernel: Array, odd: tuple[int, int], axes: tuple[int, ...]) -> Ar
     for axis in axes:
         along = np.moveaxis(kernel, axis, -1)
         if odd[axis]:
-            found = np.zeros(along.shape)
-            found[..., 1:-1] = _transformed(along[..., 1:-1], 1, odd[axis], -1)
+            moved = np.zeros(along.shape)
+            moved[..., 1:-1] = _transformed(along[..., 1:-1], 1, odd[axis], -1)
         else:
-            found = _transformed(along, 1, odd[axis], -1)
-        kernel = np.moveaxis(found, -1, axis)
+            moved = _transformed(along, 1, odd[axis], -1)
+        kernel = np.moveaxis(moved, -1, axis)
     return kernel
 
 

@@ -182,9 +182,9 @@ class Row(Grid):
         parts: Parts | None = None,  # noqa: ARG002
     ) -> DenseHalfSpace:
         """The elastic bodies on the strips."""
-        each = np.arange(self.shape[0])
-        column = influence_of_cell(each.size, self.spacing[0], self.reference, modulus)
-        return DenseHalfSpace(self, column[np.abs(each[:, None] - each)])
+        cells = np.arange(self.shape[0])
+        column = influence_of_cell(cells.size, self.spacing[0], self.reference, modulus)
+        return DenseHalfSpace(self, column[np.abs(cells[:, None] - cells)])
 
     def zone(
         self,
