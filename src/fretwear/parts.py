@@ -483,11 +483,13 @@ class Part:
 
     @cached_property
     def entries(self) -> Mapping[str, str]:
-        """The canonical form as entries of a JSON object, by name, in the ids of cases."""
-        return {name: entry_text(name, value) for name, value in self.canonical().items()}
+        """The parameters as entries of a JSON object, by name, in the ids of cases."""
+        values = self.canonical().items()
+        return {name: entry_text(name, value) for name, value in values if name != "kind"}
 
 
 _MOST_TEXTS = 4096
+_LISTS = list, tuple  # a union of types would be made anew for every value
 
 
 def entry_text(name: str, value: object) -> str:
@@ -503,7 +505,7 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         number = float(f"{value:.11e}")
         return repr(number) if math.isfinite(number) else _scalar_text(number)
-    if isinstance(value, list | tuple):
+    if isinstance(value, _LISTS):
         return f"[{','.join(map(_text, value))}]"
     if isinstance(value, dict):
         return f"{{{','.join(entry_text(name, value[name]) for name in sorted(value))}}}"

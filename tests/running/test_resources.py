@@ -162,14 +162,15 @@ def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
         for count in (1, 4)
     )
     jobs = batches(many)
-    alone, shared = study_seconds(many), study_seconds(many, 2)
+    alone, shared = (study_seconds(many, jobs, at_once) for at_once in (1, 2))
     assert (
         alone > core_seconds(jobs) + seconds_after(many) > seconds_after(few) + core_seconds(jobs)
     )
     assert shared < alone < 2 * shared, "figures and report keep one core only"
     # Of a single job, two cores make no shorter one.
-    assert study_seconds(few, 2) == near(study_seconds(few))
-    assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
+    single = batches(few)
+    assert study_seconds(few, single, 2) == near(study_seconds(few, single))
+    assert study_seconds(many, jobs, 2, speed=2.0) == near(shared / 2)
 
 
 def test_a_plan_counts_the_figures_and_claims_that_an_entry_point_adds():

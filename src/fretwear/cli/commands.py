@@ -220,7 +220,7 @@ def plan(
         say(line)
     jobs = resources.batches(planned)
     at_once = min(resources.cores(), len(jobs))
-    alone, together = (resources.study_seconds(planned, n, speed) for n in (1, at_once))
+    alone, together = (resources.study_seconds(planned, jobs, n, speed) for n in (1, at_once))
     shared = f", {duration_text(together)} on {at_once} cores" if at_once > 1 else ""
     after = duration_text(resources.seconds_after(planned) / speed)
     say(

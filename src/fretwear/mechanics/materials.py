@@ -66,7 +66,7 @@ class ElasticBodies(Bodies):
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
 
-    @property
+    @cached_property
     def dundurs_beta(self) -> float:  # type: ignore[override]
         """½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies."""
         modulus1, nu1, modulus2, nu2 = self._constants

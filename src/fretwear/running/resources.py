@@ -220,12 +220,11 @@ def seconds_after(plan: Plan) -> float:
     return merging + SECONDS_OF_FIGURES + drawn + reporting + added
 
 
-def study_seconds(plan: Plan, at_once: int = 1, speed: float = 1.0) -> float:
+def study_seconds(plan: Plan, jobs: Sequence[Batch], at_once: int = 1, speed: float = 1.0) -> float:
     """Return the time, s, of the workflow of a study on so many cores of a machine of given speed.
 
-    Jobs run at once, none shorter than its longest; merging, figures and report follow.
+    Its jobs run at once, none shorter than its longest; merging, figures and report follow.
     """
-    jobs = batches(plan)
     longest = max(job.seconds for job in jobs) + SECONDS_TO_START
     simulating = max(core_seconds(jobs) / at_once, longest)
     return (SECONDS_OF_SNAKEMAKE + simulating + seconds_after(plan)) / speed
@@ -238,10 +237,13 @@ def machine_speed(estimates: Iterable[Estimate]) -> float:
     spend most of their time, on one thread, in processor time, which other work on the machine
     disturbs less than the clock.
     """
-    spent: defaultdict[int, float] = defaultdict(float)
+    by_cells: defaultdict[int, float] = defaultdict(float)
     for expected in estimates:
-        width = math.sqrt(expected.cells)
-        spent[min(_SIZES, key=lambda size: abs(math.log(size / width)))] += expected.seconds
+        by_cells[expected.cells] += expected.seconds
+    spent: defaultdict[int, float] = defaultdict(float)
+    for cells, seconds in by_cells.items():
+        width = math.sqrt(cells)
+        spent[min(_SIZES, key=lambda size: abs(math.log(size / width)))] += seconds
     if not spent:
         return 1.0
     size = max(spent, key=lambda size: spent[size])

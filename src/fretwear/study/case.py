@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import islice
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
 from fretwear.problems import Problem, Problems
@@ -83,11 +83,27 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
     return tuple(cycles)
 
 
+class _Member(NamedTuple):
+    """A member of a case, as ids need it."""
+
+    name: str
+    about: Parameter
+    part: PartOf | None  # the declaration of a part
+    default: object
+    may_be_unsaid: bool  # ids and canonical parameters leave the default out
+
+
 @cache
-def _members_with_defaults() -> tuple[tuple[str, Parameter, PartOf | None, object], ...]:
-    """The members: name, declaration, the same where it may have keys, default."""
+def _members() -> tuple[_Member, ...]:
+    unsaid = {*_UNSAID_AT_DEFAULT, "cell", "cycles"}
     return tuple(
-        (name, about, about if isinstance(about, PartOf) else None, getattr(Case, name, None))
+        _Member(
+            name,
+            about,
+            about if isinstance(about, PartOf) else None,
+            getattr(Case, name, None),
+            name in unsaid,
+        )
         for name, about in members().items()
     )
 
@@ -265,17 +281,15 @@ class Case(Draft):
     def _canonical_members(self) -> Iterator[tuple[str, object]]:
         """Yield the parts whose fields are keys, and the canonical values of other members."""
         values: dict[str, Any] = {**vars(self), "loading": self.plain_loading}
-        if self.asked_accuracy is None:
-            values["cell"] = self.grid_spacing
-        unsaid = {"cell": self.asked_accuracy is not None, "cycles": bool(self.blocks)}
-        for member, about, keys, default in _members_with_defaults():
-            value = values.get(member, default)
-            if keys is not None and keys.are_keys(value):
-                yield member, value
-            elif member in _UNSAID_AT_DEFAULT and value == default:
-                continue
-            elif not unsaid.get(member):
-                yield member, about.canonical(value)
+        values["cell"] = self.grid_spacing if self.asked_accuracy is None else None
+        if self.blocks:
+            del values["cycles"]  # they contain it
+        for name, about, part, default, may_be_unsaid in _members():
+            value = values.get(name, default)
+            if part is not None and part.are_keys(value):
+                yield name, value
+            elif not (may_be_unsaid and value == default):
+                yield name, about.canonical(value)
 
     @property
     def case_id(self) -> str:
@@ -290,8 +304,7 @@ class Case(Draft):
                 entries |= value.entries
             else:
                 entries[name] = entry_text(name, value)
-        del entries["kind"]
-        text = f"{{{','.join(entries[name] for name in sorted(entries))}}}"
+        text = f"{{{','.join([entries[name] for name in sorted(entries)])}}}"
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import csv
 import math
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
@@ -89,10 +91,12 @@ WIDEST = 2.0
 USUAL_BUDGET = 10.0
 MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
+_WIDTHS = [1.0]
+while _WIDTHS[-1] > LEAST_COARSENESS:
+    _WIDTHS.append(max(_WIDTHS[-1] / NARROWER, LEAST_COARSENESS))
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(NamedTuple):
     """The expected cost of a case."""
 
     # Cells of the largest window along x and y, computed or, on rings, written.
@@ -129,8 +133,7 @@ def estimate(case: Case) -> Estimate:
         largest = runs.on_cells(runs.affordable_width(budget))
         beside, first, default = (run.seconds - start for run in (least, wide, usual))
         ends = beside + first, max(budget * default, beside + first + default)
-        return replace(
-            usual,
+        return usual._replace(
             seconds=start + beside + first + default,
             ends=tuple(start + each for each in ends),
             memory_bytes=largest.memory_bytes,
@@ -142,8 +145,7 @@ def estimate(case: Case) -> Estimate:
     # Default cells that are wider are written wider only.
     twin = runs.alone(times, 1.0 if case.cell is None else case.on_cells(times).coarseness)
     dense = DENSE_COARSER if case.geometry is not Grid else 1.0
-    return replace(
-        alone,
+    return alone._replace(
         seconds=alone.seconds + dense * (twin.seconds - start),
         memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
     )
@@ -181,14 +183,13 @@ class _Runs:
         usual = self.on_cells(1.0)
         start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
         allowed = start + budget * (usual.seconds - start)
-        width = 1.0
-        while width > LEAST_COARSENESS:
-            narrower = max(width / NARROWER, LEAST_COARSENESS)
-            expected = self.on_cells(narrower)
-            if expected.seconds > allowed or expected.memory_bytes > most:
-                break
-            width = narrower
-        return width
+
+        def is_beyond(width: float) -> bool:
+            expected = self.on_cells(width)
+            return expected.seconds > allowed or expected.memory_bytes > most
+
+        # Narrower cells never take less.
+        return _WIDTHS[bisect_left(_WIDTHS, True, lo=1, key=is_beyond) - 1]
 
     def alone(self, width: float, coarseness: float) -> Estimate:
         """The cost of a run on cells of a width over that of the case.
@@ -320,7 +321,7 @@ class Plan:
             if stress is not None:
                 snapshots = len({0, *(stress.cycles or case.output_cycles)})
                 each = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
-                cost = replace(cost, seconds=cost.seconds + snapshots * each)
+                cost = cost._replace(seconds=cost.seconds + snapshots * each)
             planned.estimates[case_id] = cost
             for doubt in doubts(case):
                 _, details = planned.doubts.setdefault(doubt.what, (doubt, {}))

@@ -151,8 +151,11 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
 @_needing(_CONTACT + "loading friction_law wear_law plastic_limit roughness counterface slip_model")
 def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
-    least, ratio = case.normal.pulsating_load, case.tangential_ratio
-    if least == 1.0 or case.wears_unevenly or (case.loading.is_force and ratio >= 1.0):
+    least = case.normal.pulsating_load
+    if least == 1.0 or case.wears_unevenly:
+        return
+    ratio = case.tangential_ratio
+    if case.loading.is_force and ratio >= 1.0:
         return
     hint = "write sliding_amplitude: 25 um, or leave pulsating_load out"
     constant = case.friction_law.kinks or case.wear_law.follows_contact
@@ -187,7 +190,7 @@ def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
 def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
     """Over a stroke, the wear of each body moves with the body."""
     law = case.wear_law
-    if case.loading.travel > case.small_stroke and not law.is_of_each:
+    if case.loading.travel and case.loading.travel > case.small_stroke and not law.is_of_each:
         (name, about), *_ = law.parameters().items()
         rule = "is for both bodies together, but over a stroke each wears in a different place"
         pair = "[value of the indenter, value of the flat]"
@@ -364,8 +367,10 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
 @_needing(_CONTACT + "loading friction_law plastic_limit junction_growth")
 def _lowered_limit_carries_load(case: Draft) -> Iterator[Problem]:
     """The same where all slides, by the limit that friction lowers."""
-    largest, _ = _largest_contact(case)
-    least, lowered = case.hertz.spread_pressure(largest), case.slip_limit
+    largest, lowered = _largest_contact(case)[0], case.slip_limit
+    if lowered == case.plastic_limit:
+        return
+    least = case.hertz.spread_pressure(largest)
     if case.tangential_ratio >= 1.0 and lowered < least <= case.plastic_limit:
         rule = (
             f"lowers the plastic limit to {format_quantity(lowered, PRESSURE, 3)} where all slides,"
@@ -399,9 +404,10 @@ def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
 @_needing(_CONTACT + "cell loading friction_law roughness counterface cycles blocks")
 def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
     """Contact, stick zone and slip annulus must be wider than the cells."""
+    if case.cell is None:
+        return
     radius, stick, ratio = case.hertz_radius, case.stick_radius, case.tangential_ratio
-    slides = case.loading.is_force and ratio >= 1.0
-    if case.cell is None or slides or ratio < LEAST_LOAD_RATIO:
+    if (case.loading.is_force and ratio >= 1.0) or ratio < LEAST_LOAD_RATIO:
         return
     limit = radius / LEAST_CELLS_PER_CONTACT_RADIUS
     narrower = (

@@ -242,7 +242,7 @@ class Draft(Setup):
     def _unworn(self) -> tuple[float, float, HertzContact]:
         return self.friction_law.coefficient, self.coupling, self.hertz
 
-    @property
+    @cached_property
     def plain_loading(self) -> Loading:
         """The loading along x in SI units, however it was given."""
         if self.blocks or (self.loading.is_force and not self.force_is_held):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import product
 
 from fretwear.parts import required
 from fretwear.problems import Problem, Problems
@@ -39,27 +40,20 @@ def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 or (axis.name == "blocks" and i in of_blocks)
             )
             trials.append((rule, relevant, {}))
-    by_axes = {
-        axes: [(rule, broken) for rule, relevant, broken in trials if relevant == axes]
-        for axes in {relevant: None for _, relevant, _ in trials}
-    }
-    is_grid, tried = isinstance(study.design, Combinations), set[tuple[tuple[int, ...], ...]]()
-    # Going point by point makes each case once for all rules.
-    for index in study.indices:
-        case: Case | None = None
-        for axes, rules in by_axes.items():
-            positions = tuple([index[i] for i in axes])
-            # Otherwise no two points have the same positions.
-            if not axes or (is_grid and len(axes) < len(index)):
-                if (axes, positions) in tried:
-                    continue
-                tried.add((axes, positions))
-            case = case or study.case(index)
-            for rule, broken in rules:
+    for axes in {_tried_along(study, relevant): None for _, relevant, _ in trials}:
+        together = [trial for trial in trials if _tried_along(study, trial[1]) == axes]
+        for index in _combinations(study, axes):
+            # One case serves all of these rules, and is not kept.
+            case = study.case(index)
+            for rule, relevant, broken in together:
                 if (problem := rule.find(case)) is not None:
-                    broken[positions] = problem
-        for _, relevant, broken in trials if skip else ():
-            if relevant and (problem := broken.get(tuple([index[i] for i in relevant]))):
+                    broken[tuple([index[i] for i in relevant])] = problem
+    skipping = [
+        (relevant, broken) for _, relevant, broken in trials if skip and relevant and broken
+    ]
+    for index in study.indices if skipping else ():
+        for relevant, broken in skipping:
+            if problem := broken.get(tuple([index[i] for i in relevant])):
                 study.invalid.setdefault(index, problem.sentence)
     listed = not isinstance(study.design, Sampled)
 
@@ -95,3 +89,20 @@ def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
         if (left := len(by_key) - _LISTED_PER_RULE) > 0:
             alike = f"is wrong in the same way for {left} more of the varied values"
             problems.add(f"vary ({subject})", None, alike)
+
+
+def _tried_along(study: Study, relevant: tuple[int, ...]) -> tuple[int, ...]:
+    """The axes along which a rule is tried, to which some of them matter."""
+    is_grid = isinstance(study.design, Combinations)
+    # Other designs hardly have two points alike along some axes.
+    return relevant if is_grid or not relevant else tuple(range(len(study.axes)))
+
+
+def _combinations(study: Study, axes: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
+    """One point for each combination of positions along some axes."""
+    if not axes:
+        return study.indices[:1]
+    if len(axes) == len(study.axes):
+        return study.indices
+    lengths = [len(axis.values) if i in axes else 1 for i, axis in enumerate(study.axes)]
+    return product(*map(range, lengths))
