@@ -29,6 +29,7 @@ try:
         Progress,
         StudyJobs,
         is_news,
+        step_of,
     )
 
     JOBS = StudyJobs.of(config)
@@ -59,13 +60,17 @@ if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
 # No setting of Snakemake silences its scheduler alone. Its log file keeps every line, and a dry run and
 # --quiet none show them.
 PROGRESS = []
+tell = partial(print, file=sys.stderr, flush=True)
 
 
 def is_shown(record):
     shown = workflow.dryrun or is_news(record)
-    # Cases that are done are told before the step that follows them.
+    # Cases that are done are reported before the step that follows them.
     for progress in PROGRESS if shown else []:
         progress.look()
+    if shown and PROGRESS and (step := step_of(record)):
+        tell(step)
+        return False
     return shown
 
 
@@ -100,10 +105,9 @@ localrules:
     report,
 
 
-# A line per finished case, and at the end the doubts, which the report tells too.
+# A line per finished case, and at the end the doubts, which the report has too.
 onstart:
-    tell = partial(print, file=sys.stderr, flush=True)
-    for sentence in JOBS.study.unused:
+    for sentence in JOBS.study.remarks:
         tell(f"fretwear: warning: {sentence}")
     # A cluster has a number of jobs instead of cores.
     given = workflow.resource_settings

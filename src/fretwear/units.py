@@ -35,7 +35,8 @@ meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz
 radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J = Nm, watt = joule / second = W, bar = 1e5 * pascal
-inch = 0.0254 * meter, pound_force = 4.4482216152605 * newton = lbf, psi = pound_force / inch ** 2
+inch = 0.0254 * meter = in, pound_force = 4.4482216152605 * newton = lbf
+psi = pound_force / inch ** 2
 ksi = 1000 * psi, kilogram_force = {_GRAVITY} * newton = kgf
 """
 
@@ -53,6 +54,7 @@ _MISTYPED = {"Mm": ("mm", "a thousand kilometres"), "mPa": ("MPa", "a thousandth
 # Powers of ten by which a value may differ from the example in its unit.
 _NEAR = 2.0
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
+_MASSES = {"kg": 1.0, "g": 1e-3}
 
 
 class QuantityError(ValueError):
@@ -318,15 +320,24 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
         raise QuantityError(rule, did_you_mean(unit, valid, cutoff=0.5)) from error
     if given_dimension.si_unit != dimension.si_unit:
-        # Everything after a stroke may be meant as the denominator, as in mm3/N m.
-        above, stroke, below = unit.partition("/")
-        meant, hint = f"{above}/({below.strip()})", ""
-        with suppress(QuantityError):
-            if stroke and _unit(meant)[1].si_unit == dimension.si_unit:
-                hint = f"did you mean '{given} {meant}'?"
         rule = f"{dimension.expectation}, but {unit!r} is {given_dimension.name}"
-        raise QuantityError(rule, hint)
+        raise QuantityError(rule, _likely_meaning(given, unit, dimension))
     return _finite(float(Decimal(given) * factor), dimension)
+
+
+def _likely_meaning(given: str, unit: str, dimension: Dimension) -> str:
+    """Return a hint for a value in a unit of another dimension; empty if none is likely."""
+    above, _, below = (part.strip() for part in unit.partition("/"))
+    # Everything after a stroke may be meant as the denominator, as in mm3/N m; or the inverse.
+    for meant in (f"{above}/({below})", f"{below}/{above}") if below else (f"/ {unit}",):
+        with suppress(QuantityError):
+            # Without a stroke only a plain name is looked up: pint takes its time.
+            if (below or meant in _PLAIN_UNITS) and _unit(meant)[1].si_unit == dimension.si_unit:
+                return f"did you mean '{given} {meant}'?"
+    if unit in _MASSES and dimension.si_unit == FORCE.si_unit:
+        weight = _GRAVITY * _MASSES[unit] * float(given)
+        return f"write the weight of this mass: '{weight:.4g} N'"
+    return ""
 
 
 def _likely_unit(given: str, dimension: Dimension) -> str:

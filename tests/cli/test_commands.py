@@ -247,7 +247,10 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert " ± " in width[2]
     pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
     assert [*map(str.strip, pressure[-2:])] == [f"{case.hertz_pressure * 1e-9:.4g}", "GPa"]
-    assert any(line.startswith("Friction along y, which slip_model: coupled") for line in lines)
+    assert any(
+        line.startswith("Friction along y is neglected, which slip_model: coupled")
+        for line in lines
+    )
     assert mark.startswith("† In a single cell")
     assert explanation.startswith("Unworn: ")
     assert max(map(len, lines)) <= 80

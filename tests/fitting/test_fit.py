@@ -77,7 +77,7 @@ def test_the_files_have_the_conventions_of_arviz(titanium, tmp_path):
 
 
 def test_a_study_without_measurements_is_refused(tmp_path):
-    with pytest.raises(FitError, match="has no section fit"):
+    with pytest.raises(FitError, match="needs a section fit"):
         fit(write_study(tmp_path / "plain.yaml", {"base": TITANIUM}))
 
 

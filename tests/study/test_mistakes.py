@@ -122,6 +122,80 @@ base/tangential_load: 40 N, vary: {load: [10 N, 20 N], friction: [0.2, 0.3]} | w
     base.tangential_load = 40 N: is gross sliding: Q must be less than µP = 2 N (at load = 10
     ... N, friction = 0.2, and at 3 more combinations)
     lower tangential_load, or raise load or friction
+base/load: 5 kg
+    base.load = 5 kg: must be a force such as 50 N, but 'kg' is another quantity
+    write the weight of this mass: '49.03 N'
+base/load: [20 N, 50 N]
+    base.load = [20 N, 50 N]: must be a force such as 50 N
+    a list of values, each a case, belongs under vary: vary.load
+base/load: '50,5 N'
+    base.load = 50,5 N: must be a force such as 50 N
+    write a decimal point, not a comma
+base/wear_coefficient: 7e-13 Pa
+    base.wear_coefficient = 7e-13 Pa: must be an inverse pressure such as 7e-13 / Pa, but 'Pa' is a
+    ... pressure
+    did you mean '7e-13 / Pa'?
+base/rig_stiffness: 28 um/N, base/displacement_amplitude: 1 um | without base/tangential_ratio
+    base.rig_stiffness = 28 um/N: must be a force per length such as 28 N/um or none, but 'um/N' is
+    ... another quantity
+    did you mean '28 N/um'?
+base/youngs_modulus: 208 Gpa
+    base.youngs_modulus = 208 Gpa: must be a pressure such as 208 GPa, but has an unknown unit
+    ... 'Gpa'
+    did you mean 'GPa'?
+base/poisson_ratio: 0.6
+    base.poisson_ratio = 0.6: must be larger than -1 and at most 0.5
+base/tangential_ratio: 1.2
+    base.tangential_ratio = 1.2: is gross sliding: Q/(µP) must be less than 1
+    partial slip needs a ratio between 0 and 1, such as 0.8; for gross slip write
+    ... displacement_amplitude or sliding_amplitude instead
+base/temperature: 300 K
+    base.temperature = 300 K: is not a case parameter
+    leave it out: the model does not depend on it
+base/duration: 3600 s | without base/cycles
+    base.duration = 3600 s: is not a case parameter
+    write cycles: the duration times the frequency
+base/foo: 3
+    base.foo = 3: is not a case parameter
+    fretwear schema lists all parameters
+base/material: Ti6Al4V | without base/youngs_modulus, base/poisson_ratio
+    base.material = Ti6Al4V: must be a material of the table, or a pair of them
+    did you mean 'Ti-6Al-4V'?
+base/roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 3, slope_y: 1 deg}
+    base.roughness.slope_x = 3: needs a unit: it is an angle such as 5.7 deg
+    did you mean '3 deg'?
+base/friction: {cycles: [0, 500], values: [0.2]}
+    base.friction = {cycles: [0, 500], values: [0.2]}: has 2 cycles and 1 values
+    give a value for each cycle
+base/blocks: [{cycles: 9, radius: 9 mm}] | without base/cycles
+    base.blocks[0].radius = 9 mm: is a key that a block cannot change
+    known are cycles, pulsating_load, load, indentation, tangential_ratio, tangential_load,
+    ... sliding_amplitude, sliding_distance, rig_stiffness, tangential_compliance,
+    ... displacement_amplitude, displacement_ratio, friction
+vary: [load, friction]
+    vary = [load, friction]: must hold keys with values, one to a line
+    write vary: {load: [20 N, 50 N]}
+vary/load: {from: 20 N, to: 50 N}
+    vary.load = {from: 20 N, to: 50 N}: is a range, which design: grid cannot take
+    write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}
+design: {kind: sobol, points: 8}, vary/load: {from: 40 N, to: 10 N}
+    vary.load.to = 10 N: must be more than vary.load.from = 40 N, and finite
+output: {cycles: [0, 500000]}
+    output.cycles = 500000: is beyond the last cycle, 1000
+    give cycles from 0 to 1000, or raise cycles
+outputs: {cycles: [0]}
+    outputs = {cycles: [0]}: is not a section of a study
+    did you mean 'output'?
+title: ""
+    title = '': must be text
+    put it in quotes
+base/cell: 1 um, base/roughness: {kind: wavy, slope_x: 3 deg, slope_y: 1 deg}, vary:
+    ... {roughness.amplitude: {from: 50 nm, to: 60 nm}}, design: {kind: sobol, points: 2} |
+    ... without output
+    base.cell = [1 um, 1 um]: is too coarse for the roughness: the wave along x is 4.47 um long and
+    ... needs at least 8 cells (at roughness.amplitude = 0.058506 µm, and at roughness.amplitude =
+    ... 0.050495 µm)
+    [558 nm, 1 um] or finer would be fine, or leave cell out
 """
 
 
@@ -145,17 +219,36 @@ def test_a_mistake_is_answered_once_in_words_that_mend_it(
     assert re.sub(r" \(line \d+\)", "", told) == message
 
 
+def test_values_beyond_any_material_and_an_uneven_sequence_are_warned_of(studies, content):
+    content["base"] |= {"friction": 50, "wear_coefficient": "7e-4 mm3/(N mm)"}
+    content["vary"] = {"load": {"from": "10 N", "to": "40 N"}}
+    content["design"] = {"kind": "sobol", "points": 12}
+    del content["base"]["load"]
+    even, unlikely = machine_warnings(Plan(studies.load(content)))
+    assert even == (
+        "design.points = 12 is not a power of two, so the Sobol sequence fills the ranges "
+        "unevenly; 8 or 16 points do it evenly"
+    )
+    first, case, *_, remedy = unlikely.split("\n")
+    assert first == "in 12 cases the contact has values beyond those of any known material:"
+    assert case.endswith(": coefficient of friction 50, wear coefficient 7e-10 / Pa")
+    assert remedy.strip() == "check units, percentages and powers of ten"
+    content["base"] |= {"friction": 0.5, "wear_coefficient": "7e-4 mm3/(N m)"}
+    content["design"]["points"] = 8
+    assert [*machine_warnings(Plan(studies.load(content)))] == []
+
+
 def test_what_is_left_out_or_not_used_is_told(studies, content):
     content["base"] |= {"load": "50 N", "friction": "50 %"}
     del content["base"]["roughness"], content["base"]["plastic_limit"]
     study = studies.load(content)
-    assert study.unused == ["base.load = 50 N is not used, because load is varied"]
-    assert study.unused == [*machine_warnings(Plan(study))]
+    assert study.remarks == ["base.load = 50 N is not used, because load is varied"]
+    assert study.remarks == [*machine_warnings(Plan(study))]
     assert dict(Plan(study).derived())["without roughness and plastic_limit"] == "smooth, elastic"
     (case, *_) = study.cases().values()
     assert (case.friction, case.roughness, case.plastic_limit) == (0.5, None, math.inf)
     del content["base"]["load"]
     content["base"]["plastic_limit"] = "none"
     study = studies.load(content)
-    assert study.unused == []
+    assert study.remarks == []
     assert dict(Plan(study).derived())["without roughness"] == "smooth"

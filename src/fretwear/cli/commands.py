@@ -253,6 +253,9 @@ def coefficients(
     if as_json:
         say(json.dumps(rows, indent=2, ensure_ascii=False))
         return
+    if not rows:
+        hint = "without a word all are printed"
+        raise CommandError(f"no row has the word {word!r}\n    {hint}")
     cells = [[*table[0]], *([*row.values()] for row in rows)]
     say("\n".join(aligned(cells, str.ljust, indent="")))
 

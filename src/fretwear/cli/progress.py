@@ -340,7 +340,8 @@ def left_text(seconds: float) -> str:
 def _numbers_text(step: Step) -> str:
     half_width = step.measures.contact_half_width_x
     unit = readable_unit(half_width, LENGTH.si_unit)
-    error = f"{number_text(100.0 * step.state.error_estimate, 2)} %"
+    percent = 100.0 * step.state.error_estimate
+    error = "below 0.001 %" if percent < 0.001 else f"{number_text(percent, 2)} %"
     width = with_unit(number_text(unit.of(half_width), 4), unit)
     return f"step {step.state.step}, error {error}, half-width {width}"
 

@@ -25,7 +25,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import in_unit, number_text, readable_unit, with_error
+from fretwear.units import in_unit, listed, number_text, readable_unit, with_error
 from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus, Variable
 
 if TYPE_CHECKING:
@@ -154,9 +154,10 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     for name, errors in content["coupling_errors"].items():
         if (value := content["results"][name]["values"][-1]) and errors[-1]:
             share = number_text(100.0 * errors[-1] / abs(value), 2)
-            moved.append(f"{RESULTS[name].words} {share} %")
+            moved.append(f"{RESULTS[name].words} by {share} %")
     if moved:
-        words = f"Friction along y, which slip_model: coupled has, may move {', '.join(moved)}."
+        words = "Friction along y is neglected, which slip_model: coupled includes; it may change "
+        words += f"{listed(moved)}."
         yield from ("", *wrap(words, 80))
     yield from ("", _MARK, _UNWORN)
 
@@ -231,7 +232,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
         texts = _texts((result.first, result.second), result.variable, result.errors)
-        ratio = f"{result.ratio:.3g}" if math.isfinite(result.ratio) else "–"
+        ratio = number_text(result.ratio, 3) if math.isfinite(result.ratio) else "–"
         rows.append((result.variable.marked, *texts, ratio))
     yield from aligned(rows)
     yield from ("", _MARK)

@@ -86,6 +86,7 @@ _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study'
 _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
 _RUN_AGAIN = "Remove the file and run the case again"
 _MERGE_AGAIN = "Merge the study again"
+_RUN_STUDY = "Run the study first: snakemake --cores 2 --config study=NAME"
 
 # Fields usually compress to a half, and to a tenth if the bodies hardly touch.
 _MOST_EXPANSION = 100
@@ -306,6 +307,8 @@ def opened_case(
 def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
     """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
     path = Path(path)
+    if not path.exists():
+        raise DataFileError(path, "there is no such file", _RUN_STUDY)
     with opened_parts(path, "merged study", _MERGE_AGAIN) as file:
         for obstacle in _summary_problems(file):
             raise DataFileError(path, obstacle, _MERGE_AGAIN)

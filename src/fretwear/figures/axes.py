@@ -144,16 +144,22 @@ class ValueAxis:
             least = float(_positive(shown[(cycles == 0.0) | (cycles >= 1.0)]).min())
             axes.set_yscale("log", nonpositive="mask")
             axes.set_ylim(max(0.6 * least, _DEEPEST * highest), 1.7 * highest)
-            axes.yaxis.set_major_formatter(FuncFormatter(_decade_text))
+            first = 10.0 ** math.ceil(math.log10(axes.get_ylim()[0]))
+            # Plain numbers and powers of ten do not mix on an axis.
+            is_plain = _PLAIN[0] <= 1.001 * first and highest < _PLAIN[1]
+            axes.yaxis.set_major_formatter(FuncFormatter(_plain_text if is_plain else _power_text))
             return
         constant = lowest >= (1.0 - _CONSTANT) * highest
         if self.variable.from_zero or constant:
             axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
 
 
-def _decade_text(value: float, _: int | None) -> str:
-    low, high = _PLAIN
-    return f"{value:g}" if low <= value < high else power_of_ten(round(math.log10(value)))
+def _plain_text(value: float, _: int | None) -> str:
+    return f"{value:g}"
+
+
+def _power_text(value: float, _: int | None) -> str:
+    return power_of_ten(round(math.log10(value)))
 
 
 def _is_wide(values: Array) -> bool:

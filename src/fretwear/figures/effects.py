@@ -25,7 +25,7 @@ from fretwear.figures.axes import (
     parameter_label,
 )
 from fretwear.figures.datasets import variable_of
-from fretwear.figures.encoding import Coding
+from fretwear.figures.encoding import Coding, rounded
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -255,20 +255,24 @@ def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
     """Draw the Sobol indices of results of a sample, and how they settle with more points.
 
     On the left are the indices of each parameter alone (full) and with its interactions (open),
-    with 95 % intervals; on the right, the indices with interactions against the number of points.
+    with 95 % intervals; on the right, if there are enough points, the indices with interactions
+    against the number of points.
     """
+    counts = [n for n in (len(points.ids) // k for k in (8, 4, 2, 1)) if n >= _FEWEST]
+    settles = len(counts) > 1
     figure = JournalFigure(2, _HEAD + 8.0 + _SOBOL_ROW * len(quantities))
     caption(
         figure,
-        "Sobol indices of final results. Left: each parameter alone (full marks) and with its "
+        "Sobol indices of final results: each parameter alone (full marks) and with its "
         "interactions (open), with 95 % intervals from the covariance of the emulator's "
-        "coefficients. Right: indices with interactions against the number of points.",
+        "coefficients.",
     )
-    grid = figure.subplots(len(quantities), 2, squeeze=False, sharex="col")
-    counts = [n for n in (len(points.ids) // k for k in (8, 4, 2, 1)) if n >= _FEWEST]
+    if settles:
+        caption(figure, "Right: the indices with interactions against the number of points.")
+    grid = figure.subplots(len(quantities), 1 + settles, squeeze=False, sharex="col")
     about = [parameter(name) for name in points.levels]
     looks = [look(place) for place in range(len(about))]
-    for (bars, curves), name in zip(grid, quantities, strict=True):
+    for (bars, *others), name in zip(grid, quantities, strict=True):
         indices, values = points.indices[name], points.results[name][:, None]
         values = np.log(values) if indices.of_logarithm else values
         settled = [sobol_indices(points.unit[:n], values[:n], points.sizes)[0] for n in counts]
@@ -279,16 +283,19 @@ def sensitivity(points: Points, quantities: Sequence[str]) -> Figure:
             ):
                 bars.plot([at] * 2, [low[place], high[place]], color=color, lw=1.0)
                 bars.plot(at, middle[place], mark, color=color, fillstyle=fill, markersize=4.0)
-            curves.plot(counts, [fit.total[place] for fit in settled], marker=mark, color=color)
+            for curves in others:
+                curves.plot(counts, [fit.total[place] for fit in settled], marker=mark, color=color)
         bars.axhline(0.0, color=MUTED, lw=0.5)
         title = points.variables[name].label + ", logarithm" * indices.of_logarithm
         bars.set_title(title, fontsize=6.5)
         bars.set(xlim=(-0.6, len(looks) - 0.4), ylim=(-0.03, 1.03))
-        curves.set(ylim=(-0.03, 1.03))
-        curves.set_xscale("log", base=2)
-        curves.set_xticks(counts, [str(count) for count in counts])
+        for curves in others:
+            curves.set(ylim=(-0.03, 1.03))
+            curves.set_xscale("log", base=2)
+            curves.set_xticks(counts, [str(count) for count in counts])
     grid[-1, 0].set_xticks(range(len(about)), [varied.symbol for varied in about])
-    grid[-1, 1].set_xlabel("number of points")
+    if settles:
+        grid[-1, 1].set_xlabel("number of points")
     figure.supylabel("Sobol index", fontsize=7.5)
     handles = [Line2D([], [], color=color, marker=mark) for color, mark in looks]
     outside_key(figure, handles, [f"{varied.symbol}  {varied.words}" for varied in about])
@@ -350,7 +357,7 @@ def parallel_coordinates(points: Points) -> Figure:
     paths = [np.column_stack([places, row]) for row in table]
     tints = sequential_colormap()(norm(shown[rows]))
     axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7))
-    ends = [tuple(value_text(n, v[i]) for i in (0, -1)) for n, v in points.levels.items()]
+    ends = [tuple(value_text(n, rounded(v[i])) for i in (0, -1)) for n, v in points.levels.items()]
     ends.append(tuple(fixed_digits(shown[rows[i]], 3) for i in (0, -1)))
     for place, (bottom, top) in enumerate(ends):
         axes.axvline(place, color=MUTED, lw=0.6)

@@ -18,6 +18,11 @@ MOST_KEYED = 8
 _WIDE = 20.0
 
 
+def rounded(value: Value) -> Value:
+    """Return a level with as many digits as a key or a title needs, if it was drawn at random."""
+    return value if isinstance(value, str) else float(f"{value:.3g}")
+
+
 class Coding:
     """Colours and marks of the levels of a parameter; one look if the name is None.
 
@@ -62,8 +67,7 @@ class Coding:
         ]
         values = [self.levels[place] for place in places]
         if not self.is_keyed:
-            # The ends of a ramp need no more digits than a colour shows.
-            values = [float(f"{value:.3g}") for value in values]
+            values = [rounded(value) for value in values]
         texts = [symbol_text(self.name, value) for value in values]
         return handles, texts
 

@@ -27,7 +27,7 @@ from fretwear.figures.axes import (
     parameter_label,
 )
 from fretwear.figures.datasets import check_dataset, require, variable_of, with_cycles
-from fretwear.figures.encoding import MOST_KEYED, Coding
+from fretwear.figures.encoding import MOST_KEYED, Coding, rounded
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     LINE_STYLES,
@@ -472,10 +472,13 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         key=lambda group: (len(group), group[0].values.get(slip) != simplified),
         default=[],
     )
-    if not best or len(best) == 1 < len(lines):
+    if was_drawn := not best or len(best) == 1 < len(lines):
         by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
         best = [by_wear[0], by_wear[-1]]
-    titles = (", ".join(symbol_text(n, line.values[n]) for n in contrasts) for line in best)
+    shorter = rounded if was_drawn else lambda value: value
+    titles = (
+        ", ".join(symbol_text(n, shorter(line.values[n])) for n in contrasts) for line in best
+    )
     ids = (str(summary["case_id"].isel(line.point).item()) for line in best)
     shown = _levels(best)
     common = ", ".join(words_text(n, shown[n][0]) for n in others if len(shown[n]) == 1)

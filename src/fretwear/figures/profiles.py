@@ -61,7 +61,7 @@ _ABOVE = 1.05
 _INSIDE_CONTACT = 0.8
 _ROOM_OVER_WAVES = 1.6
 _SHARE_OF_FIRST_GAP = 0.3
-_WORN, _INVISIBLE = 0.01, 0.05
+_WORN, _INVISIBLE = 0.01, 0.1
 _TRIANGLE = 0.985
 _STRIP = 0.05
 _FIRST_WIDTH, _LAST_WIDTH = 0.6, 0.7
@@ -210,6 +210,8 @@ class Frame:
         top = float(self.unit.of(self.top))
         axes.set_xlim(MICROMETRE.of(self.left), MICROMETRE.of(self.right))
         axes.set_ylim((top, 0.0) if field.name in _DOWNWARD else (0.0, top))
+        # A power of ten above the axis would lie over the title.
+        axes.ticklabel_format(axis="y", style="plain", useOffset=False)
         axes.set_xlabel("x (µm)")
         axes.set_ylabel(f"{field.label} ({self.unit.name})")
 

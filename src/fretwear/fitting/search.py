@@ -145,7 +145,7 @@ def fit(
     """
     study = study if isinstance(study, Study) else load_study(study)
     if study.fit is None:
-        raise FitError(f"{study.file}: has no section fit: what is sought, and what was measured")
+        raise FitError(f"{study.file}: needs a section fit, with free (what is sought) and data")
     tests = _Tests.of(study, study.fit)
     lines = {(datum.quantity, datum.along) for datum in study.fit.data if datum.is_profile}
     with Runs(lines, None if folder is None else Path(folder), processes) as runs:

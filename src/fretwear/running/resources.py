@@ -275,7 +275,7 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
 
     The memory, bytes, defaults to what is available now.
     """
-    yield from plan.study.unused
+    yield from plan.study.remarks
     available = available_memory() if available is None else available
     reasons = (
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()

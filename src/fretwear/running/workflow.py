@@ -65,7 +65,7 @@ _MEBIBYTE = 1 << 20
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
 _FAILURES_LISTED = 20
-_STEPS_OF_SNAKEMAKE = ("Building DAG", "Using shell", "Select jobs", "Execute ")
+_STEPS_OF_SNAKEMAKE = ("Building DAG", "Using shell", "Select jobs", "Execute ", "Assuming ")
 # Seconds between two looks at the case files, and in times of what a look takes.
 _LEAST_PAUSE, _PAUSES = 1.0, 20.0
 
@@ -227,8 +227,14 @@ def is_news(record: logging.LogRecord) -> bool:
     return not record.getMessage().startswith(_STEPS_OF_SNAKEMAKE)
 
 
+def step_of(record: logging.LogRecord) -> str:
+    """Return what a job after the cases does, without date and number; empty for other lines."""
+    message = getattr(record, "rule_msg", None) if record.levelno <= logging.INFO else None
+    return str(message or "")
+
+
 class Progress:
-    """Tells each case of a running study once it is done, with the time left.
+    """Reports each case of a running study once it is done, with the time left.
 
     A thread looks for case files and records of batches, which every kind of job leaves, wherever
     it runs. The time left follows from the plan and from how much longer than planned cases took.
@@ -261,7 +267,7 @@ class Progress:
         self._looked, self._looking = clock(), threading.Lock()
 
     def look(self) -> None:
-        """Tell the cases that are done since the last look, by whichever thread comes first."""
+        """Report the cases that are done since the last look, by whichever thread comes first."""
         with self._looking:
             self._tell_done()
 
@@ -300,7 +306,8 @@ class Progress:
     def start(self) -> None:
         """Look every second, or more rarely at folders that take long to look at."""
         if self._left:
-            self._tell(f"cases to run: {self._count}, in {len(self._batches)} jobs")
+            jobs = f"{len(self._batches)} job{'s' * (len(self._batches) > 1)}"
+            self._tell(f"cases to run: {self._count}, in {jobs}")
         threading.Thread(target=self._watch, daemon=True).start()
 
     def stop(self) -> None:

@@ -22,7 +22,7 @@ from fretwear.study.spacing import (
     zones_of_tip,
 )
 from fretwear.theory import share_of_band
-from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
+from fretwear.units import COMPLIANCE, LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
 GREATEST_MEASURED_SLOPE = 1.0  # in profilometry; a steeper surface has wrong units
@@ -31,6 +31,10 @@ GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small sl
 
 # Relative errors of results: above the first, results are marked; above the second, doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
+
+# Beyond anything measured: two bodies of diamond have a composite modulus of 580 GPa, and the
+# published wear coefficients of `coefficients.csv` lie between 6e-17 and 3e-11 / Pa.
+_STIFFEST, _MOST_FRICTION, _WEAR_COEFFICIENTS = 7e11, 3.0, (1e-19, 1e-10)
 
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
@@ -249,6 +253,25 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
         )
 
 
+def _of_units(case: Case) -> Iterator[Doubt]:
+    """Values that a wrong unit, a percentage or a slip of the pen makes of usual ones."""
+    modulus, law = case.bodies.composite_modulus, case.friction_law
+    least, most = _WEAR_COEFFICIENTS
+    friction = max(law.at(cycle).coefficient for cycle in (0.0, *law.kinks))
+    wear = case.wear_law.coefficient(law)
+    unlikely = {
+        f"composite modulus {format_quantity(modulus, PRESSURE, 3)}": modulus > _STIFFEST,
+        f"coefficient of friction {number_text(friction, 3)}": friction > _MOST_FRICTION,
+        f"wear coefficient {format_quantity(wear, COMPLIANCE, 3)}": not least <= wear <= most,
+    }
+    if any(unlikely.values()):
+        yield Doubt(
+            "has values beyond those of any known material",
+            ", ".join(text for text, is_unlikely in unlikely.items() if is_unlikely),
+            "check units, percentages and powers of ten",
+        )
+
+
 def _of_materials(case: Case) -> Iterator[Doubt]:
     limit = case.slip_limit if case.tangential_ratio >= 1.0 else case.plastic_limit
     pressures = limit, case.hertz.mean_pressure
@@ -285,7 +308,7 @@ def doubts(
     no cells show.
     """
     measured = measured or case.asked_accuracy is not None
-    checks = (_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials)
+    checks = (_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials, _of_units)
     reasons = [doubt for check in checks for doubt in check(case)]
     if not measured:
         reasons[:0] = _of_cells(case)

@@ -14,7 +14,7 @@ from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf
 from fretwear.study.setup import IN_BLOCKS, PARTS_OF_A_DISTANCE, Draft, members
-from fretwear.units import nearest
+from fretwear.units import QuantityError, nearest
 
 _Value = TypeVar("_Value")
 
@@ -40,12 +40,15 @@ _OTHER_NAMES = {
         ("mu cof friction_coefficient", "friction", ""),
         ("k kw k_w archard", "wear_coefficient", ""),
         ("n n_cycles number_of_cycles", "cycles", ""),
+        ("time duration test_duration", "cycles", "the duration times the frequency"),
+        ("wear_rate specific_wear_rate", "wear_coefficient", ""),
         ("dx spacing mesh grid", "cell", ""),
     )
     for word in words.split()
 }
 """Words that users may write for a parameter: its name, and what to write there if that differs."""
 
+_NOT_MODELLED = {"temperature", "humidity", "lubricant", "environment", "atmosphere"}
 
 # A key with which another one has a default.
 _INSTEAD = {"cycles": "sliding_distance"}
@@ -205,15 +208,25 @@ def read_values(
         with problems.at(place := f"{prefix}{key}", value):
             if key in parameters:
                 whole_value = _with_keys_beside(parameters[key], value, raw)
-                values[key] = parameters[key].read_given(key, whole_value, units_required)
+                try:
+                    values[key] = parameters[key].read_given(key, whole_value, units_required)
+                except QuantityError as wrong:
+                    is_list = prefix and isinstance(value, list) and "list" not in wrong.rule
+                    if not is_list or wrong.hint or wrong.inside:
+                        raise
+                    hint = f"a list of values, each a case, belongs under vary: vary.{key}"
+                    raise QuantityError(wrong.rule, hint) from wrong
                 continue
             whole, _, part = key.partition(".")
-            remedy = ""
+            meant = (*parameters,)
+            remedy = "fretwear schema lists all parameters"
+            if key.casefold() in _NOT_MODELLED:
+                remedy, meant = "leave it out: the model does not depend on it", ()
             if other := _other_name(key):
-                remedy = f"write {': '.join(filter(None, other))}"
+                remedy, meant = f"write {': '.join(filter(None, other))}", ()
             if key in leaves():
-                remedy = f"write {whole}: {{{part}: ...}}"
-            rule, meant = "is not a case parameter", () if remedy else (*parameters,)
+                remedy, meant = f"write {whole}: {{{part}: ...}}", ()
+            rule = "is not a case parameter"
             problems.append(Problem(place, value, rule, remedy, written=key, valid_words=meant))
     return values
 

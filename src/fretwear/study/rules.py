@@ -43,6 +43,7 @@ LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 
 _PARTIAL_SLIP = "partial slip needs a ratio between 0 and 1, such as 0.8"
+_GROSS_SLIP = "for gross slip write displacement_amplitude or sliding_amplitude instead"
 _CONTACT = "indenter bodies normal "
 
 
@@ -288,7 +289,8 @@ def _ratio_slides(case: Draft) -> Iterator[Problem]:
         ratio = case.loading.tangential_ratio
         if ratio >= 1.0:
             rule = "is gross sliding: Q/(µP) must be less than 1"
-            yield Problem(case.loading.kind, f"{ratio:.6g}", rule, _PARTIAL_SLIP)
+            hint = f"{_PARTIAL_SLIP}; {_GROSS_SLIP}"
+            yield Problem(case.loading.kind, f"{ratio:.6g}", rule, hint)
         yield from _all_sticks(case, ratio)
 
 

@@ -80,10 +80,19 @@ def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
     return Sections(**sections)
 
 
+_SUCH_AS = {
+    "output": "write output: {cycles: [0, 1000]}",
+    "vary": "write vary: {load: [20 N, 50 N]}",
+    "base": "write base: {radius: 10 mm, load: 50 N, ...}",
+}
+
+
 def _read_section(name: str, given: object) -> object:
     if name in ("design", "invalid"):
         return (_DESIGN if name == "design" else _INVALID).read(given, True)
     if name == "title":
+        if given is None:
+            raise QuantityError("has no value", "write a title, or leave the line out")
         if not isinstance(given, str) or not given.strip():
             raise QuantityError("must be text", "put it in quotes")
         if not given.isprintable():
@@ -99,7 +108,7 @@ def _read_section(name: str, given: object) -> object:
     if given is None:
         raise QuantityError("is empty", "leave it out, or fill it")
     if not isinstance(given, Mapping):
-        hint = "write output: {cycles: [0, 1000]}" if name == "output" else ""
+        hint = _SUCH_AS.get(name, "")
         if isinstance(given, list) and all(isinstance(item, Mapping) for item in given):
             hint = "leave out the dashes"
         raise QuantityError("must hold keys with values, one to a line", hint)
@@ -133,7 +142,7 @@ def read_base(
     misplaced = {name for name in content if name not in SECTIONS}
     misplaced |= {key for name in misplaced for key in as_mapping(content[name])}
     missing = [*missing_parameters({*base, *varied, *misplaced}, blocks)]
-    if not isinstance(content.get("base", {}), Mapping):
+    if not all(isinstance(content.get(name, {}), Mapping) for name in ("base", "vary")):
         missing = []
     elif "base" not in content and len(missing) > 1:
         examples = [f"{problem.key}: {parameter_of(problem.key).example}" for problem in missing]

@@ -15,7 +15,7 @@ from fretwear.problems import in_words
 from fretwear.study.case import Case
 from fretwear.study.fits import FitRequest
 from fretwear.study.parameters import by_member, html_table, make_member
-from fretwear.study.points import Axis, Design
+from fretwear.study.points import Axis, Design, Sobol
 from fretwear.study.problems import few_of
 from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
@@ -79,9 +79,15 @@ class Study:
         return tuple(Point(self, index) for index in self.indices)
 
     @property
-    def unused(self) -> list[str]:
-        """Sentences on values of `base` that varied ones replace."""
+    def remarks(self) -> list[str]:
+        """Sentences on what the file says without effect, or not as well as it could."""
         sentences, base = list[str](), as_mapping(self.content.get("base"))
+        if isinstance(self.design, Sobol) and (number := self.design.points) & (number - 1):
+            below = 1 << (number.bit_length() - 1)
+            sentences.append(
+                f"design.points = {number} is not a power of two, so the Sobol sequence fills the "
+                f"ranges unevenly; {below} or {2 * below} points do it evenly"
+            )
         for axis in self.axes:
             given = {axis.key: base.get(axis.key)}
             if "." in axis.name:

@@ -10,7 +10,7 @@ from fretwear.parts import required
 from fretwear.problems import Problem, Problems
 from fretwear.study.case import Case
 from fretwear.study.members import Block
-from fretwear.study.parameters import member_of
+from fretwear.study.parameters import member_of, value_text
 from fretwear.study.points import Combinations, Sampled
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.setup import IN_BLOCKS, members
@@ -77,7 +77,8 @@ def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 elif axis.name == "blocks" and gives(axis.values[position], problem.key):
                     key = f"vary.blocks{at}[0].{problem.key}"
                 else:
-                    others.append(f"{axis.name} = {axis.labels[position]}")
+                    drawn = value_text(axis.name, axis.values[position])
+                    others.append(f"{axis.name} = {axis.labels[position] if listed else drawn}")
             placed = replace(problem, key=key), ", ".join(others)
             broken_rules.setdefault(problem.key, {}).setdefault((trial, key), []).append(placed)
     for subject, by_key in broken_rules.items():

@@ -178,11 +178,11 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    values = np.array([read_quantity(f"depths[{n}]", depth, "m") for n, depth in enumerate(depths)])
-    for number, depth in enumerate(values):
+    values = np.array([read_quantity("depth", depth, "m") for depth in depths])
+    for depth in values:
         if not depth > 0.0:
             raise StressError(
-                f"depths[{number}] = {depth:g} m: must be larger than 0, downwards from the surface"
+                f"depth = {depth:g} m: must be larger than 0, downwards from the surface"
             )
     if not values.size or not (np.diff(values) > 0.0).all():
         raise StressError("depths must increase from one to the next")
