@@ -165,6 +165,8 @@ def write_group(group: netCDF4.Dataset, content: xr.Dataset | Labelled) -> None:
     """Write variables and attributes into a group of an open file, as xarray reads them."""
     group.setncatts(content.attrs)
     around = group.parent.dimensions if group.parent is not None else {}
+    # The library writes what it knows of all variables whenever values follow a definition.
+    defined = list[tuple[Any, NDArray[Any]]]()
     for name, values, dims, attributes in _stored(content):
         options: dict[str, Any] = {}
         if name in _STORED_SMALL:
@@ -175,6 +177,8 @@ def write_group(group: netCDF4.Dataset, content: xr.Dataset | Labelled) -> None:
                 group.createDimension(dim, size)
         target = group.createVariable(name, values.dtype, dims, **options)
         target.setncatts(attributes)
+        defined.append((target, values))
+    for target, values in defined:
         target[...] = values
 
 
