@@ -368,7 +368,7 @@ def test_the_report_tells_how_far_friction_in_two_directions_would_move_results(
             )
     assert 0.02 < last < most
     remark = coupling_remark(finished.summary)
-    assert f"by up to {100 * most:.2g} %, after the last cycle by {100 * last:.2g} %;" in remark
+    assert f"by up to {100 * most:.2g} % ({100 * last:.2g} % after the last cycle)," in remark
     assert remark.endswith(f"local slip by {1e9 * moved:.2g} nm")
     slip = finished.summary["slip_coupling_error"]
     large = finished.summary.assign(slip_coupling_error=slip * (7.8e-7 / moved))

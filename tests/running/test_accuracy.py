@@ -91,8 +91,8 @@ def test_measured_errors_take_the_place_of_rules_but_not_for_a_written_cell():
     coarse = {"cell": ["0.45 um", "2.8 um"]}
     for changes in (coarse, coarse | {"accuracy": None}):
         told = run(make(**given, **changes)).dataset.attrs["warnings"]
-        assert "so coarsely that errors come to more than 5 %" in told
-        assert "asperities that the cells resolve too coarsely" in told
+        assert "so coarsely that estimated errors exceed 5 %" in told
+        assert "asperities whose contacts" in told
     asked = make(**given, accuracy=0.2, budget=1.0)
     assert "asperities" in str(doubts(asked.replace(accuracy=None, **coarse)))
     assert "asperities" not in str(doubts(asked)) + run(asked).dataset.attrs["warnings"]

@@ -298,7 +298,7 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
 @pytest.mark.parametrize(("ratio", "unseen"), [(0.9, False), (0.2, True)])
 def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
     capped = {"tangential_ratio": ratio, "plastic_limit": 4.5e9, "roughness": GENTLE}
-    assert kinds(**capped) == (["touches on asperities that"] if unseen else [])
+    assert kinds(**capped) == (["touches on asperities whose"] if unseen else [])
     (doubt,) = doubts(steel(**{**capped, "plastic_limit": math.inf}, cell=[1e-6, 2e-6]))
     assert "contact of a tip" in doubt.detail
 
@@ -388,7 +388,7 @@ def test_a_simulation_warns_and_its_dataset_remembers():
         dataset = simulate(case)
     first, *after = dataset.attrs["warnings"].splitlines()
     assert [first] == [str(doubt) for doubt in doubts(case)]
-    assert "errors come to more than 5 %" in after[0]
+    assert "estimated errors exceed 5 %" in after[0]
     assert "write cell: [" in after[0]
     fine = simulate(steel(cycles=1))
     assert fine.attrs["warnings"] == ""

@@ -38,7 +38,7 @@ def fit_scar(
     results: Results = None,
     processes: Processes = 1,
 ) -> None:
-    """Find parameters from measured scars, with intervals, and say what the data cannot tell.
+    """Find parameters from measured scars, with intervals, and state what the data leave open.
 
     The section fit of the study names the parameters and the measurements. An interrupted fit
     resumes from the runs it has kept beside its file.

@@ -98,7 +98,7 @@ def fatigue_of(
     bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
     phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
 ) -> None:
-    """Tell where a crack is expected at each snapshot, and whether wear or the crack comes first.
+    """Report where a crack is expected at each snapshot, and whether wear or the crack comes first.
 
     Prints the largest Smith-Watson-Topper parameter with its place and plane and, with constants of
     the material, lives and Miner's sum of points that wear brings to the surface and removes.

@@ -163,7 +163,7 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
         if sum(len(text) + 4 for text in texts) > _KEY_SIGNS:
             # The ramp of colours says the rest.
             handles, texts = handles[:: len(handles) - 1], texts[:: len(texts) - 1]
-            caption(axes, "Keys of many values name the first and the last.")
+            caption(axes, "Keys of many values show only the first and the last.")
         for handle in handles if not is_paired else ():
             handle.set_linestyle("none")
         options: dict[str, float] = {"columnspacing": 0.9, "handlelength": 1.2, "fontsize": 6.0}
@@ -314,7 +314,7 @@ def scatter_matrix(points: Points) -> Figure:
     rows = [(place, "\n".join(wrap(parameter_label(name), 18))) for name, place in columns.items()]
     rows = [*rows[1:], (shown, axis.wrapped_label)]
     figure, words = JournalFigure(2, _HEAD + 36.0 * len(rows)), axis.variable.words
-    caption(figure, "Every point over each pair of parameters, with its result against each.")
+    caption(figure, "All points over each pair of parameters; last row: the result against each.")
     caption(figure, f"Colours show the final {words}.")
     grid = figure.subplots(len(rows), len(rows), sharex="col", sharey="row", squeeze=False)
     dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}

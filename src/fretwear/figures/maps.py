@@ -105,7 +105,7 @@ def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
         when = "the last cycle" if cycles is None else f"cycle {cycle_text(scars[0].cycle)}"
         caption(figure, f"{label} of both bodies over the contact after {when}.")
         if not all(is_smooth(case) for case in cases.values()):
-            caption(figure, "Outlines on rough surfaces surround spots in contact and in stick.")
+            caption(figure, "On rough surfaces, outlines surround spots of contact and of stick.")
         for axes, scar in zip(panels, scars, strict=True):
             image = draw_wear_map(axes, scar, unit, scale)
         if any(scar.ways.size for scar in scars):

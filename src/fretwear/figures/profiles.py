@@ -107,8 +107,8 @@ def _profiles(
         on_line = f" on the line nearest {about}" if about else ""
         caption(panels[0], f"{field.label} along the direction of slip{on_line}.")
         if has_own:
-            seen = "Where values would not be seen on the scale of the others"
-            caption(panels[0], f"{seen}, the panel has its own scale, as its title says.")
+            seen = "Panels titled “own scale” hold values too small for the scale of the others."
+            caption(panels[0], seen)
         figure, colors = root_figure(panels[0]), cycle_colors(every)
         curves: list[Line2D] = []
         for axes, content, frame in zip(panels, contents, frames, strict=True):
@@ -505,8 +505,8 @@ def _bearing(
         caption(panels[0], "Bearing area before and after wear.")
         caption(
             panels[0],
-            "The share of the contact above each height of the roughness, less wear and plastic "
-            "depth; 0 is the mean before.",
+            "Share of the contact that lies above each height. Heights are those of the roughness "
+            "less wear and plastic depth; 0 is their mean before wear.",
         )
         unit = readable_unit(np.concatenate([h for of in contents for h in of.values()]), "m")
         for panel, heights in zip(panels, contents, strict=True):

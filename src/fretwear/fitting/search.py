@@ -373,8 +373,8 @@ def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str
         comparisons.append(better)
         if doubt:
             doubts.append(
-                f"{comparison.measurement.quantity} {doubt}, too few to tell its noise, which was "
-                "taken from the residuals of the fit: write noise and correlation_length"
+                f"{comparison.measurement.quantity} {doubt}, too few to estimate its noise, which "
+                "was taken from the residuals of the fit: write noise and correlation_length"
             )
     return comparisons, doubts
 

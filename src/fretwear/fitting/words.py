@@ -1,4 +1,4 @@
-"""What the data of a fit cannot tell, in words."""
+"""What the data of a fit leave open, in words."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def doubts_of(fit: Fit, case: Case) -> Iterator[str]:
         yield (
             f"no values within the ranges explain the data: χ² = {fit.misfit:.4g} with "
             f"{fit.degrees} degrees of freedom, p = {fit.p_value:.1g}; look at the residuals for "
-            "what the model leaves out, or for an error that is given too small"
+            "what the model leaves out, or for an error given too small"
         )
 
 
@@ -60,8 +60,8 @@ def _of_ranges(fit: Fit) -> Iterator[str]:
         ends = fit.interval(unknown.name)
         if below and above:
             yield (
-                f"the data do not tell {unknown.name}: χ² hardly changes over its range; leave it "
-                "out, or measure what depends on it"
+                f"the data do not determine {unknown.name}: χ² hardly changes over its range; "
+                "leave it out, or measure what depends on it"
             )
         elif part < _AT_AN_END or part > 1.0 - _AT_AN_END:
             end = unknown.free.low if part < 0.5 else unknown.free.high
@@ -82,7 +82,7 @@ def _about(unknown: Unknown, value: float) -> str:
 
 
 def _of_pairs(fit: Fit) -> Iterator[str]:
-    """Parameters that the data tell together only, and those that the base line goes with."""
+    """Parameters that the data determine together only, or together with the base line."""
     deviations = np.sqrt(np.diag(fit.covariance))
     for first, second in zip(*np.triu_indices(len(fit.unknowns), 1), strict=True):
         correlation = fit.correlation[first, second]
@@ -92,7 +92,7 @@ def _of_pairs(fit: Fit) -> Iterator[str]:
             logarithmic = all(fit.unknowns[place].free.logarithmic for place in (first, second))
             product = f": {names[0]} · {names[1]}^{ratio:.2g}" if logarithmic else ""
             yield (
-                f"the data tell {names[0]} and {names[1]} together only{product}, with a "
+                f"the data determine {names[0]} and {names[1]} only together{product}, with a "
                 f"correlation of {correlation:.3f}; fix one, or measure what depends on one alone"
             )
     for datum in fit.measurements:
@@ -103,7 +103,7 @@ def _of_pairs(fit: Fit) -> Iterator[str]:
                     yield (
                         f"{unknown.name} and the {name} of the base line of {datum.title} are "
                         f"correlated, {correlation:.2f}: readings further beside the scar would "
-                        "tell them apart"
+                        "separate them"
                     )
 
 
@@ -121,15 +121,15 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
     if not {*names} & {*_OF_PATH}:
         slip = "the slip of the contact" if case.loading.stroke else "the slip"
         yield (
-            f"only the product of {what}, cycles and {slip} counts: an error of the cycles or of "
-            "the slip is one of the coefficient, which its interval does not contain; imposed slip "
-            "is larger than that measured at the contact by the compliance between"
+            f"only the product of {what}, cycles and {slip} counts: an error in cycles or slip is "
+            "an equal error of the coefficient, which its interval does not include; imposed slip "
+            "exceeds the slip measured at the contact by the compliance between them"
         )
     if "debris_fraction" in names:
         yield (
-            "debris that carries load and a coefficient that falls with pressure or power make "
-            "alike scars: one scar cannot tell them apart, tests of different length or frequency "
-            "can"
+            "debris that carries load and a coefficient that falls with pressure or power leave "
+            "similar scars: one scar cannot distinguish them, tests of different length or "
+            "frequency can"
         )
     quantities = {datum.comparison.measurement.quantity for datum in fit.measurements}
     bodies = [
@@ -141,7 +141,7 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
     small = case.loading.stroke < _SMALL_STROKE * case.hertz_radius
     if both and small and len(bodies) < 2:
         yield (
-            "which body wears cannot be told: the stroke is below a tenth of the contact "
+            "the data do not show which body wears: the stroke is below a tenth of the contact "
             "half-width, and both bodies have the same scar; measure each of them"
         )
     if case.loading.stroke:
@@ -158,5 +158,5 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
                 yield (
                     f"{datum.title} hardly depends on {name}: in partial slip wear ends when the "
                     "slip zone carries no load, and a finished scar bounds the coefficient from "
-                    "below only; shorter tests tell more"
+                    "below only; shorter tests say more"
                 )

@@ -94,9 +94,9 @@ class NormalLoad(Normal):
     pulsating_load: Annotated[
         float,
         Quantity("1", "$R_P$", "load ratio", like="0.3", at_least=0.0, at_most=1.0, unsaid=1.0),
-        "Least load over the largest, which is load, where it changes in phase with the motion: "
-        "largest at +Q or one end of a stroke and least at the other; 0 where the contact opens. "
-        "Default: constant.",
+        "Least load over the largest, for a load that pulsates in phase with the motion: largest, "
+        "and equal to load, at +Q or one end of the stroke, least at the other; 0: the contact "
+        "opens. Default: constant.",
     ] = 1.0
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"
@@ -255,8 +255,8 @@ class SlidingAmplitude(GrossSliding):
     sliding_amplitude: Annotated[
         float,
         Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", above=0.0),
-        "Amplitude of sliding of a contact that slides as a whole, of which "
-        "nothing goes into the elasticity of bodies and rig: half the stroke.",
+        "Sliding amplitude, half the stroke, of a contact that slides as a whole; "
+        "the elasticity of bodies and rig takes up none of it.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
     letter: ClassVar[str] = "s"
@@ -277,8 +277,8 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", above=0.0),
-        "Path of a contact that slides as a whole and stays in one place of the bodies, as of a "
-        "block on a ring; cycles, by default 1000, are equal parts of it.",
+        "Distance slid by a contact that slides as a whole in one direction and stays in one "
+        "place, such as a block on a ring; cycles, 1000 by default, are equal parts of it.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0
@@ -317,8 +317,8 @@ class Displacement(Loading):
             at_least=0.0,
             unsaid=0.0,
         ),
-        "Displacement per tangential load per length while nothing slips, of a "
-        "line contact with its bodies and rig: the slope of the loop after a reversal.",
+        "Displacement of a line contact, its bodies and rig per tangential load per "
+        "length while nothing slips: the slope of the loop after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False
@@ -390,8 +390,8 @@ class DisplacementRatio(Displacement):
     displacement_ratio: Annotated[
         float,
         Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", above=0.0),
-        "Displacement U over that at which the unworn smooth contact, without "
-        "the rig, begins to slide as a whole.",
+        "Displacement U over the displacement at which the unworn smooth contact, "
+        "without the rig, begins to slide as a whole.",
     ]
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 

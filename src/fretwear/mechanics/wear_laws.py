@@ -376,9 +376,9 @@ class Archard(_OfCoefficient):
         OfBodies.of(
             Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0), Mapped(PowerLaw)
         ),
-        "Archard's wear coefficient K_w: depth per pressure and path of slip, of "
-        "both bodies together or [indenter, flat]; or a mapping of value, exponents and references "
-        "where it is a power law of pressure, sliding and frequency. Or give "
+        "Archard's wear coefficient K_w, depth per pressure and slip path, for both "
+        "bodies together or [indenter, flat]; or, for a power law of pressure, sliding and "
+        "frequency, a mapping of value, exponents and references. Or give "
         "energy_wear_coefficient.",
     ]
     kind: Literal["archard"] = "archard"
@@ -404,11 +404,11 @@ class EnergyWear(_OfCoefficient):
             Mapped(PowerLaw),
             together=(Mapped(FallingCoefficient), Mapped(RimAndCore)),
         ),
-        "Wear volume per dissipated energy α, of both bodies together or "
-        "[indenter, flat]; or a power law as in wear_coefficient; or a mapping of slow, fast and "
-        "decay where it falls with the mean density of friction power, at the frequency of the "
-        "case; or of rim, core and rim_width where oxygen reaches a rim along the edge of contact. "
-        "Or give wear_coefficient.",
+        "Wear volume per dissipated energy α, for both bodies together or "
+        "[indenter, flat]; or a power law as in wear_coefficient; or a mapping: slow, fast and "
+        "decay if it falls with the mean density of friction power, at the frequency of the case; "
+        "rim, core and rim_width if oxygen reaches only a rim along the edge of contact. Or give "
+        "wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -174,8 +174,8 @@ def coupling_remark(summary: xr.Dataset) -> str:
     depth = "maximum_wear_depth"
     most = _percent([(moved[depth], summary[depth].values)])
     return (
-        "Friction along y, which the slip model leaves out, may move the maximum wear depth by up "
-        f"to {most}, after the last cycle by {share(depth)}; half-widths of {widths}; and local "
+        "The slip model neglects friction along y, which may change the maximum wear depth by up "
+        f"to {most} ({share(depth)} after the last cycle), half-widths of {widths}, and local "
         f"slip by {number_text(unit.of(slip), 2)} {unit.name}"
     )
 

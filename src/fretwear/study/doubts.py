@@ -79,11 +79,11 @@ class Unreached:
         reached = f"{self.result}: {number_text(100.0 * self.error, 2)} %"
         accept = f"accept an accuracy of {math.ceil(100.0 * self.error)} %"
         if self.times < GREATEST_BUDGET:
-            reached += f"; the accuracy would take about {self.times:.0f} times as long as usual"
+            reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
             accept = f"write budget: {math.ceil(1.1 * self.times)}, or {accept}"
         else:
             most = f"more than {GREATEST_BUDGET:.0f} times as long as usual"
-            reached += f"; the accuracy would take {most}"
+            reached += f"; reaching it would take {most}"
         asked = number_text(100.0 * self.accuracy, 2)
         what = f"is computed less accurately than the {asked} % asked for"
         return Doubt(what, reached, accept)
@@ -132,11 +132,10 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
     coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
     if coarsest > 2.0:
         yield Doubt(
-            "touches on asperities that the cells resolve too coarsely: their contacts, or the "
-            "zones that slip or yield in them, are few cells wide",
+            "touches on asperities whose contacts, slip zones or yielding bands span too few cells",
             detail,
-            "trust results within their estimated errors; where these are large, a warning after "
-            "the run tells what would reduce them"
+            "rely on the estimated errors; if they are large, a warning after the run states how "
+            "to reduce them"
             if case.error_estimate
             else finer(case, coarsest * SMALL_ERROR),
         )
@@ -205,22 +204,23 @@ def _of_surfaces(case: Case) -> Iterator[Doubt]:
             break
     if measured and min(sides) < 3.0 * radius:
         yield Doubt(
-            "barely fits on the measured surface, beyond which the heights at its border continue",
+            "barely fits on the measured surface, whose border heights are continued beyond it",
             _lengths(side=min(sides), contact_radius=radius),
             "measure a larger area, or choose a larger patch or a lower load",
         )
     if measured and max(distances) > radius / FEW_POINTS:
         yield Doubt(
-            "is computed on a surface measured at few points",
+            "lies on a surface that was measured at too few points",
             _lengths(distance=max(distances), contact_radius=radius),
-            f"measure {FEW_POINTS} points per contact radius or more: heights in between are "
-            "not known",
+            f"measure at least {FEW_POINTS} points per contact radius: the heights between them "
+            "are not known",
         )
     if case.rough is not None and min(case.rough.period) < 3.0 * radius:
         yield Doubt(
-            "meets the same random heights again, because it is nearly as long as their period",
+            "is nearly as wide as the period of the random surface, so that heights repeat in it",
             _lengths(period=min(case.rough.period), contact_radius=radius),
-            "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
+            "read the results as those of a periodic surface; the period is 16 roll-off "
+            "wavelengths",
         )
 
 
@@ -239,17 +239,17 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
             "joins unlike bodies; friction also moves their surfaces apart, which is neglected",
             f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
             f"{number_text(100.0 * in_all, 2)} % of wear volume and dissipated energy",
-            "treat these as uncertain by as much; slip that the normal load causes affects only "
-            "the first cycles and mean tractions",
+            "treat these as uncertain by as much; slip caused by the normal load affects only the "
+            "first cycles and the mean tractions",
         )
     first = min(4.0 * (beta / friction) ** 2, _MOST_OF_FIRST_CYCLE)
     if first > LARGE_ERROR * case.cycles:
         yield Doubt(
-            "has so few cycles that the first one counts, and the slip that unlike bodies then "
-            "have from the normal loading is neglected",
+            "runs for so few cycles that the first one matters, in which unlike bodies also slip "
+            "under the normal load; this is neglected",
             f"{given}; up to {100.0 * first:.0f} % more energy and wear in that cycle",
-            f"run {math.ceil(first / LARGE_ERROR)} cycles or more, or read slip, wear and energy "
-            "as values of later cycles, which forget the normal loading",
+            f"run {math.ceil(first / LARGE_ERROR)} cycles or more, or take slip, wear and energy "
+            "as values of later cycles, which no longer depend on the normal loading",
         )
 
 
@@ -278,7 +278,7 @@ def _of_materials(case: Case) -> Iterator[Doubt]:
     if pressures[0] < pressures[1]:
         numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
         yield Doubt(
-            "yields all over at the first loading, beyond what a pressure limit describes",
+            "yields all over at first loading, which a pressure limit does not describe",
             "plastic limit {}, mean Hertz pressure {}".format(*numbers),
             "choose a lower load, a larger radius or a plastic limit of about the hardness",
         )
@@ -313,13 +313,13 @@ def doubts(
     if not measured:
         reasons[:0] = _of_cells(case)
     if trouble:
-        what = "is computed without estimates of errors, since a run on wider cells failed"
+        what = "has no estimated errors, because the run on wider cells failed"
         remedy = "write a finer cell, or error_estimate: false to do without"
         reasons.append(Doubt(what, trouble, remedy))
     if beyond_friction > SMALL_ERROR:
         what = (
-            "has the shear of the smooth unworn contact, which exceeds the friction that the "
-            "pressure of this one can bear, and is cut to it"
+            "takes the shear of the smooth unworn contact, which exceeds the friction limit µp of "
+            "this contact and is cut to it"
         )
         detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
         reasons.append(
@@ -329,7 +329,7 @@ def doubts(
     if unreached is not None:
         reasons.append(unreached.doubt())
     elif error > LARGE_ERROR and not measured:
-        what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
+        what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
         reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", finer(case, error)))
     return tuple(reasons)
 

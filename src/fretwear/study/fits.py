@@ -169,7 +169,7 @@ class Measurement(Part):
     line: Annotated[
         float | None,
         Quantity("m", "", "place of the line", "um", "120 um", at_least=0.0),
-        "Where the line lies in a map, from its edge; by default in its middle.",
+        "Where the line lies in a map, from its edge; by default in the middle.",
     ] = None
     noise: Annotated[
         float | None,
@@ -282,7 +282,7 @@ class FitRequest:
         pair = {"type": "array", "items": anything, "minItems": 2, "maxItems": 2}
         fields = {name: about.described() for name, about in Measurement.parameters().items()}
         baseline = {"type": "array", "items": {"enum": [*BASELINE]}}
-        words = "What is free of the base line: offset, tilt and shift, or some of them."
+        words = "What of the base line is free: offset, tilt and shift, or some of them."
         fields["baseline"] = {"description": words, **baseline}
         fields["value"] = {"description": "A measured number.", **anything}
         words = "Its standard deviation, in its unit or in %."
@@ -373,7 +373,7 @@ def _read_range(name: str, given: object) -> FreeParameter:
         hint = did_you_mean(name, parameter_names())
         raise QuantityError("is not a case parameter", hint)
     if not isinstance(about, Quantity):
-        raise QuantityError("is no quantity that could be sought within a range")
+        raise QuantityError("cannot be sought within a range")
     keys = as_mapping(given)
     if is_list(given) and len(given) == 2:
         keys = dict(zip(("from", "to"), given, strict=True))

@@ -119,7 +119,9 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
 def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and case.frame.has_depth:
-        rule = f"is for line contacts: this {case.indenter.kind} has one that follows from its load"
+        rule = (
+            f"is for line contacts: the load of this {case.indenter.kind} determines its compliance"
+        )
         hint = "write rig_stiffness for a compliant rig"
         yield Problem("tangential_compliance", None, rule, hint)
 
@@ -127,7 +129,7 @@ def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
 @_needing("accuracy error_estimate")
 def _accuracy_needs_estimates(case: Draft) -> Iterator[Problem]:
     if case.accuracy is not None and not case.error_estimate:
-        rule = "leaves out the estimates by which an accuracy is kept"
+        rule = "leaves out the error estimates that an accuracy needs"
         yield Problem("error_estimate", False, rule, "give one of the two")
 
 
@@ -145,7 +147,7 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
         yield Problem(normal.kind, None, rule, f"write load: {_force(case, case.hertz.load, 3)}")
     elif case.loading.stroke and not all(indenter.even):
-        rule = f"is for indenters even along x and y, which this {indenter.kind} is not"
+        rule = f"needs an indenter symmetric along x and y, which this {indenter.kind} is not"
         yield Problem(case.loading.kind, None, rule, "turn its axes into x and y")
 
 
@@ -161,19 +163,19 @@ def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
     hint = "write sliding_amplitude: 25 um, or leave pulsating_load out"
     constant = case.friction_law.kinks or case.wear_law.follows_contact
     if not case.loading.is_force:
-        rule = f"is for strokes and forces, which {case.loading.kind} is not"
+        rule = f"works with strokes and forces only, not with {case.loading.kind}"
     elif constant or not (case.is_graded and isinstance(case.slip_model, Jaeger)):
         rule = (
-            "is under a force for smooth spheres, round punches and line contacts of constant "
-            "friction and wear coefficient, with slip_model: jaeger"
+            "works under a force only for smooth spheres, round punches and line contacts of "
+            "constant friction and wear coefficient, with slip_model: jaeger"
         )
     elif math.isfinite(case.plastic_limit):
-        rule = "is under a force for elastic bodies"
+        rule = "works under a force only for elastic bodies"
         hint = "write plastic_limit: none"
     elif ratio >= least:
         rule = (
-            f"lets the contact slide as a whole where the load is least: there µP bears less than "
-            f"Q, {ratio:.3g} of the largest µP"
+            "makes the contact slide as a whole at the least load, where µP is less than Q, "
+            f"{ratio:.3g} of the largest µP"
         )
         hint = f"raise it above {ratio:.3g}, lower Q, or write sliding_amplitude: 25 um"
     elif 2.0 * ratio <= 1.0 - least:

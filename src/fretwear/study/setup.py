@@ -136,14 +136,14 @@ class Draft(Setup):
             tuple(IN_BLOCKS.values()),
             WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
         ),
-        "Blocks of loading one after the other, instead of cycles: each has "
-        "cycles, and what it changes of load, displacement or force, and friction. What all of "
-        "them give need not be given beside.",
+        "Successive blocks of loading, instead of cycles. Each gives its cycles and "
+        "may change load, displacement or force, and friction; base may leave out a value that all "
+        "blocks give.",
     ] = ()
     error_estimate: Annotated[
         bool,
         Flag("", "estimate of errors"),
-        "Whether a run on cells twice as wide tells the error of every result.",
+        "Whether a run on cells twice as wide estimates the error of every result.",
     ] = True
     accuracy: Annotated[
         float | None,

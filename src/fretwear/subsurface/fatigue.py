@@ -144,8 +144,8 @@ def fatigue(
     )
     if any(place[0] in (0, x.size - 1) for place in places):
         doubt = (
-            "the largest parameter lies at the border of the window: it may be larger beyond; a "
-            "shallower depth, or points, tell where"
+            "the largest parameter lies at the border of the window and may be larger beyond it; a "
+            "smaller depth, or points, show where"
         )
         warnings[doubt] = None
     coordinates: dict[str, object] = {

@@ -62,7 +62,7 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     setup = block_at(blocks, cycle).at(cycle)
     if setup.loading.stroke:
         raise StressError(
-            "a contact that slides over a stroke moves over the flat: its stresses are not known"
+            "a contact that slides over a stroke moves over the flat: its stresses are not computed"
         )
     if setup.normal.pulsating_load < 1.0:
         raise StressError(
@@ -86,7 +86,7 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
             fields = [np.split(field, 2, axis)[1] for field in fields]
             even[axis] = True
     if Y.name not in axes and not even[0]:
-        raise StressError("stresses of line contacts are known for even ones only")
+        raise StressError("stresses of line contacts are computed only for even ones")
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
     least = setup.unworn_sliding.of_smooth(hertz)[0]

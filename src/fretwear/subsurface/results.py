@@ -144,7 +144,7 @@ def stress(
     if points is not None and (depths is not None or whole):
         raise StressError("give either points or depths")
     if (whole or points is not None) and distance is not None:
-        raise StressError("a critical distance counts on the plane y = 0: give no points, no whole")
+        raise StressError("a critical distance is for the plane y = 0: leave out points and whole")
     if whole and len(constants) > 1:
         raise StressError(
             "parameters for cracks are computed at points and on the plane y = 0 only"
@@ -337,8 +337,8 @@ def _fits(size: float, parts: int) -> bool:
     room: float = _PART_OF_MEMORY * psutil.virtual_memory().available
     if size / parts > room:
         raise StressError(
-            f"{size_text(size)} of stresses are asked for, more than the memory has; take fewer "
-            "depths or phases, the plane y = 0, or points"
+            f"{size_text(size)} of stresses are asked for, more than the memory holds; ask for "
+            "fewer depths or phases, the plane y = 0, or points"
         )
     return size <= room
 
