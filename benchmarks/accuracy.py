@@ -118,9 +118,9 @@ def costs_text(data: Data) -> str:
         usual = kind["runs"][0]["seconds"]
         for run in kind["runs"]:
             asked = "default cells" if run["accuracy"] is None else f"{100.0 * run['accuracy']:g} %"
-            told = ", told" if run["told"] else ""
+            missed = ", not reached" if run["told"] else ""
             rows.append([
-                kind["name"].split(",")[0], asked + told, f"{run['seconds']:.2g}",
+                kind["name"].split(",")[0], asked + missed, f"{run['seconds']:.2g}",
                 f"{run['seconds'] / usual:.2g}",
                 *(f"{100.0 * run[key]:.2g} %" for key in ("error", "estimate")),
             ])  # fmt: skip
@@ -129,8 +129,8 @@ def costs_text(data: Data) -> str:
     return f"""\
 One case of each kind asks for 5, 2, 1 and 0.5 %, with `budget: 10`. Errors are the largest of the
 results that an accuracy is asked for at the snapshots, against cells a quarter of the default at a
-tenth of the tolerance; where a row says "told", the case says that it has not reached its accuracy.
-Each is the quickest of its kind among sixty drawn at random, of 3000 cycles:
+tenth of the tolerance; where a row says "not reached", the case reports that it has not reached its
+accuracy. Each is the quickest of its kind among sixty drawn at random, of 3000 cycles:
 
 {names}
 

@@ -117,8 +117,8 @@ had none.
 
 {settings}
 
-The wheel of tamaas names `cpp` as its backend, which has no threads, but is told the number; in
-ContactMechanics and its transforms we found no setting for it.
+The wheel of tamaas has the backend `cpp`, which has no threads, although it is given their number;
+in ContactMechanics and its transforms we found no setting for it.
 
 ### A whole wear run
 

@@ -49,8 +49,8 @@ def text_together(data: Data) -> str:
     ratios = [each["computed"] / each["measured"] for each in every]
     near = sum(1 / 1.3 <= ratio <= 1.3 for ratio in ratios)
     return f"""\
-Measured against computed, with the scatter of measurements where repeats tell it; the band is ±30
-%. Of {len(every)} numbers to which nothing was fitted {near} are within the band.
+Measured against computed, with the scatter of measurements where repeats show it; the band is ±30
+%. {near} of the {len(every)} numbers to which nothing was fitted are within the band.
 
 {{figure}}
 """

@@ -117,7 +117,7 @@ model fails to describe.
 
 ## Ten rows
 
-Of {counted} checks {held} hold. Each row shows the check that comes nearest to its bound, or
+{held} of {counted} checks hold. Each row shows the check that comes nearest to its bound, or
 exceeds it.
 
 {table(["what", "against", "hold", "worst", "allowed"], rows)}
