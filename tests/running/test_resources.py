@@ -1,5 +1,6 @@
 """Memory, cores and time of a study, the jobs that it falls into, and what it is warned of."""
 
+import math
 import re
 import subprocess
 import sys
@@ -117,6 +118,27 @@ def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 0)
     with pytest.raises(MemoryError, match="but 0 kB are available"):
         require_memory(make_case())
+
+
+def test_a_case_whose_snapshots_do_not_fit_is_told_how_many_do(monkeypatch, load):
+    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 2 * GB)
+
+    def every(step):
+        return make_case(cycles=100_000, output_cycles=tuple(range(0, 100_000, step)))
+
+    with pytest.raises(MemoryError, match=r"for 100001 snapshots of \d+ x \d+ cells") as error:
+        require_memory(every(1))
+    most = int(re.search(r"at most (\d+) output.cycles", str(error.value))[1])
+    require_memory(every(math.ceil(100_000 / (most - 1))))
+    with pytest.raises(MemoryError, match=r"at most \d+ output"):
+        require_memory(every(100_000 // (2 * most)))
+    study = load({**STUDY, "output": {"cycles": [*range(1, 50)]}})
+    (warning,) = machine_warnings(Plan(study), 1000)
+    assert "choose a coarser cell" in warning
+    many = {**STUDY["base"], "cycles": 100_000}
+    study = load({**STUDY, "base": many, "output": {"cycles": [*range(0, 100_000, 10)]}})
+    (warning,) = machine_warnings(Plan(study), GB // 2)
+    assert "choose fewer output.cycles" in warning
 
 
 def cases(seconds):

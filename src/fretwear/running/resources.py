@@ -20,12 +20,14 @@ from pathlib import Path
 from fretwear.study.case import Case
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.study.problems import few_of
+from fretwear.study.spacing import rounded_down
 from fretwear.units import size_text
 
 # Estimates exceed actual use by up to a quarter; within that a case may still fit.
 _CERTAIN = 1.25
 _ADVISED = 0.8
 _LEAST_BYTES = 1e6
+_FEW_SNAPSHOTS = 20  # with which a coarser cell is the better remedy
 
 # Folders of both versions of Linux control groups, and their files with the limit of the memory,
 # the memory in use, and the part of it that is given back on demand.
@@ -113,16 +115,30 @@ def why_too_large(expected: Estimate, available: int) -> str:
     """Return why a case certainly does not fit in the memory, bytes; empty if it may."""
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
+    is_for_snapshots = _fitting_snapshots(expected, available) > 0
+    snapshots = f"{expected.snapshots} snapshots of " if is_for_snapshots else ""
     return (
-        f"needs about {size_text(expected.memory_bytes)} of memory for {expected.cells_x} x "
-        f"{expected.cells_y} cells, but {size_text(available)} are available"
+        f"needs about {size_text(expected.memory_bytes)} of memory for {snapshots}"
+        f"{expected.cells_x} x {expected.cells_y} cells, but {size_text(available)} are available"
     )
 
 
+def _fitting_snapshots(expected: Estimate, available: int) -> int:
+    """Return how many snapshots of a case fit in the memory; 0 if too few do to be of use."""
+    beside = expected.memory_bytes - expected.snapshots * expected.snapshot_bytes
+    most = (_ADVISED * available - beside) / expected.snapshot_bytes
+    return int(rounded_down(most)) if most > _FEW_SNAPSHOTS else 0
+
+
 def require_memory(case: Case) -> None:
-    """Raise a `MemoryError`, with a cell that fits, if a case cannot fit in the memory."""
+    """Raise a `MemoryError`, with what fits, if a case cannot fit in the memory."""
     available, expected = available_memory(), estimate(case)
     if problem := why_too_large(expected, available):
+        if most := _fitting_snapshots(expected, available):
+            raise MemoryError(
+                f"case {case.case_id}: {problem}. Ask for at most {most} output.cycles, or run the "
+                "case where there is more memory"
+            )
         coarser = math.sqrt(expected.memory_bytes / max(_ADVISED * available, _LEAST_BYTES))
         cell = []
         for width in (1e6 * coarser * spacing for spacing in case.grid_spacing):
@@ -281,9 +297,12 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
     )
     if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
+        largest = max(plan.estimates.values(), key=lambda expected: expected.memory_bytes)
+        has_many = _fitting_snapshots(largest, available) > 0
+        remedy = "fewer output.cycles" if has_many else "a coarser cell"
         yield (
             f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}\n"
-            "    choose a coarser cell, or run the study where there is more"
+            f"    choose {remedy}, or run the study where there is more"
         )
     elif plan.memory_bytes * min(cores(), len(batches(plan))) > available:
         yield (

@@ -107,6 +107,8 @@ class Estimate(NamedTuple):
     convolutions: float
     seconds: float  # time on one core
     memory_bytes: int  # memory while it runs
+    snapshots: int
+    snapshot_bytes: int  # memory that each of them takes
     file_bytes: int  # size of its file
     # Least and most time, s, of a case that asks for an accuracy; empty if its cells are known.
     ends: tuple[float, ...] = ()
@@ -137,6 +139,7 @@ def estimate(case: Case) -> Estimate:
             seconds=start + beside + first + default,
             ends=tuple(start + each for each in ends),
             memory_bytes=largest.memory_bytes,
+            snapshot_bytes=largest.snapshot_bytes,
         )
     alone = runs.alone(1.0, case.coarseness)
     if not case.error_estimate:
@@ -148,6 +151,7 @@ def estimate(case: Case) -> Estimate:
     return alone._replace(
         seconds=alone.seconds + dense * (twin.seconds - start),
         memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
+        snapshot_bytes=alone.snapshot_bytes + twin.snapshot_bytes,
     )
 
 
@@ -249,6 +253,8 @@ class _Runs:
             convolutions=convolutions,
             seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions + written,
             memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
+            snapshots=len(case.output_cycles),
+            snapshot_bytes=MEMORY_PER_CELL_OF_SNAPSHOT * cells,
             file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
         )
 
