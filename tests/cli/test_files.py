@@ -64,6 +64,8 @@ def test_packages_add_figures_and_sections_by_entry_points(copied, monkeypatch):
     (folder / "entry_points.txt").write_text("".join(points))
     (copied.folder / "more_of_it.py").write_text(ADDED)
     monkeypatch.syspath_prepend(copied.folder)
+    # Its own figures are drawn by other tests.
+    monkeypatch.setattr("fretwear.figures.study.study_figures", lambda *_: ())
     for step in ("figures", "report"):
         copied.call(step, "tiny.yaml")
     page = (copied.folder / "results/tiny/report.html").read_text(encoding="utf-8")

@@ -21,10 +21,12 @@ MOST_LINES = 20
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with the results of the studies of the gallery; no figure draws errors."""
+    """A folder with the results of the studies of the gallery, rough; no figure draws errors."""
     folder = tmp_path_factory.mktemp("gallery")
-    for file in GALLERY.glob("*.yaml"):
-        run_study(load_study(file, ["error_estimate=false"]), folder / "results" / file.stem)
+    coarse = ["error_estimate=false", "tolerance=0.1"]
+    for name, options in (("gallery", [*coarse, "cell=[2.8 um, 5.7 um]"]), ("rig", coarse)):
+        study = load_study(GALLERY / f"{name}.yaml", options)
+        run_study(study, folder / "results" / name)
     return folder
 
 

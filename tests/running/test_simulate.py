@@ -1,12 +1,12 @@
 """A case from end to end: what the dataset says must agree with itself and with closed forms."""
 
 import os
+import pickle
 import re
 import subprocess
 import sys
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -469,9 +469,38 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
         assert words in text
 
 
+BITS = """
+import hashlib, pickle, sys, warnings
+from fretwear import simulate
+
+warnings.simplefilter("ignore")
+for case in pickle.load(sys.stdin.buffer):
+    results = simulate(case, quarter=True)
+    content = b"".join(values.values.tobytes() for values in results.values())
+    print(hashlib.sha256(content).hexdigest(), results.attrs["arithmetic"])
+"""
+
+
+def bits(*cases, **environment):
+    """Digest of the results and arithmetic of each case, in a process with some environment."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    given = {name: value for name, value in os.environ.items() if name not in names}
+    done = subprocess.run(
+        [sys.executable, "-c", BITS],
+        env=given | environment,
+        input=pickle.dumps(cases),
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return [tuple(line.split(" ", 1)) for line in done.stdout.decode().splitlines()]
+
+
 @pytest.mark.slow
-def test_threads_that_the_environment_gives_to_blas_change_no_bit():
-    """Products of matrices of some hundreds of rings or cells would be shared out otherwise."""
+def test_threads_of_blas_change_no_bit_and_each_file_tells_what_decides_its_last_bits():
+    """Products of matrices of some hundreds of rings or cells would be shared out otherwise.
+
+    Forced to older processors, the same case has other last bits, and another arithmetic.
+    """
     stroke = {
         "cell": None,
         "radius": None,
@@ -481,56 +510,19 @@ def test_threads_that_the_environment_gives_to_blas_change_no_bit():
         "sliding_amplitude": "20 um",
         "wear_coefficient": ["1e-14 / Pa", "2e-14 / Pa"],
     }
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    given = {name: value for name, value in os.environ.items() if name not in names}
-    code = f"""if True:
-        import hashlib, warnings
-        from tests.running.test_simulate import make, simulate
-
-        warnings.simplefilter("ignore")
-        for changes in ({{}}, {stroke}):
-            fields = simulate(make(**changes), quarter=True).values()
-            print([hashlib.sha256(each.values.tobytes()).hexdigest() for each in fields])
-    """
-    printed = [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env=given | {name: count for name in names if count},
-            cwd=Path(__file__).parents[2],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout.splitlines()
-        for count in ("", "1", "2")
-    ]
-    assert printed[0] == printed[1] == printed[2]
-    assert len(printed[0]) == 2
-
-
-@pytest.mark.slow
-def test_each_file_tells_the_processor_and_libraries_that_decide_its_last_bits():
-    """Forced to older processors, the same case has other last bits, and another arithmetic."""
-    code = """if True:
-        import hashlib
-        from tests.running.test_simulate import make_case, simulate
-
-        found = simulate(make_case(error_estimate=False), quarter=True)
-        content = b"".join(each.values.tobytes() for each in found.values())
-        print(hashlib.sha256(content).hexdigest())
-        print(found.attrs["arithmetic"])
-    """
+    cases = make(error_estimate=False), make(error_estimate=False, **stroke)
+    usual = bits(*cases)
+    assert len(usual) == 2
+    assert all(
+        bits(*cases, OMP_NUM_THREADS=count, OPENBLAS_NUM_THREADS=count) == usual for count in "12"
+    )
     dispatched = " ".join(import_module("numpy._core._multiarray_umath").__cpu_dispatch__)
-    older = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": dispatched}
-    options = {"cwd": Path(__file__).parents[2], "stdout": subprocess.PIPE, "text": True}
-    started = [
-        subprocess.Popen([sys.executable, "-c", code], env=os.environ | forced, **options)
-        for forced in ({}, *({name: value} for name, value in older.items()))
-    ]
-    (_, usual), (_, blas), (_, numpy) = found = [
-        process.communicate()[0].splitlines() for process in started
-    ]
-    assert re.fullmatch(r"kernels [\w-]+ by (GCC|Clang) \d.*, NumPy \S+, openblas .*", usual)
-    assert "NumPy baseline" in numpy
-    assert "Nehalem" in blas or "openblas" not in blas
+    (blas,) = bits(cases[0], OPENBLAS_CORETYPE="Nehalem")
+    (numpy,) = bits(cases[0], NPY_DISABLE_CPU_FEATURES=dispatched)
+    arithmetic = usual[0][1]
+    assert re.fullmatch(r"kernels [\w-]+ by (GCC|Clang) \d.*, NumPy \S+, openblas .*", arithmetic)
+    assert "NumPy baseline" in numpy[1]
+    assert "Nehalem" in blas[1] or "openblas" not in blas[1]
     # Other bits are told: no two bits of one arithmetic.
-    assert len({told for _, told in found}) == len({tuple(each) for each in found})
+    every = usual[0], blas, numpy
+    assert len({told for _, told in every}) == len({*every})
