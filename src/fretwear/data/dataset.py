@@ -13,7 +13,7 @@ import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.study.case import Case
-from fretwear.units import cycle_text, is_readable, readable_unit
+from fretwear.units import cycle_text, is_readable, listed, readable_unit
 from fretwear.vocabulary import (
     CYCLE,
     FORCES,
@@ -173,7 +173,7 @@ class Accessor:
     def _draw(self, axes: Axes, name: str, cycle: float | None) -> None:
         """Draw a map to scale, titled by its cycle."""
         field = self.map(name, cycle)
-        field.plot(ax=axes)  # type: ignore[call-arg]
+        field.plot(ax=axes, cmap="inferno_r")  # type: ignore[call-arg]
         title = f"cycle {cycle_text(float(field[CYCLE.name]))}"
         unit = field[X.name].attrs["units"]
         axes.set(aspect="equal", title=title, ylabel=f"y ({unit})")
@@ -244,7 +244,12 @@ class Accessor:
         kept = {X.name, Y.name, CYCLE.name}
         sizes = self._dataset[name].sizes if name in self._dataset.variables else {}
         if {*sizes} - {CYCLE.name} != {X.name, Y.name}:
-            raise KeyError(f"the dataset of {self!r} has no field {name!r} over x and y alone")
+            variables = self._dataset.data_vars.items()
+            dims = {X.name, Y.name}
+            fields = [str(each) for each, of in variables if {*of.dims} - {CYCLE.name} == dims]
+            if not fields:
+                raise KeyError(f"{name!r} is no field over x and y alone; select one case first")
+            raise KeyError(f"{name!r} is no field over x and y; the dataset has {listed(fields)}")
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)

@@ -341,7 +341,10 @@ class Effect:
 
     @cached_property
     def divider(self) -> str:
-        """The other parameter on which the factor depends most; empty if it depends on none."""
+        """The other parameter on which the factor depends most; empty if it depends on none.
+
+        Seeds are chosen at random: a claim on one of them would hold for that surface only.
+        """
         finite = np.isfinite(self.factors)
         logarithms, best = np.log(self.factors[finite]), ("", 0.0)
         if not logarithms.size or np.ptp(logarithms) < _MATTERS:
@@ -350,7 +353,7 @@ class Effect:
         steps = first * (1 + second.max()) + second
         whole = _within(logarithms, steps)
         for name in self.points.levels:
-            if name != self.parameter:
+            if name not in (self.parameter, SEED):
                 level = self.points.place(name)[self.low[finite]]
                 explained = whole - _within(logarithms, steps * (1 + level.max()) + level)
                 best = max(best, (name, explained), key=lambda candidate: candidate[1])

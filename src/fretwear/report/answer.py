@@ -400,7 +400,7 @@ def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
     # Parameters with overlapping intervals are not ranked.
     low, high = indices.total_range
     leading = [i for i in order if high[i] >= low[order[0]]]
-    of = "the variance of its logarithm" if indices.of_logarithm else "its variance"
+    of = "the result's logarithm" if indices.of_logarithm else "the result"
     if len(leading) > 1:
         several = " and the ".join(names[i] for i in leading)
         text = f"The {several} matter most, and their order is uncertain. Alone they explain "
@@ -410,7 +410,7 @@ def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
     shares = [f"{first[i]:.0f} ({low[i]:.0f} to {high[i]:.0f})\u00a0%" for i in leading]
     others = [f"{names[i]} {100.0 * indices.total[i]:.0f}\u00a0%" for i in order]
     rest = f"With interactions: {', '.join(others)}."
-    return f"{text}{' and '.join(shares)} of {of} (95\u00a0% intervals).", rest
+    return f"{text}{' and '.join(shares)} of the variance of {of} (95\u00a0% intervals).", rest
 
 
 def _by_ranks(points: Points, results: Array) -> str:

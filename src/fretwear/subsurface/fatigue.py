@@ -68,8 +68,8 @@ def fatigue(
     """Find where a case is expected to crack at its snapshots, and whether wear comes first.
 
     The criterion is the parameter of Smith, Watson and Topper on the plane y = 0. With constants of
-    the material it gives lives, and Miner's sum over the snapshots the damage of points that keep
-    their place in the flat, which wear brings to the surface and removes. Between snapshots wear
+    the material it gives lives, and by Miner's sum over the snapshots the damage of points fixed in
+    the flat, which wear brings to the surface and removes. Between snapshots wear
     and stresses change linearly; closer to the surface than the first depth, 0.05 contact
     half-widths, or two cells under a punch, the damage is that at this depth.
 
@@ -80,7 +80,7 @@ def fatigue(
     cycles : iterable of float, optional
         Snapshots, by default all.
     depth : float or str, optional
-        Largest depth that is looked at, m; by default 2 contact half-widths.
+        Largest depth examined, m; by default 2 contact half-widths.
     basquin : (float or str, float), optional
         Fatigue strength σ_f', Pa, and exponent b < 0 in σ_a = σ_f' (2N)^b.
     manson_coffin : (float, float), optional
