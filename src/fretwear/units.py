@@ -269,7 +269,7 @@ def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str
 
 
 def in_unit(value: _Value, si_unit: str) -> _Value | Given:
-    """Return an SI value; a float with its unit, which a quantity of two kinds is told by."""
+    """Return an SI value; a float with its unit, by which a quantity of two kinds is known."""
     return Given(value, si_unit) if isinstance(value, float) else value
 
 

@@ -342,7 +342,7 @@ def batch(
 
         for case_id in outcome.case_ids:
             case = folder / "cases" / f"{case_id}.nc"
-            with suppress(StressError):  # told when the study is merged
+            with suppress(StressError):  # reported when the study is merged
                 stored_fatigue(case, folder / "fatigue" / case.name, study.stress)
     if finished is not None:
         write_finished(finished, folder / "cases", outcome.case_ids)

@@ -86,8 +86,8 @@ class Unknown:
 class Emulator:
     """χ² and signals near the best parameters u₀ + Σ c_i v_i, from the runs around them.
 
-    χ² is that of residuals that are linear in c, with the base line taken out, plus what this
-    misses at the runs, interpolated by Gaussian radial functions. The signal S₀ + Σ c_i S'_i
+    χ² is the one of residuals linear in c, with the base line taken out, plus what this misses at
+    the runs, interpolated by Gaussian radial functions. The signal S₀ + Σ c_i S'_i
     + ½ Σ c_i² S''_i is right at u₀ and where runs along the v_i were.
     """
 

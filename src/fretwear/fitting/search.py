@@ -393,9 +393,9 @@ def _degrees(fitter: Fitter) -> int:
 def _probability(fitter: Fitter, misfit: float, degrees: int) -> float:
     """Probability of a χ² at least as large, if noise and model are right.
 
-    The noise is scaled by that of readings beside the scars, whose χ² is their degrees of freedom:
-    what is left is compared with it by the distribution of Fisher and Snedecor. Without degrees of
-    freedom, it is as if there was one.
+    The noise is scaled by the readings beside the scars, whose χ² is their degrees of freedom; the
+    remaining residuals are compared with it by the distribution of Fisher and Snedecor. Without
+    degrees of freedom, it is as if there was one.
     """
     from scipy.special import betainc, gammaincc
 

@@ -172,7 +172,7 @@ def _answer(
         error, name, case_id = max(marked)
         remarks.append(
             f"{len(marked)} of {len(errors)} key results have estimated errors above "
-            f"{100.0 * SMALL_ERROR:g} % and are marked in the table of cases. The largest is "
+            f"{100.0 * SMALL_ERROR:g} %: they are marked in the table of cases. The largest is "
             f"{100.0 * error:.0f} %, in the {RESULTS[name].words} of {case_id}; "
             f"{finer(plan.study.cases()[case_id], error)}"
         )

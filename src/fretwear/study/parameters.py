@@ -232,7 +232,7 @@ def read_values(
 
 
 def _with_keys_beside(about: object, value: object, raw: Mapping[str, object]) -> object:
-    """Return the value of a part with its keys beside it, which are told as redundant."""
+    """Return the value of a part with its keys beside it, which are reported as redundant."""
     content = {"kind": value} if isinstance(value, str) else value
     if not isinstance(about, PartOf) or not isinstance(content, Mapping):
         return value

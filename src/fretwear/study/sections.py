@@ -138,7 +138,7 @@ def read_base(
     for axis in axes:
         of_points = [*axis.values] if axis.name == "blocks" else of_points
     blocks = [block for of_point in of_points for block in of_point]
-    # What stands in the wrong place is told already, and not missing.
+    # What stands in the wrong place has a problem already, and is not missing.
     misplaced = {name for name in content if name not in SECTIONS}
     misplaced |= {key for name in misplaced for key in as_mapping(content[name])}
     missing = [*missing_parameters({*base, *varied, *misplaced}, blocks)]

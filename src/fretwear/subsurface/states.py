@@ -76,7 +76,7 @@ class LoadedSurface:
     def vectors_over_half_a_loop(self, count: int) -> tuple[Array, Array | None]:
         """Shear along x and, if there is any, y as of `over_half_a_loop`.
 
-        Slip zones of the way back turn a little against those of the loading: a traction beyond
+        On the way back slip zones turn a little against those of the loading; a traction beyond
         friction is cut to it.
         """
         if self.across is None:
@@ -100,7 +100,7 @@ class LoadedSurface:
         """Shear along x at that many equal steps of the force from +Q to −Q, Pa.
 
         The shape is (count, nx, ny); the end at −Q, where all have the opposite sign, is left out.
-        It is that of friction along x alone.
+        Friction acts along x alone.
         """
         shears = np.empty((count, *self.pressure.shape))
         shears[0] = self.shear
