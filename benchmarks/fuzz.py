@@ -11,6 +11,7 @@ its own, because the libraries of netCDF may crash on what they read.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import json
 import math
@@ -28,14 +29,19 @@ from pathlib import Path
 from typing import Any
 
 import atheris
+import numpy as np
 import yaml
 
 with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.data.effects import results_table
+    from fretwear.data.export import WRITERS, ExportError
     from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
     from fretwear.data.merge import merge_study
     from fretwear.data.safe import DataFileError
     from fretwear.figures.index import FigureEntry, read_figure_index
+    from fretwear.fitting.runs import Runs
+    from fretwear.fitting.search import fit
+    from fretwear.fitting.section import fit_figures, fit_sections
     from fretwear.running.batch import Checkpoint, identity_of, read_checkpoint, simulate_to_file
     from fretwear.running.simulate import run
     from fretwear.running.workflow import (
@@ -48,9 +54,13 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     )
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
+    from fretwear.study.study import Study
     from fretwear.study.yamlfile import read_document
+    from fretwear.subsurface import fatigue
+    from fretwear.subsurface.inputs import StressError
+    from fretwear.subsurface.results import open_stresses, stress, write_stresses
 
-from .faults import STUDY, write_rows, write_study
+from .faults import SCAR, STUDY, write_rows, write_study
 
 REPOSITORY = Path(__file__).parents[1]
 BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuzz -->"
@@ -214,6 +224,51 @@ def read_records(file: Path) -> str:
     return ""
 
 
+def read_readings(file: Path) -> str:
+    """Read the study whose measurement has this content."""
+    (file.parent / "scar.csv").write_bytes(file.read_bytes())
+    load_study(file.parent / "two.yaml")
+    return ""
+
+
+def read_run(file: Path, study: Study) -> str:
+    """Read a run that a fit has kept; one that is none is run again."""
+    folder = file.parent / "fit.runs"
+    folder.mkdir(exist_ok=True)
+    (folder / "kept.json").write_bytes(file.read_bytes())
+    (case, *_) = study.cases().values()
+    runs = Runs([("wear_depth", "x")], folder)
+    if runs._known("kept", case) and not np.isfinite(runs.done["kept"].loops[0]).all():
+        return "a loop that is not finite"
+    return ""
+
+
+def read_fit(file: Path, name: str, reader: Callable[..., Any]) -> str:
+    """Read one of the two files of a fit for the report or for figures; the other is whole."""
+    (file.parent / name).write_bytes(file.read_bytes())
+    for _ in reader(None, file.parent / "cases"):
+        pass
+    return ""
+
+
+def read_stresses(file: Path, case: Path, study: Study) -> str:
+    """Merge the fatigue of a case, and export its stresses, as a user would."""
+    folder = file.parent / "fatigue"
+    folder.mkdir(exist_ok=True)
+    (folder / case.name).write_bytes(file.read_bytes())
+    assert study.stress is not None
+    fatigue.fatigue_of_study(folder, study.stress, str)(case, np.array([0.0, 20.0]))
+    with open_stresses(file) as stresses:
+        for ending, write in WRITERS.values():
+            with contextlib.suppress(ExportError):
+                write(stresses, file.with_suffix(ending))
+    return ""
+
+
+def _computed_again(*_: object, **__: object) -> None:
+    raise StressError("what is no fatigue of this case is computed again")
+
+
 def attempt(read: Callable[[Path], str], file: Path) -> tuple[str, str]:
     """Read a file; return whether it was accepted or refused, or else the error."""
     try:
@@ -314,17 +369,38 @@ def kinds(
         b"s\th:m:s\tmax_rss\tcpu_time\n1.5\t0:00:01\t100.2\t1.4\n",
     ]
     texts = [STUDY.encode(), *(f.read_bytes() for f in (REPOSITORY / "studies").glob("*.yaml"))]
+    fitted = fit(study, folder=folder / "kept")
+    fitted.write(folder / "fit.nc")
+    fitted.write_json(folder / "fit.json")
+    assert study.stress is not None
+    (path, *_) = (results / "cases").glob("*.nc")
+    fatigue.stored_fatigue(path, results / "below/fatigue.nc", study.stress)
+    with open_case(path, full=True) as ds:
+        write_stresses(stress(ds, depths=["0.1 mm"], phases=4), results / "below/stresses.nc")
+    fatigue.fatigue = _computed_again
+    fits = [(folder / "fit.nc").read_bytes()[:-_LENGTH]]
+    records = [(folder / "fit.json").read_bytes()]
+    kept = [path.read_bytes() for path in sorted((folder / "kept").glob("*.json"))[:3]]
     sealed = {
         name: [path.read_bytes()[:-_LENGTH] for path in results.glob(name)]
-        for name in ("cases/*.nc", "summary.nc", "*.checkpoint")
+        for name in ("cases/*.nc", "summary.nc", "*.checkpoint", "below/*.nc")
     }
     of_case = functools.partial(of_parameters, case=case)
+    of_stresses = functools.partial(read_stresses, case=path, study=study)
+    of_run = functools.partial(read_run, study=study)
+    of_report = functools.partial(read_fit, name="fit.json", reader=fit_sections)
+    of_figures = functools.partial(read_fit, name="fit.nc", reader=fit_figures)
     yield "study files, values and lines", read_study, texts, 10_000, True, False
     yield "study files, bytes", read_study, texts, 5_000, False, False
     yield "batches, index, records, tables, logs", read_records, small, 50_000, False, False
     yield "checkpoints", of_case, sealed["*.checkpoint"], 20_000, False, True
     yield "case files", read_case, sealed["cases/*.nc"], 10_000, False, True
     yield "summaries", read_summary, sealed["summary.nc"], 5_000, False, True
+    yield "readings of a measurement", read_readings, [SCAR.encode()], 5_000, True, False
+    yield "fits, record", of_report, records, 5_000, True, False
+    yield "fits, kept runs", of_run, kept, 5_000, True, False
+    yield "fits, distributions", of_figures, fits, 3_000, False, True
+    yield "stresses and fatigue", of_stresses, sealed["below/*.nc"], 3_000, False, True
 
 
 def main() -> None:
