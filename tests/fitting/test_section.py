@@ -71,6 +71,7 @@ def test_a_study_without_a_fit_has_no_section(tmp_path):
         lambda stored: stored.update(chi_square=None),
         lambda stored: stored["measurements"].append(7),
         lambda stored: stored.update(warnings=3),
+        lambda stored: stored["parameters"]["debris_fraction"].update(value=10**400),
     ],
 )
 def test_a_record_of_a_fit_that_somebody_has_made_up_is_refused(cases, change):
@@ -134,6 +135,7 @@ def test_draws_of_a_fit_that_somebody_has_made_up_are_refused(cases, change, wor
         lambda stored: stored["profiles"].clear(),
         lambda stored: stored.update(loops=[[], []]),
         lambda stored: stored["numbers"].update(wear_volume=["much"] * 3),
+        lambda stored: stored["numbers"].update(wear_volume=[10**400]),
         lambda stored: stored["profiles"]["wear_depth x"][1][1].__setitem__(0, float("nan")),
     ],
 )

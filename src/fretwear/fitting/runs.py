@@ -158,8 +158,9 @@ class Runs:
         if name not in self.done and self.folder is not None:
             # Anybody may have written into the folder; what is no prediction is computed again.
             with suppress(
-                OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError
-            ):
+                OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError,
+                ArithmeticError,
+            ):  # fmt: skip
                 stored = json.loads(read_data(self.folder / f"{name}.json", _MOST_BYTES))
                 prediction = Prediction.unpacked(stored)
                 if prediction.is_of(case, self.profiles):

@@ -186,7 +186,9 @@ def _refusing(path: Path) -> Iterator[None]:
     """Refuse a file, which anybody may have written, where it is not as a fit is stored."""
     try:
         yield
-    except (OSError, RuntimeError, LookupError, AttributeError, TypeError, ValueError) as cause:
+    except (
+        OSError, RuntimeError, LookupError, AttributeError, TypeError, ValueError, ArithmeticError,
+    ) as cause:  # fmt: skip
         raise DataFileError(path, f"it is not the file of a fit ({cause})", _AGAIN) from cause
 
 

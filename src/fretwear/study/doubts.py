@@ -232,6 +232,8 @@ def _of_unlike_bodies(case: Case) -> Iterator[Doubt]:
     come from `tests/mechanics/test_neglected.py`, rounded up.
     """
     beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
+    if beta == 0.0:
+        return
     local, in_all = beta * (friction + 2.0 * beta), 2.0 * beta**2
     given = f"Dundurs' β = {number_text(beta, 2)}, {number_text(beta / friction, 2)} times µ"
     if local > LARGE_ERROR:
@@ -259,15 +261,17 @@ def _of_units(case: Case) -> Iterator[Doubt]:
     least, most = _WEAR_COEFFICIENTS
     friction = max(law.at(cycle).coefficient for cycle in (0.0, *law.kinks))
     wear = case.wear_law.coefficient(law)
-    unlikely = {
-        f"composite modulus {format_quantity(modulus, PRESSURE, 3)}": modulus > _STIFFEST,
-        f"coefficient of friction {number_text(friction, 3)}": friction > _MOST_FRICTION,
-        f"wear coefficient {format_quantity(wear, COMPLIANCE, 3)}": not least <= wear <= most,
-    }
-    if any(unlikely.values()):
+    unlikely = list[str]()
+    if modulus > _STIFFEST:
+        unlikely.append(f"composite modulus {format_quantity(modulus, PRESSURE, 3)}")
+    if friction > _MOST_FRICTION:
+        unlikely.append(f"coefficient of friction {number_text(friction, 3)}")
+    if not least <= wear <= most:
+        unlikely.append(f"wear coefficient {format_quantity(wear, COMPLIANCE, 3)}")
+    if unlikely:
         yield Doubt(
             "has values beyond those of any known material",
-            ", ".join(text for text, is_unlikely in unlikely.items() if is_unlikely),
+            ", ".join(unlikely),
             "check units, percentages and powers of ten",
         )
 
