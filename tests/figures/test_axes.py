@@ -158,6 +158,28 @@ def test_labels_are_clear_of_every_curve_and_nearest_to_their_own():
         assert min(away, key=away.get) == name
 
 
+def test_labels_on_a_logarithmic_axis_stand_beside_their_curves_although_these_begin_at_zero():
+    axes = Figure(figsize=(7, 2)).subplots()
+    cycles = np.array([0.0, 1.0, 10.0, 100.0, 1000.0])
+    curves = [axes.plot(cycles, factor * cycles)[0] for factor in (1.0, 2.0)]
+    axes.set(xscale="log", yscale="log", xlim=(0.5, 2000.0), ylim=(0.5, 4000.0))
+    assert label_curves(axes, curves, ["single", "double"])
+    to_pixels = axes.transData.transform
+    for text, factor in zip(axes.texts, (1.0, 2.0), strict=True):
+        own, other = (
+            to_pixels(np.column_stack([cycles[1:], of * cycles[1:]]))
+            for of in (factor, 3.0 - factor)
+        )
+        centre = text.get_window_extent().get_points().mean(axis=0)
+        x = np.linspace(own[0, 0], own[-1, 0], 2000)
+        apart = [
+            np.hypot(*(np.column_stack([x, np.interp(x, *of.T)]) - centre).T).min()
+            for of in (own, other)
+        ]
+        assert apart[0] < apart[1]
+        assert apart[0] < 25.0
+
+
 def test_curves_that_cannot_be_told_apart_share_a_label_and_those_without_room_have_none():
     axes = _axes()
     with style_context():

@@ -275,8 +275,13 @@ def _pixels(axes: Axes, curve: Line2D) -> Array:
     figure, transform = root_figure(axes), curve.get_transform()
     step, half = _STEP * max(1.0, figure.dpi / 100.0), curve.get_markersize() * figure.dpi / 144.0
     pixels = [np.empty((0, 2))]
-    lines = curve.get_path().to_polygons(transform, *figure.bbox.size, closed_only=False)
-    for line in map(np.asarray, lines):
+    # Values that a logarithmic axis cannot show are not finite in pixels, and break the line.
+    points = transform.transform(curve.get_xydata())
+    shown = np.isfinite(points).all(axis=1)
+    for line in np.split(points, np.flatnonzero(np.diff(shown)) + 1):
+        line = line[np.isfinite(line).all(axis=1)]
+        if not len(line):
+            continue
         along = np.cumsum(np.hypot(*np.diff(line, axis=0, prepend=line[:1]).T))
         places = np.arange(0.0, along[-1] + step, step)
         pixels.append(np.column_stack([np.interp(places, along, part) for part in line.T]))

@@ -87,8 +87,10 @@ def effects(
     names = [name for name in quantities if is_changing(points, name)]
     titles, heights = [""] * len(names), (4.0, _ROW)
     figure, panels = make_panels(columns, titles, columns, heights, "none", "none")
-    way = "the two parameters that change it most: one along the axis, the other by colour"
-    way = way if len(points.levels) > 1 else "its parameter"
+    ways = ("its parameter", "the parameter that changes it most")
+    way = ways[len(points.levels) > 1]
+    if any(len(points.leading(name)) > 1 for name in names):
+        way = "the two parameters that change it most: one along the axis, the other by colour"
     what = f"{points.variables[names[0]].label} after the last cycle" if len(names) == 1 else ""
     caption(figure, f"{what or 'Final results, each'} over {way}.")
     for axes, name in zip(panels, names, strict=True):
