@@ -93,10 +93,10 @@ experiments.
 
 ## Theory
 
-After very many cycles a smooth elastic contact wears no more: the stick zone carries all of the
-load, and pressure and scar have closed forms. Points are computed, 30000 cycles from an unworn
-sphere; lines are theory. At the edge of the stick zone the pressure of theory is infinite; the axis
-ends at 3 p₀.
+After very many cycles a smooth elastic contact stops wearing: the stick zone carries the whole
+load, and pressure and scar have closed forms. Points are computed, after 30000 cycles from an
+unworn sphere; lines are theory. At the edge of the stick zone the theoretical pressure is infinite;
+the axis ends at 3 p₀.
 
 ![Pressure and wear depth along x: points on lines](images/verification/front_theory.svg)
 
@@ -120,13 +120,13 @@ model fails to describe.
 {held} of {counted} checks hold. Each row shows the check that comes nearest to its bound, or
 exceeds it.
 
-{table(["what", "against", "hold", "worst", "allowed"], rows)}
+{table(["what", "against", "hold", "worst", "allowed"], rows, left=2)}
 
 ## What falls short
 
 {counted - held} checks exceed their bounds; the section of each says why.
 
-{table(["what", "check", "measured", "allowed"], short)}
+{table(["what", "check", "measured", "allowed"], short, left=2)}
 
 [All checks](checks.md) has what was done, and `python -m benchmarks.verification` repeats it. [What
 the model leaves out](explanation/limits.md) is another matter, and has a page of its own.
