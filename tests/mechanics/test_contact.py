@@ -47,7 +47,7 @@ def test_hertz_pressure_approach_half_width_and_gap_at_110_cells_per_radius():
     assert found.pressure.max() == near(P0, rel=1e-3)
     assert found.approach == near(HERTZ.approach, rel=5e-4)
     for axis in (0, 1):
-        width = half_width(cells, found.pressure > 0, found.gap, axis)
+        width = half_width(cells.along(axis), found.pressure > 0, found.gap)
         assert width == near(A, rel=3e-3)
     r = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
     error = np.abs(found.gap - HERTZ.gap(r))[found.pressure == 0].max()

@@ -507,7 +507,9 @@ def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():
         shape = ((strips.x - middle) ** 2 / (2.0 * RADIUS))[:, None]
         found = solve_contact(ContactProblem(strips.half_space(MODULUS), shape, load))
         closed = found.pressure > 0.0
-        return strips.zone(closed, half_width(strips, closed, found.gap, 0))
+        return strips.zone(
+            closed, half_width(strips.along(0), closed, found.gap, plane_strain=True)
+        )
 
     # Two ridges share the load.
     for half in (12.0 + np.arange(24) / 24.0) * width:

@@ -15,16 +15,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, nan
+from typing import TypeAlias
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import WITHIN_A_CELL, Beside, Geometry, Workspace
+from fretwear.mechanics.geometry import WITHIN_A_CELL, Beside, Way, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
 from fretwear.mechanics.stick_slip import Sheared
 from fretwear.theory import HertzContact
+
+# Cells on an axis or a part of it: places, and distances from the origin, m.
+Lines: TypeAlias = Sequence[tuple[Way, Array]]
 
 # Gap, over the gap of the first cell outside, above which a cell is not in contact.
 _NO_GAP = 1e-2
@@ -87,8 +91,11 @@ def measure(problem: WearProblem, state: State) -> Measures:
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
     follows = problem.slip_model.follows_shape
-    (contact_x, stick_x), (contact_y, stick_y) = (half_widths(state, axis) for axis in (0, 1))
-    zone = geometry.zone(stick, stick_x, _beside_stick(state, follows_shape=follows))
+    (contact_x, stick_x), (contact_y, stick_y) = (
+        half_widths(state, geometry.along(axis)) for axis in (0, 1)
+    )
+    contact_edges, stick_edges = _edges(state)
+    zone = geometry.zone(stick, stick_edges, _beside_stick(state, follows_shape=follows))
     # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
     # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
     # worn the surface beside.
@@ -118,7 +125,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         contact_half_width_y=contact_y,
         stick_half_width_x=stick_x,
         stick_half_width_y=stick_y,
-        contact_area=geometry.zone(closed, contact_x, _beside_contact(state)).area,
+        contact_area=geometry.zone(closed, contact_edges, _beside_contact(state)).area,
         stick_area=zone.area,
         mean_stick_pressure=stick_load / zone.area if zone.area else nan,
         stick_load_share=stick_load / carried if zone.area and carried else nan,
@@ -131,19 +138,25 @@ def measure(problem: WearProblem, state: State) -> Measures:
     )
 
 
-def half_widths(state: State, axis: int) -> tuple[float, float]:
-    """Half-widths of contact and stick zone, m, along the x axis (0) or the y axis (1)."""
-    geometry, reduced = state.geometry, state.reduced
-    contact = half_width(geometry, in_contact(state), state.gap, axis)
+def half_widths(state: State, lines: Lines) -> tuple[float, float]:
+    """Half-widths of contact and stick zone, m, on the lines of cells of an axis."""
+    reduced, plane_strain = state.reduced, state.geometry.plane_strain
+    contact = half_width(lines, in_contact(state), state.gap, plane_strain=plane_strain)
     # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
     if state.plastic.any():
-        return contact, half_width(geometry, reduced.stick, reduced.gap, axis)
-    return contact, stick_half_width(geometry, reduced.spare_pressure(1.0), axis)
+        stick = half_width(lines, reduced.stick, reduced.gap, plane_strain=plane_strain)
+        return contact, stick
+    return contact, stick_half_width(lines, reduced.spare_pressure(1.0))
+
+
+def _edges(state: State) -> Array:
+    """Distances of the edges of contact and of stick by which a geometry knows its zones, m."""
+    return np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
 
 
 def fractions(problem: WearProblem, state: State, plane: Grid) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
-    covered, (contact, stick) = state.geometry.covered, half_widths(state, 0)
+    covered, (contact, stick) = state.geometry.covered, _edges(state)
     beside = _beside_stick(state, follows_shape=problem.slip_model.follows_shape)
     return (
         covered(in_contact(state), contact, plane, _beside_contact(state)),
@@ -241,7 +254,8 @@ def coupling_errors(
         }
         of_edges = most["contact"], 1.0 if state.plastic.any() else most["stick"]
         for axis, name in enumerate("xy"):
-            widths = zip(("contact", "stick"), half_widths(state, axis), of_edges, strict=True)
+            found = half_widths(state, state.geometry.along(axis))
+            widths = zip(("contact", "stick"), found, of_edges, strict=True)
             row |= {f"{zone}_half_width_{name}": share * wide for zone, wide, share in widths}
         rows.append(row)
     errors = {name: part * np.array([row[name] for row in rows]) for name in rows[0]}
@@ -299,11 +313,11 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     largest, stick = float(pressure.max()), reduced.stick
     if problem.rough is None and geometry.refines_edges:
         ends = isfinite(problem.indenter.end)
-        lasts = [np.flatnonzero(zone) for zone in (stick, pressure > 0.0)[: 1 + ends]]
         insides = [
-            pressure[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1, 0]
-            for cells in lasts
-            if cells.size
+            along[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1]
+            for zone in (stick, pressure > 0.0)[: 1 + ends]
+            for inside, along in zip(zone.T, pressure.T, strict=True)
+            if (cells := np.flatnonzero(inside)).size
         ]
         is_singular = any(bool(p[-1] > _RESOLVED * p.mean()) for p in insides)
     else:
@@ -313,19 +327,18 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
 
 
-def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:
-    """Distance of the outermost edge of a zone from the origin along an axis, m.
+def half_width(lines: Lines, inside: Mask, gap: Array, *, plane_strain: bool = False) -> float:
+    """Distance of the outermost edge of a zone from the origin on the lines of an axis, m.
 
     Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, and
     linearly if the contact has worn in. The zero of r = e + b g^(2/3) + c g through three cells
     outside is the edge, kept between the centres of the last cell inside and the first one
     outside.
 
-    ``inside`` are the cells of the zone, ``gap`` is in m and zero in the zone, and ``axis`` is 0
-    for the x axis and 1 for the y axis. The result is 0 if no cell on the axis belongs to the zone.
+    ``inside`` are the cells of the zone, and ``gap`` is in m and zero in the zone. The result is 0
+    if no cell on the lines belongs to the zone.
     """
-    plane = geometry.plane_strain
-    edges = [_edge(at, inside[along], gap[along], plane) for along, at in geometry.along(axis)]
+    edges = [_edge(at, inside[line], gap[line], plane_strain) for line, at in lines]
     return sum(edges) / len(edges)
 
 
@@ -367,17 +380,17 @@ def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> floa
     return float(min(max(edge, center), first))
 
 
-def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
-    """Distance of the outermost edge of the stick zone from the origin along an axis, m.
+def stick_half_width(lines: Lines, pressure: Array) -> float:
+    """Distance of the outermost edge of the stick zone from the origin on the lines of an axis, m.
 
     Near its edge the square of the pressure p*, Pa, at the reduced load falls linearly in the
     square of the coordinate, exactly so for a sphere. The zero of that law through the cells next
     to the outermost one is the edge, kept within a cell of the outermost center. Wear beside the
     stick zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
-    ``axis`` is 0 for the x axis and 1 for the y axis; the result is 0 if no cell on it sticks.
+    The result is 0 if no cell on the lines sticks.
     """
     edges = []
-    for along, distance in geometry.along(axis):
+    for along, distance in lines:
         line = pressure[along]
         zone = np.flatnonzero(line > 0)
         if not zone.size:

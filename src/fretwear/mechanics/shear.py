@@ -32,12 +32,15 @@ from fretwear.mechanics.geometry import Real
 from fretwear.mechanics.team import ALONE, Team
 
 if TYPE_CHECKING:
+    from fretwear.mechanics.geometry import Geometry
     from fretwear.mechanics.geometry.grid import Grid
 
 Branch = tuple[int, int]
 # Of x on x, of y on y, and of either on the other.
 Spectra: TypeAlias = tuple[Real, Real, Real]
 
+# A start is computed on cells twice as wide from so many cells along an axis on.
+_LEAST_COARSENED = 64
 _BRANCHES: tuple[Branch, ...] = tuple(product((0, 1), (0, 1)))
 
 
@@ -62,39 +65,31 @@ def shear_influence(
 
 
 class ShearSpace(ABC, Generic[Real]):
-    """The elastic bodies under a traction that is uniform on each cell of a window.
+    """The elastic bodies under a traction that is uniform on each cell of a geometry.
 
-    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y. The spectra
-    are those of the `shear_influence`.
+    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y.
     """
 
-    def __init__(
-        self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real], team: Team
-    ) -> None:
-        self.geometry, self._moduli = geometry, moduli
-        self._team = team.for_cells(geometry.shape[0] * geometry.shape[1])
-        self._spectra: Spectra[Real] = spectra
-        #: Displacement of a cell along x by a traction along x on it alone, m/Pa.
-        self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
+    geometry: Geometry
+    #: Largest displacement of a cell along x by a traction along x on it alone, m/Pa.
+    self_influence: float
+    #: Whether tractions are even along an axis, so that forces along y balance.
+    is_even: bool
 
     @property
-    def coarser(self) -> ShearSpace[Array]:
-        """The bodies on cells twice as wide, of an even number along each axis."""
-        (nx, ny), (dx, dy) = self.geometry.shape, self.geometry.spacing
-        geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
-        return shear_space(geometry, *self._moduli, self._team)
+    def own(self) -> Array | float:
+        """`self_influence` of each cell, m/Pa, shape of the geometry, or of all of them."""
+        return self.self_influence
 
-    @cached_property
+    @property
+    def coarser(self) -> ShearSpace[Array] | None:
+        """The bodies on cells twice as wide; None if these are few or have no wider ones."""
+        return None
+
+    @property
+    @abstractmethod
     def single(self) -> ShearSpace[Single]:
         """The same in single precision, for displacements in units of the self-influence."""
-        along, across, cross = (
-            (field / self.self_influence).astype(np.float32) for field in self._spectra
-        )
-        kind: Any = type(self)
-        result: ShearSpace[Single] = kind(
-            self.geometry, self._moduli, (along, across, cross), self._team
-        )
-        return result
 
     @abstractmethod
     def displacement(self, traction: Real) -> Real:
@@ -104,8 +99,45 @@ class ShearSpace(ABC, Generic[Real]):
     def inverse(self, traction: Real) -> Real:
         """Approximate inverse of `displacement`, symmetric and positive definite.
 
-        A quarter of the cost of a displacement, as the window is not padded.
+        At most a quarter of the cost of a displacement.
         """
+
+
+class GridShear(ShearSpace[Real]):
+    """The elastic bodies on a window of equal cells.
+
+    The spectra are those of the `shear_influence`.
+    """
+
+    def __init__(
+        self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real], team: Team
+    ) -> None:
+        self.geometry: Grid = geometry
+        self._moduli, self.is_even = moduli, any(geometry.even)
+        self._team = team.for_cells(geometry.shape[0] * geometry.shape[1])
+        self._spectra: Spectra[Real] = spectra
+        self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
+
+    @property
+    def coarser(self) -> GridShear[Array] | None:
+        """The bodies on cells twice as wide, if these are many."""
+        (nx, ny), (dx, dy) = self.geometry.shape, self.geometry.spacing
+        if min(nx, ny) < _LEAST_COARSENED or nx % 4 or ny % 4:
+            return None
+        geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
+        return shear_space(geometry, *self._moduli, self._team)
+
+    @cached_property
+    def single(self) -> GridShear[Single]:
+        """The same in single precision, for displacements in units of the self-influence."""
+        along, across, cross = (
+            (field / self.self_influence).astype(np.float32) for field in self._spectra
+        )
+        kind: Any = type(self)
+        result: GridShear[Single] = kind(
+            self.geometry, self._moduli, (along, across, cross), self._team
+        )
+        return result
 
     def _branch(self, branch: Branch) -> Spectra[Real]:
         """The spectra at the frequencies of a branch."""
@@ -125,7 +157,7 @@ def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
     return across / determinant, along / determinant, -cross / determinant
 
 
-class QuarterShear(ShearSpace[Real]):
+class QuarterShear(GridShear[Real]):
     """Cosine transforms of q_x and sine transforms of q_y, of a contact even along both axes.
 
     The transform of sines II at the frequency k is that of cosines at n − k of the field with
@@ -218,7 +250,7 @@ def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], 
     return cosine, sine
 
 
-class WholeShear(ShearSpace[Real]):
+class WholeShear(GridShear[Real]):
     """Fourier transforms of all cells by the compiled library, mirrored where they are even."""
 
     @cached_property
@@ -273,7 +305,7 @@ class WholeShear(ShearSpace[Real]):
 
 def shear_space(
     geometry: Grid, modulus: float, coupling: float, team: Team = ALONE
-) -> ShearSpace[Array]:
+) -> GridShear[Array]:
     """The bodies on a window, by the transforms that its symmetry allows."""
     shape = offsets(geometry.shape, geometry.even)
     influence = shear_influence(shape, geometry.spacing, modulus, coupling)

@@ -335,11 +335,12 @@ class Coupled(Jaeger):
             force = friction * (geometry.integral(pressure) - reduced.load)
         else:
             displacement = setup.loading.displacement(friction, setup.coupling, setup.hertz)
-        if start is None:
-            guess = np.stack([bound - friction * reduced.pressure, np.zeros_like(bound)])
-        else:
-            guess = start.under(bound)
+        single = friction * reduced.pressure
+        guess = np.stack([bound - single, np.zeros_like(bound)])
+        if start is not None:
+            guess = start.under(bound, single)
         result = shear(bodies, bound, force, displacement, setup.flexibility, guess, tolerance)
+        result = replace(result, single=single)
         # Beside the contact, surfaces pass each other by µκ (g* − g) if ν is zero.
         usual = friction * setup.coupling * (reduced.gap - gap)
         with np.errstate(divide="ignore", invalid="ignore"):

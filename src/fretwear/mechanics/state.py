@@ -312,8 +312,8 @@ class State(Stage):
             reduced = now.slip_model.reduced(now, bodies.half_space, shape, sliding, start)
             spent += reduced.convolutions
         opened = gap(fields["pressure"], self.approach, self.gap)
-        if reduced.sheared is not None:
-            before = reduced.sheared.on(lambda field: old.resized(field, geometry))
+        if self.reduced.sheared is not None:
+            before = self.reduced.sheared.on(lambda field: old.resized(field, geometry))
             reduced, now = replace(reduced, convolutions=0), problem.at(self.cycle)
             # They remain in equilibrium, to their residual.
             enough = max(_SHEARED, 1.1 * before.residual)

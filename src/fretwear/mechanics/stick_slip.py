@@ -30,8 +30,8 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.shear import ShearSpace
 
 _LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
-# A start is computed on cells twice as wide from so many cells along an axis on, to a residual.
-_LEAST_COARSENED, _COARSE = 64, 1e-3
+# Residual to which a start is computed on wider cells.
+_COARSE = 1e-3
 # Factor by which a Newton step reduces its residual, at first and once the sets of cells settle.
 _ROUGHLY, _WELL = 0.2, 0.03
 # Cells that change sides, over all in contact, up to which the sets count as settled.
@@ -64,8 +64,11 @@ class Sheared:
     )
 
     bound: Array  #: µp, Pa, shape (nx, ny)
-    #: How the direction, rad, and the unused friction, Pa, changed per cycle in the last step: a
-    #: guess for the next one, shape (2, nx, ny).
+    #: µp*, Pa, the unused friction of a single direction, from which guesses are made, shape
+    #: (nx, ny); zero if it is not known.
+    single: Array | float = 0.0
+    #: How the direction, rad, and the unused friction beyond that of a single direction, Pa,
+    #: changed per cycle in the last step: a guess for the next one, shape (2, nx, ny).
     rates: Array | None = None
 
     @property
@@ -92,12 +95,14 @@ class Sheared:
 
         rates = None if self.rates is None else moved(self.rates)
         traction, slip, bound = moved(self.traction), moved(self.slip), resized(self.bound)
-        return replace(self, traction=traction, slip=slip, bound=bound, rates=rates)
+        single = resized(self.single) if isinstance(self.single, np.ndarray) else self.single
+        return replace(self, traction=traction, slip=slip, bound=bound, single=single, rates=rates)
 
     def since(self, before: Sheared, cycles: float) -> Sheared:
         """The same with the rates of a step from another of so many cycles."""
         turned = np.angle(self._way * before._way.conj())
-        return replace(self, rates=np.stack([turned, self.spare - before.spare]) / cycles)
+        beyond = self.spare - self.single - (before.spare - before.single)
+        return replace(self, rates=np.stack([turned, beyond]) / cycles)
 
     def ahead(self, cycles: float) -> Sheared:
         """The tractions expected so many cycles later; the others are those of now."""
@@ -117,12 +122,14 @@ class Sheared:
         way = np.where(length > 0.0, x + 1j * y, 1.0) / np.where(length > 0.0, length, 1.0)
         return np.asarray(way, np.complex128)
 
-    def under(self, bound: Array) -> Array:
-        """A guess of the traction of a similar contact, Pa, by its µp, Pa.
+    def under(self, bound: Array, single: Array | float = 0.0) -> Array:
+        """A guess of the traction of a similar contact, Pa, by its µp and µp*, Pa.
 
-        Wear beside a stick zone leaves p* as it is, and so the unused friction µp*.
+        The unused friction changes as it does for a single direction, not by wear beside a stick
+        zone, which leaves p* as it is.
         """
-        return _parts(self._way * np.maximum(bound - self.spare, 0.0))
+        spare = np.where(self.stick | (single > 0.0), self.spare + (single - self.single), 0.0)
+        return _parts(self._way * (bound - np.clip(spare, 0.0, bound)))
 
     @property
     def amplitude(self) -> Array:
@@ -171,14 +178,10 @@ def shear(
     if force is not None and not force < bodies.geometry.integral(bound):
         raise ContactError(f"a tangential force of {force:.4g} N slides the contact as a whole")
     spent, shape = 0, bound.shape
-    if (
-        start is None
-        and offset is None
-        and min(shape) >= _LEAST_COARSENED
-        and not any(n % 4 for n in shape)
-    ):
+    coarser = bodies.coarser if start is None and offset is None else None
+    if coarser is not None:
         means = bound.reshape(shape[0] // 2, 2, shape[1] // 2, 2).mean(axis=(1, 3))
-        coarse = shear(bodies.coarser, means, force, displacement, flexibility, None, _COARSE)
+        coarse = shear(coarser, means, force, displacement, flexibility, None, _COARSE)
         parts = np.divide(coarse.traction, means, out=0.0 * coarse.traction, where=means > 0.0)
         start, spent = parts.repeat(2, axis=1).repeat(2, axis=2) * bound, coarse.convolutions // 4
     method = _Descent(bodies, bound, force, displacement, flexibility, start, offset)
@@ -207,21 +210,25 @@ class _Descent:
         self.moves = self.largest * bodies.self_influence
         self.cells: Places = np.flatnonzero(bound)
         self.shape, self.bound = bound.shape, bound.ravel()[self.cells] / self.largest
-        self.area = bodies.geometry.unit_area
+        self.area, weights = bodies.geometry.unit_area, bodies.geometry.weights
+        #: Areas of the cells over their mean; None if all are equal.
+        self.weights = None if weights is None else weights.ravel()[self.cells]
         self.total = None if force is None else force / (self.area * self.largest)
         self.given = displacement / self.moves
         self.series = flexibility * self.area / bodies.self_influence
         # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
-        self.balances_y = force is not None and not any(bodies.geometry.even)
+        self.balances_y = force is not None and not bodies.is_even
         self.single, self.spent = bodies.single, 0.0
+        own = np.broadcast_to(bodies.own, self.shape).ravel()[self.cells]
+        self.own = own / bodies.self_influence
         # The first step from a guess corrects its force, and leaves cells that slip at the bound.
         self.guessed = start is not None
         if start is None:
             self.traction = self.projected(np.zeros((2, self.cells.size)))
         else:
             self.traction = self.clipped(self.at_cells(start) / self.largest)[0]
-        missing = 0.0 if self.total is None else self.total - self.traction[0].sum()
-        self.balanced = abs(missing) <= _BALANCED * self.bound.sum()
+        missing = 0.0 if self.total is None else self.total - self.summed(self.traction)[0]
+        self.balanced = abs(missing) <= _BALANCED * self.summed(self.bound)
         self.moved = self.displaced(self.traction)  # on all cells, shape (2, nx, ny)
         self.offset = np.zeros((2, 1, 1)) if offset is None else offset / self.moves
         self.moved -= self.offset
@@ -236,6 +243,17 @@ class _Descent:
         result[:, self.cells] = field
         return result.reshape(2, *self.shape)
 
+    def weighted(self, field: NDArray[Element]) -> NDArray[Element]:
+        """A field of the cells that touch, its last axis, times their areas over the mean."""
+        if self.weights is None:
+            return field
+        result: NDArray[Element] = np.multiply(field, self.weights, dtype=field.dtype)
+        return result
+
+    def summed(self, field: Array) -> Array:
+        """Sums of a field over the cells that touch, by their areas over the mean."""
+        return np.asarray(self.weighted(field).sum(axis=-1))
+
     def displaced(self, traction: Array) -> Array:
         self.spent += 1.0
         return self.bodies.displacement(self.everywhere(traction / self.bodies.self_influence))
@@ -246,10 +264,11 @@ class _Descent:
         factor = self.bound / np.maximum(length, self.bound)
         return traction * factor, factor
 
-    def projected(self, traction: Array) -> Array:
-        """The nearest traction within the discs that carries the force, if one is given.
+    def projected(self, traction: Array, softness: Array | float = 1.0) -> Array:
+        """A traction within the discs that carries the force, if one is given.
 
-        It belongs to the traction shifted evenly, by Newton's method for the shift.
+        It belongs to the traction shifted in proportion to the softness of the cells, by Newton's
+        method for the shift; if they are alike, it is the nearest one.
         """
         result, factor = self.clipped(traction)
         if self.total is None:
@@ -258,13 +277,14 @@ class _Descent:
         total = np.array([self.total, 0.0])[axes]
         low, high = -np.inf, np.inf
         for _ in range(_LARGEST_SHIFTS):
-            missing = total - result[axes].sum(axis=1)
+            missing = total - self.summed(result[axes])
             if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
                 break
             # Within the disc a cell follows the shift; beyond it turns.
-            moved = traction + shift[:, None]
+            moved = traction + shift[:, None] * softness
             length = np.maximum(np.sqrt((moved**2).sum(axis=0)), np.finfo(float).tiny)
             ways = (moved / length * (factor < 1.0))[axes]
+            factor = self.weighted(factor * softness)
             slope = np.diag(np.full(len(axes), float(factor.sum()))) - (factor * ways) @ ways.T
             if missing[0] > 0.0:
                 low = shift[0]
@@ -274,14 +294,19 @@ class _Descent:
             shift[axes] += np.clip(np.linalg.solve(slope, missing), -4.0, 4.0)
             if not self.balances_y and not low < shift[0] < high:
                 shift[0] = 0.5 * (low + high)
-            result, factor = self.clipped(traction + shift[:, None])
+            result, factor = self.clipped(traction + shift[:, None] * softness)
         return result
 
-    def rigid(self, moved: Array, inside: Mask) -> Array:
-        """Displacement of distant points along x and y from that of the cells below the bound."""
+    def rigid(self, moved: Array) -> Array:
+        """Displacement of distant points along x and y from that of the cells that stick.
+
+        They count by their spare friction, as cells that slip may be hardly below the bound.
+        """
         if self.total is None:
-            return np.array([self.given - self.series * self.traction[0].sum(), 0.0])
-        x, y = moved[:, inside if inside.any() else slice(None)].mean(axis=1)
+            return np.array([self.given - self.series * self.summed(self.traction[0]), 0.0])
+        spare = np.maximum(self.bound - np.hypot(*self.traction), 0.0)
+        spare = spare if spare.any() else self.bound
+        x, y = self.summed(spare * moved) / self.summed(spare)
         return np.array([x, y * self.balances_y])
 
     def solve(self, tolerance: float) -> Sheared:
@@ -290,7 +315,7 @@ class _Descent:
         for _ in range(_LARGEST_STEPS):
             moved = self.at_cells(self.moved)
             at_bound = np.hypot(*self.traction) >= (1.0 - _AT_BOUND) * self.bound
-            far = self.rigid(moved, ~at_bound)
+            far = self.rigid(moved)
             slip = far[:, None] - moved
             tried, factor = self.clipped(self.traction + slip)
             error = float(np.abs(tried - self.traction).max())
@@ -304,12 +329,15 @@ class _Descent:
             target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, _ENOUGH * tolerance)
             trusted, self.guessed = self.guessed or error < _ROUNDED, False
             if not self._search(self.projected(target), slip, trusted=trusted):
-                # Barzilai and Borwein's step of a projected gradient.
+                # Barzilai and Borwein's step of a projected gradient, longer in cells that a
+                # traction moves less.
                 before = self.traction
-                self._search(self.projected(self.traction + length * slip), slip)
+                softness = length / self.own
+                self._search(self.projected(self.traction + softness * slip, softness), slip)
                 change, by = self.traction - before, self.at_cells(self.moved) - moved
-                work = float((change * by).sum())
-                length = float((change**2).sum()) / work if work > 0.0 else 1.0
+                work = float(self.weighted(change * by).sum())
+                square = float(self.weighted(self.own * change**2).sum())
+                length = square / work if work > 0.0 else 1.0
         raise ContactError(
             f"the shear tractions did not converge: residual {error:.1e} instead of {tolerance:.0e}"
         )
@@ -321,13 +349,13 @@ class _Descent:
         """
         step = target - self.traction
         # The force is the same, so that displacements of distant points do no work.
-        descent = float((step * slip).sum())
+        descent = float(self.weighted(step * slip).sum())
         if not (descent > 0.0 or trusted):
             return False
         moved = self.displaced(step)
-        stiffness = float((step * self.at_cells(moved)).sum())
+        stiffness = float(self.weighted(step * self.at_cells(moved)).sum())
         if self.total is None:
-            stiffness += self.series * float(step[0].sum()) ** 2
+            stiffness += self.series * float(self.summed(step[0])) ** 2
         # Beyond half the way to the least energy on the line it still falls; in full, cells stay at
         # the bound.
         part = 1.0 if trusted or descent > _ENOUGH_DESCENT * stiffness else descent / stiffness
@@ -348,12 +376,17 @@ class _Descent:
         of_slipping, ends = cells[slipping] + [[0], [count]], of_stuck.size
         layer = ((slip[:, slipping] * way).sum(axis=0) / self.bound[slipping]).astype(np.float32)
         weight = np.ones(ends + slipping.size, np.float32)
-        weight[ends:] /= np.sqrt(1.0 + layer)
+        weight[ends:] /= np.sqrt(1.0 + layer / self.own[slipping].astype(np.float32))
+        # Fields by unknowns have the root of the areas, by which the problem is symmetric.
+        root = np.ones_like(weight)
+        if self.weights is not None:
+            roots = np.sqrt(self.weights).astype(np.float32)
+            root = np.concatenate([roots[stuck], roots[stuck], roots[slipping]])
         on_window = np.zeros((2, *self.shape), np.float32)
 
         def spread(unknowns: Single) -> Single:
             """The traction of some unknowns on the window."""
-            flat = on_window.reshape(-1)
+            flat, unknowns = on_window.reshape(-1), unknowns / root
             flat[of_stuck] = unknowns[:ends]
             flat[of_slipping] = turn * unknowns[ends:]
             return on_window
@@ -362,7 +395,7 @@ class _Descent:
             """Components of a field by unknowns, from its values in cells that stick and slip."""
             result = np.empty_like(weight)
             result[:ends], result[ends:] = stuck, turn[0] * slipping[0] + turn[1] * slipping[1]
-            return result
+            return result * root
 
         def gathered(field: Single) -> Single:
             flat = field.reshape(-1)
@@ -388,10 +421,13 @@ class _Descent:
         held = _Held([] if self.total is None else ones, condition)
         change, ahead = np.zeros_like(weight), compressed(slip)
         if held.fields and self.guessed:
-            missing = [self.total, 0.0] - self.traction.sum(axis=1)
+            missing = np.array([self.total, 0.0]) - self.summed(self.traction)
             change = held.of_products(missing[: len(held.fields)])
             ahead -= stiffened(change)
+        # In cells of any area: the residual has the root of it.
+        enough *= float(root.min())
         change = change + _solve(ahead, stiffened, condition, held, reduction, enough)
+        change /= root
         target = self.traction.copy()
         target[:, stuck] += change[:ends].reshape(2, -1)
         target[:, slipping] += turn * change[ends:]
@@ -406,8 +442,8 @@ class _Descent:
             traction,
             slip,
             float(far[0]) * self.moves,
-            float(self.traction[0].sum()) * self.largest * self.area,
-            0.5 * float((traction * moved).sum()) * self.area,
+            float(self.summed(self.traction[0])) * self.largest * self.area,
+            0.5 * sum(map(self.bodies.geometry.integral, traction * moved)),
             error,
             round(self.spent),
             self.everywhere(self.bound * self.largest)[0],

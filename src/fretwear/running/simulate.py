@@ -487,11 +487,15 @@ def _snapshot_fields(
         if reduced.sheared is not None:
             ways = reduced.sheared.ways * slip
             values_of |= {"slip_x": ways[0], "slip_y": ways[1]}
-            values_of["shear_traction_y"] = reduced.sheared.traction[1]
+            traction = reduced.sheared.traction
+            values_of |= {"shear_traction": traction[0], "shear_traction_y": traction[1]}
         written = state.geometry.written(values_of, plane)
-        # Means over a cell that slips in part obey Coulomb's law if computed from mean pressures.
-        sticking = replace(reduced, pressure=written["reduced"])
-        written["shear_traction"] = problem.shear_traction(written["shearing"], sticking)
+        if reduced.sheared is None:
+            # Means over a cell that slips in part obey Coulomb's law if computed from mean
+            # pressures.
+            sticking = replace(reduced, pressure=written["reduced"])
+            written["shear_traction"] = problem.shear_traction(written["shearing"], sticking)
+        written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         if plane != state.geometry:
             # Cells cut by an edge touch if they carry load, and their slip follows from their wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
@@ -500,10 +504,33 @@ def _snapshot_fields(
             if not (problem.loading.stroke or state.pulse):
                 path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
+            if reduced.sheared is not None:
+                _obey_friction(written, problem.friction_law.coefficient)
         beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
         for name, value in (("gap", np.nan), ("slip", 0.0)):
             written[name][beyond & (written["pressure"] == 0.0)] = value
-        written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)
     return stored
+
+
+def _obey_friction(written: dict[str, NDArray[np.generic]], friction: float) -> None:
+    """Give means of vectors over cells the lengths and directions of friction.
+
+    The traction is at most µp, and just that and along the slip in cells that slip as a whole; the
+    mean of vectors that turn would be a little shorter. The slip is as long as its mean amplitude.
+    """
+    least = np.finfo(np.float64).tiny
+    traction, slip = (
+        np.stack([written[name], written[other]])
+        for name, other in (("shear_traction", "shear_traction_y"), ("slip_x", "slip_y"))
+    )
+    bound = friction * np.asarray(written["pressure"])
+    slips = (written["stick_fraction"] == 0.0) & (bound > 0.0)
+    of_traction, of_slip = (
+        vector / np.maximum(np.hypot(*vector), least) for vector in (traction, slip)
+    )
+    length = np.where(slips, bound, np.minimum(np.hypot(*traction), bound))
+    written["shear_traction"], written["shear_traction_y"] = of_traction * length
+    way = np.where(slips, of_traction, of_slip)
+    written["slip_x"], written["slip_y"] = way * written["slip"]

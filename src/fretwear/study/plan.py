@@ -37,11 +37,13 @@ SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
-# A run with friction in two directions over one without, on whole windows and on quarters.
-TIMES_COUPLED = (3.5, 2.5)
+# A run with friction in two directions over one without, on whole windows and on quarters; and on
+# rings, at several angles each, of elastic bodies and of those that may yield.
+TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), (12.0, 30.0)
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
+MEMORY_OF_ANGLES = 100_000_000
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
@@ -213,8 +215,11 @@ class _Runs:
         places = 1.0
         if case.loading.travel > case.small_stroke:
             places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
-        if geometry is Rings:
+        if issubclass(geometry, Rings):
             per_convolution, arrays = SECONDS_PER_SOLUTION, 0
+            if case.slip_model.couples:
+                per_convolution *= TIMES_COUPLED_ON_RINGS[math.isfinite(case.plastic_limit)]
+                arrays = MEMORY_OF_ANGLES
         elif stroke and geometry is Strips:
             cubed = sides_x * (cells_x / sides_x) ** 3
             per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
@@ -245,7 +250,7 @@ class _Runs:
             arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
         )
         kept = cells * len(case.output_cycles)
-        written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if geometry is Rings else 0.0
+        written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if issubclass(geometry, Rings) else 0.0
         return Estimate(
             cells_x=cells_x,
             cells_y=cells_y,
@@ -267,10 +272,10 @@ class _Runs:
         at the limit p, 1/(β p) cycles at the default tolerance.
         """
         case, rough, times = self.case, self.case.rough is not None, self._yielding_times
-        finer = (TIGHTER_ON_RINGS if case.geometry is Rings else 1.0) * 0.01 / tolerance
+        finer = (TIGHTER_ON_RINGS if issubclass(case.geometry, Rings) else 1.0) * 0.01 / tolerance
         elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * self._folds * math.cbrt(finer)
         elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
-        if case.geometry is Rings:
+        if issubclass(case.geometry, Rings):
             # The narrower the slip annulus, the more often flow and wear settle in turn.
             yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
             per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)

@@ -12,6 +12,7 @@ import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.forms import AlongXY
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.loading import Loading, Normal, SlidingDistance
@@ -195,11 +196,15 @@ class Draft(Setup):
 
     @cached_property
     def geometry(self) -> type[Geometry]:
-        """The kind of cells: rings for rotational symmetry that no waves, stroke or slip break."""
+        """The kind of cells: rings for rotational symmetry that no waves or stroke break.
+
+        Friction in two directions breaks it too, and needs rings at several angles.
+        """
         if self.frame is LINE_CONTACT:
             return Strips
-        is_round = self.indenter.is_axisymmetric and not self.slip_model.couples
-        return Rings if is_round and self._is_plain else Grid
+        if not (self.indenter.is_axisymmetric and self._is_plain):
+            return Grid
+        return Polar if self.slip_model.couples else Rings
 
     @property
     def is_graded(self) -> bool:

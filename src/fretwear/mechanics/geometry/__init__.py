@@ -182,15 +182,15 @@ class Geometry(ABC):
         """Integral of a field over the whole contact (field unit times m²)."""
 
     @abstractmethod
-    def zone(self, cells: Mask, radius: float, beside: Beside | None = None) -> Zone:
-        """The zone of some cells, whose outermost edge on the x axis is at a distance, m.
+    def zone(self, cells: Mask, radii: Array | float, beside: Beside | None = None) -> Zone:
+        """The zone of some cells, whose outermost edges on `ways` are at distances, m.
 
         What lies beside it tells where edges cut equal cells; without it they are anywhere.
         """
 
     @abstractmethod
     def covered(
-        self, cells: Mask, radius: float, plane: Grid, beside: Beside | None = None
+        self, cells: Mask, radii: Array | float, plane: Grid, beside: Beside | None = None
     ) -> Array:
         """The fraction of each cell of a grid within a zone, given as for `zone`."""
 
@@ -201,6 +201,11 @@ class Geometry(ABC):
     @abstractmethod
     def along(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m."""
+
+    @property
+    def ways(self) -> list[list[tuple[Way, Array]]]:
+        """Lines of cells as `along` has them, by whose edges `zone` knows those of a zone."""
+        return [self.along(0)]
 
     @abstractmethod
     def half_space(

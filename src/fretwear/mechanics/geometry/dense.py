@@ -99,11 +99,16 @@ class DenseCells(Geometry):
         """Number of cells, in one column."""
         return len(self.edges) - 1, 1
 
+    @property
+    def shares(self) -> Array:
+        """Part of the area between two edges that each column represents."""
+        return np.ones(1)
+
     @cached_property
     def areas(self) -> Array:
-        """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
+        """Areas of the cells, m², or widths in a line contact, m, shape of a field."""
         measures = self._measure(np.asarray(self.edges))
-        return np.asarray(self._whole * np.diff(measures)[:, None])
+        return np.asarray(self._whole * np.diff(measures)[:, None] * self.shares)
 
     @property
     def widths(self) -> Array:
@@ -136,14 +141,14 @@ class DenseCells(Geometry):
     def zone(
         self,
         cells: Mask,
-        radius: float,
+        radii: Array | float,
         beside: Beside | None = None,  # noqa: ARG002
     ) -> Zone:
         """The zone of some cells that reaches as far as a distance, m.
 
         Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
         """
-        edges = np.asarray(self.edges)
+        edges, radius = np.asarray(self.edges), float(np.mean(radii))
         cells = cells & (edges[:-1, None] < radius)
         inner, outer = self._sides(cells[:, 0])
         area = self.integral(self._counted(cells[:, 0])[:, None])
@@ -160,7 +165,7 @@ class DenseCells(Geometry):
     def covered(
         self,
         cells: Mask,
-        radius: float,
+        radii: Array | float,
         plane: Grid,
         beside: Beside | None = None,  # noqa: ARG002
     ) -> Array:
@@ -168,7 +173,7 @@ class DenseCells(Geometry):
 
         The fractions, times the area of a cell, sum up to the area from `zone`.
         """
-        edges = np.asarray(self.edges)
+        edges, radius = np.asarray(self.edges), float(np.mean(radii))
         cells = cells[:, 0] & (edges[:-1] < radius)
         last = int(np.flatnonzero(cells).max(initial=-1))
         if last < 0:
@@ -205,16 +210,19 @@ class DenseCells(Geometry):
             return result
         both = self.edges, _edges(other)
         places, others = (self._measure(np.asarray(edges)) for edges in both)
-        within = np.concatenate([[0.0], np.cumsum(field[:, 0].astype(float) * np.diff(places))])
-        integrals = interpolated(places, within, np.minimum(others, places[-1]))
-        return (np.diff(integrals) / np.diff(others))[:, None].astype(field.dtype)
+        within = np.minimum(others, places[-1])
+        means = []
+        for column in field.T:
+            integrals = np.concatenate([[0.0], np.cumsum(column.astype(float) * np.diff(places))])
+            means.append(np.diff(interpolated(places, integrals, within)) / np.diff(others))
+        return np.stack(means, axis=1).astype(field.dtype)
 
     def where(self, other: Geometry) -> Index:
         """Indices of the cells shared with another set, if one extends the other."""
         edges = _edges(other)
         common = min(len(self.edges), len(edges))
         alike = self.edges[:common] == edges[:common]
-        return slice(0, common - 1 if alike else 0), slice(0, 1)
+        return slice(0, common - 1 if alike else 0), slice(0, self.shape[1])
 
     def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
         """Index of all cells, and their distances, m."""
@@ -239,7 +247,7 @@ class DenseCells(Geometry):
 
     def _radius(self, field: Array) -> float:
         """Largest distance from the origin at which a field is not zero, m."""
-        return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
+        return self.edges[int(np.flatnonzero(field.any(axis=1)).max(initial=-1)) + 1]
 
     def reaching(self, radius: float) -> Self:
         """These cells, or ones that reach further if a contact of a radius, m, needs them."""
@@ -417,14 +425,14 @@ class DenseHalfSpace(HalfSpace):
 
         The next cell to close takes up a missing load, the next to open an excess.
         """
-        carried = float(problem.weighted(pressure[:, None]).sum())
+        carried = float(problem.weighted(pressure).sum())
         lacks = problem.load is not None and problem.total > carried
         bound = pressure <= 0.0 if lacks else pressure > 0.0
         order = np.where(bound, separation if lacks else -separation, np.inf)
         return int(np.argmin(order)) if bound.any() else None
 
     def _responses(
-        self, problem: ContactProblem, pressure: Array, gap: Array, cells: Places
+        self, problem: ContactProblem, pressure: Array, gap: Array, free: Mask
     ) -> tuple[Array, Array]:
         """Pressures on free cells that close a gap, m, and that a unit of their approach causes.
 
@@ -432,15 +440,29 @@ class DenseHalfSpace(HalfSpace):
         rounding of this one.
         """
         layer, unit = problem.layer, self.self_influence
-        weights = problem.weighted(np.ones_like(pressure)[:, None])[cells]
-        block = self.matrix[np.ix_(cells, cells)]
-        right = np.stack([-(gap[cells] / unit), np.ones(cells.size)], axis=1)
+        tangent, sinks = None, np.ones_like(pressure)
         if layer is not None:
-            tangent = layer.tangent_in(unit, pressure[:, None], self.team)[:, 0]
-            block[np.diag_indices(cells.size)] += weights[:, 0] * tangent[cells]
-            right[:, 1] -= layer.per_approach(pressure[:, None])[cells, 0]
-        moved, uniform = np.linalg.solve(block, weights * right).T
+            tangent = layer.tangent_in(unit, pressure, self.team)
+            sinks -= layer.per_approach(pressure)
+        moved, uniform = self._solved(np.stack([gap / -unit, sinks]), tangent, free)
         return moved, uniform
+
+    def _solved(self, displacements: Array, tangent: Single | None, free: Mask) -> Array:
+        """Pressures on free cells that cause displacements in units of the self-influence.
+
+        The ``tangent`` is the compliance of a layer in that unit; fields have the shape of the
+        geometry, displacements and pressures one axis before. Pressures are zero elsewhere.
+        """
+        cells, result = np.flatnonzero(free), np.zeros_like(displacements)
+        weights = np.ones_like(free, np.float64)
+        if self.geometry.weights is not None:
+            weights *= self.geometry.weights
+        block = self.matrix[np.ix_(cells, cells)]
+        if tangent is not None:
+            block[np.diag_indices(cells.size)] += weights[free] * tangent[free]
+        found = np.linalg.solve(block, (weights * displacements)[:, free].T)
+        result[:, free] = found.T
+        return result
 
     def _factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
         """The solution by active sets from a start, Pa; None if they come back to earlier ones.
@@ -450,43 +472,38 @@ class DenseHalfSpace(HalfSpace):
         their gap, and the free ones by their pressure; see `Exchange`.
         """
         tolerance *= _OF_TOLERANCE
-        limit, layer = np.ravel(problem.limit), problem.layer
-        weights = problem.weighted(np.ones_like(start))[:, 0]
+        limit, layer = problem.limit, problem.layer
         unit = self.self_influence
-        pressure = problem.clip_to_load(start)[:, 0]
-        free = (pressure > 0.0) & (pressure < limit)
-        displacement = self.displacement(pressure[:, None])
+        pressure = problem.clip_to_load(start)
+        free: Mask = (pressure > 0.0) & (pressure < limit)
+        displacement = self.displacement(pressure)
         approach = problem.approach or 0.0
         if layer is not None and layer.level is not None:
             approach = layer.level
         exchange = Exchange(_PATIENCE)
         for step in range(1, _SOLUTIONS + 1):
-            separation = problem.separation(pressure[:, None], displacement)[:, 0]
+            separation = problem.separation(pressure, displacement)
             if not free.any():
                 cell = self._next_free(problem, pressure, separation)
                 if cell is None:
                     return None
-                free[cell] = True
-            cells = np.flatnonzero(free)
-            moved, uniform = self._responses(problem, pressure, separation - approach, cells)
+                free.ravel()[cell] = True
+            moved, uniform = self._responses(problem, pressure, separation - approach, free)
             sinks = 0.0
             if problem.load is not None:
-                missing = problem.total - weights @ pressure
-                sinks = float((missing - weights[cells] @ moved) / (weights[cells] @ uniform))
+                missing = problem.total - float(problem.weighted(pressure + moved).sum())
+                sinks = missing / float(problem.weighted(uniform).sum())
                 approach += sinks * unit
             if layer is not None:
                 layer = layer.at(approach)
                 problem = replace(problem, layer=layer)
-            change = np.zeros_like(pressure)
-            change[cells] = moved + sinks * uniform
-            unbounded = pressure + change
-            displacement = self.displacement(unbounded[:, None])
-            gap = problem.shape[:, 0] + displacement[:, 0] - approach
+            unbounded = pressure + moved + sinks * uniform
+            displacement = self.displacement(unbounded)
+            gap = problem.shape + displacement - approach
             if layer is not None:
-                bounded = np.clip(unbounded, 0.0, limit)
-                gap += layer.displacement(bounded[:, None])[:, 0]
+                gap += layer.displacement(np.clip(unbounded, 0.0, limit))
             scale = float(np.abs(displacement).max())
-            worst = float(np.abs(gap[cells]).max())
+            worst = float(np.abs(gap[free]).max())
             margin = 0.3 * tolerance * scale
             low, high = unbounded <= 0.0, unbounded >= limit
             stays = free & ~low & ~high
@@ -495,20 +512,18 @@ class DenseHalfSpace(HalfSpace):
             if (now == free).all() and worst <= tolerance * scale:
                 beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
                 residual = max(worst, *beyond) / scale
-                gap[cells] = 0.0
-                stiffness = np.zeros_like(pressure)
-                stiffness[cells] = uniform / unit
+                gap[free] = 0.0
                 return Contact(
-                    pressure[:, None],
-                    gap[:, None],
+                    pressure,
+                    gap,
                     approach,
-                    high[:, None],
+                    high,
                     residual,
                     convolutions=step,
-                    stiffness=stiffness[:, None],
+                    stiffness=uniform / unit,
                 )
             if not (stays == free).all():
-                displacement = self.displacement(pressure[:, None])
+                displacement = self.displacement(pressure)
             changed = exchange.of(np.flatnonzero(now != free))
-            free[changed] = now[changed]
+            free.ravel()[changed] = now.ravel()[changed]
         return None

@@ -132,7 +132,7 @@ class Grid(Geometry):
     def zone(
         self,
         cells: Mask,
-        radius: float,  # noqa: ARG002
+        radii: Array | float,  # noqa: ARG002
         beside: Beside | None = None,
     ) -> Zone:
         """The zone of some cells, its area corrected for the open parts of cells at its edge."""
@@ -145,7 +145,7 @@ class Grid(Geometry):
     def covered(
         self,
         cells: Mask,
-        radius: float,  # noqa: ARG002
+        radii: Array | float,  # noqa: ARG002
         plane: Grid,  # noqa: ARG002
         beside: Beside | None = None,
     ) -> Array:

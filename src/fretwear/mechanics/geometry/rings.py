@@ -13,9 +13,9 @@ of a uniform pressure on a disc).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
@@ -129,7 +129,7 @@ class Rings(DenseCells):
     _whole: ClassVar[float] = math.pi
 
     @classmethod
-    def first(cls, problem: CellProblem) -> Rings:
+    def first(cls, problem: CellProblem) -> Self:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         It raises a ValueError for a problem without rotational symmetry.
@@ -143,7 +143,7 @@ class Rings(DenseCells):
         return cls.graded(grading, math.sqrt(2.0) * max(problem.extent))
 
     @classmethod
-    def graded(cls, grading: Grading, outer: float) -> Rings:
+    def graded(cls, grading: Grading, outer: float) -> Self:
         """Rings of graded widths with one edge at the stick radius, out to a radius, m."""
         steps = np.linspace(0.0, 1.0, _SAMPLES)
         inner, outside = (
@@ -152,7 +152,7 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Rings:
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
         """Rings for the next step, which follow the stick edge and reach far enough."""
         stick = self._radius(stage.reduced.pressure)
         touched = self._radius(stage.wear + stage.pressure)
@@ -164,7 +164,10 @@ class Rings(DenseCells):
         peak = float(stage.pressure.max()) * math.sqrt(finer)
         if peak > _NEARLY * problem.slip_limit or stage.plastic.any():
             grading = banded
-        rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
+        edges = self.edges
+        if not grading.suits(self):
+            edges = Rings.graded(grading, edges[-1]).edges
+        rings = self if edges is self.edges else replace(self, edges=edges)
         return rings.reaching(WIDENED * touched)
 
     def _measure(self, distance: Distance) -> Distance:
@@ -239,7 +242,7 @@ def mean_influence(edges: Array) -> Array:
     larger, smaller = np.tril_indices(edges.size, -1)
     ratio = edges[smaller] / edges[larger]
     complement = (1.0 - ratio) * (1.0 + ratio)
-    second, first = _elliptic_integrals(np.sqrt(complement))
+    second, first = elliptic_integrals(np.sqrt(complement))
     square = ratio**2
     bracket = (1.0 + square) * second - complement * first
     # For a small disc these cancel.
@@ -268,7 +271,7 @@ def _mean_under_discs(edges: Array) -> Array:
     middles, discs = 0.5 * (edges[1:] + edges[:-1])[:, None], edges[None, 1:]
     larger, distance = np.maximum(middles, discs), discs - middles
     apart = np.abs(distance) / larger
-    second, first = _elliptic_integrals(np.sqrt(apart * (2.0 - apart)))
+    second, first = elliptic_integrals(np.sqrt(apart * (2.0 - apart)))
     beyond = second - apart * (2.0 - apart) * first
     sunk = 4.0 / math.pi * larger * np.where(distance > 0.0, second, beyond)
 
@@ -281,7 +284,7 @@ def _mean_under_discs(edges: Array) -> Array:
     return np.concatenate([np.zeros((edges.size - 1, 1)), sunk], axis=1)
 
 
-def _elliptic_integrals(complement: Array) -> tuple[Array, Array]:
+def elliptic_integrals(complement: Array) -> tuple[Array, Array]:
     """E and K by their complementary moduli k', not zero, by arithmetic-geometric means.
 
     scipy.special has both, but takes longer to import than a short run.

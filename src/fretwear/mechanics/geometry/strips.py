@@ -189,7 +189,7 @@ class Row(Grid):
     def zone(
         self,
         cells: Mask,
-        radius: float,
+        radii: Array | float,
         beside: Beside | None = None,  # noqa: ARG002
     ) -> Zone:
         """The zone of some strips, whose edges are at a distance, m, in the mean of both sides."""
@@ -197,13 +197,13 @@ class Row(Grid):
         inner = np.where(cells[steps, 0], steps, steps + 1)
         deviations = np.full(steps.size, ANYWHERE * self.unit_area)
         deviations[[0, -1] if steps.size else []] *= WITHIN_A_CELL / ANYWHERE
-        area = self.integral(self.covered(cells, radius, self))
+        area = self.integral(self.covered(cells, radii, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
     def covered(
         self,
         cells: Mask,
-        radius: float,
+        radii: Array | float,
         plane: Grid,  # noqa: ARG002
         beside: Beside | None = None,  # noqa: ARG002
     ) -> Array:
@@ -211,7 +211,7 @@ class Row(Grid):
         fractions, inside = cells.astype(np.float64), np.flatnonzero(cells)
         if inside.size:
             ends = inside[[0, -1]]
-            beyond = 0.5 * (np.diff(ends)[0] + 1) - radius / self.spacing[0]
+            beyond = 0.5 * (np.diff(ends)[0] + 1) - float(np.mean(radii)) / self.spacing[0]
             fractions[ends] = np.clip(1.0 - beyond, 0.0, 1.0)
         return fractions
 

@@ -1,0 +1,392 @@
+"""Rings at several angles: a smooth contact that friction in two directions stretches along y.
+
+A sphere with friction as a vector keeps the symmetry about both axes, not that of rotation. Fields
+have a value on each ring at angles that divide a quarter evenly, both axes included, and vary
+between them like the waves cos 2kθ and sin 2kθ that these values determine. The influence of waves
+is that of `fretwear.mechanics.geometry.harmonics`: one wave of pressure causes one of displacement,
+and waves of shear couple in pairs. So a displacement takes a product of small matrices for each
+wave, and a few conjugate gradients, preconditioned by the problem of uniform rings, solve the
+linear problem of the free cells.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.arrays import Array, Element, Mask, Single
+from fretwear.mechanics.geometry import Beside, CellProblem, Parts, Real, Way, Zone
+from fretwear.mechanics.geometry.dense import DenseHalfSpace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.harmonics import RingHarmonics
+from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.shear import ShearSpace
+from fretwear.mechanics.team import ALONE, Team
+
+# Intervals between the angles of a quarter, of elastic bodies and of those that yield.
+_INTERVALS, _YIELDING = 4, 8
+# How often the edge of a zone is moved for its area on a grid to be that at all angles.
+_ADJUSTMENTS = 4
+# Factor by which conjugate gradients reduce the residual of a linear problem, and their number.
+_REDUCTION, _ITERATIONS = 1e-4, 60
+
+
+@dataclass(frozen=True)
+class Polar(Rings):
+    """Concentric rings, each with values at angles of a quarter from the x to the y axis."""
+
+    intervals: int = _INTERVALS  #: between the angles of a quarter
+
+    @classmethod
+    def first(cls, problem: CellProblem) -> Self:
+        """Rings as of one direction, at more angles where bodies yield.
+
+        There the edge of stick is not round, and a peak of pressure crosses rings with it.
+        """
+        yields = not math.isinf(problem.slip_limit)
+        return replace(super().first(problem), intervals=_YIELDING if yields else _INTERVALS)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rings and of angles."""
+        return len(self.edges) - 1, self.intervals + 1
+
+    @property
+    def angles(self) -> Array:
+        """Angles from the x axis, rad, shape (angles,)."""
+        return np.linspace(0.0, 0.5 * math.pi, self.intervals + 1)
+
+    @property
+    def shares(self) -> Array:
+        """Part of a ring that each angle represents, by the trapezoidal rule."""
+        shares = np.full(self.intervals + 1, 1.0 / self.intervals)
+        shares[[0, -1]] *= 0.5
+        return shares
+
+    @property
+    def y(self) -> Array:
+        """Zero for each angle: unworn bodies have the same gap at all of them."""
+        return np.zeros(self.intervals + 1)
+
+    @property
+    def rings(self) -> Rings:
+        """The rings without the angles."""
+        return Rings(self.edges)
+
+    def along(self, axis: int) -> list[tuple[Way, Array]]:
+        """Cells on an axis, and their distances, m."""
+        return [((slice(None), -axis), self.x)]
+
+    @property
+    def ways(self) -> list[list[tuple[Way, Array]]]:
+        """Cells at each angle."""
+        return [[((slice(None), angle), self.x)] for angle in range(self.intervals + 1)]
+
+    def zone(
+        self,
+        cells: Mask,
+        radii: Array | float,
+        beside: Beside | None = None,  # noqa: ARG002
+    ) -> Zone:
+        """The zone of some cells that reaches as far as a distance, m, at each angle."""
+        rings, count = self.rings, self.intervals + 1
+        radii, zones = np.broadcast_to(radii, count), []
+        for angle, share in enumerate(self.shares):
+            zone = rings.zone(cells[:, angle, None], float(radii[angle]))
+            inside, outside = (count * rows + angle for rows in (zone.inside, zone.outside))
+            # An edge cuts the same cells at neighbouring angles.
+            deviations = math.sqrt(count) * share * zone.deviations
+            zones.append((share * zone.area, inside, outside, deviations))
+        areas, *places = zip(*zones, strict=True)
+        inside, outside, deviations = map(np.concatenate, places)
+        return Zone(float(sum(areas)), inside, outside, deviations)
+
+    def covered(
+        self,
+        cells: Mask,
+        radii: Array | float,
+        plane: Grid,
+        beside: Beside | None = None,
+    ) -> Array:
+        """The fraction of each cell of a grid in the zone of some cells, up to its edge.
+
+        The edge has a radius, m, at each angle, and nearly so between them. The fractions, times
+        the area of a cell, sum up to the area from `zone`.
+        """
+        radii = np.broadcast_to(radii, self.intervals + 1).astype(np.float64)
+        cells = cells & (np.asarray(self.edges[:-1])[:, None] < radii)
+        if not cells.any():
+            return np.zeros(plane.shape)
+        # Open parts within the zone.
+        within = np.logical_or.accumulate(cells[::-1])[::-1]
+        holes = 1.0 - self.written({"": np.where(within, cells, 1.0)}, plane)[""]
+        edge = self._between(radii[:, None, None] * np.ones(plane.shape), plane)
+        x, y = (
+            np.arange(n + 1.0) * side for n, side in zip(plane.shape, plane.spacing, strict=True)
+        )
+        sides = x[:-1, None], x[1:, None], y[None, :-1], y[None, 1:]
+        area, fractions = self.zone(cells, radii, beside).area, np.zeros(plane.shape)
+        for _ in range(_ADJUSTMENTS):
+            fractions = np.clip(self._within(sides, edge) - holes, 0.0, 1.0)
+            edge *= math.sqrt(area / plane.integral(fractions))
+        return fractions
+
+    def largest_mean(self, field: Array, width: float) -> float:
+        """Largest mean of a field over a part of an annulus of a width, m, at one angle."""
+        return max(self.rings.largest_mean(column[:, None], width) for column in field.T)
+
+    def written(
+        self, fields: dict[str, NDArray[Element]], plane: Grid
+    ) -> dict[str, NDArray[Element]]:
+        """Means of fields over the cells of a grid, at the angle of the middle of each cell."""
+        angles = range(self.intervals + 1)
+        columns = {
+            f"{name} {angle}": field[:, angle, None]
+            for name, field in fields.items()
+            for angle in angles
+        }
+        at_angles = self.rings.written(columns, plane)
+        result: dict[str, NDArray[Element]] = {}
+        for name in fields:
+            planes = np.stack([at_angles[f"{name} {angle}"] for angle in angles])
+            if planes.dtype.kind == "f":
+                result[name] = self._between(planes, plane).astype(planes.dtype)
+            else:
+                nearest = np.rint(self._angle(plane)).astype(np.intp)
+                result[name] = np.take_along_axis(planes, nearest[None], 0)[0]
+        return result
+
+    def _angle(self, plane: Grid) -> Array:
+        """Angles of the middles of the cells of a grid, in intervals."""
+        return np.asarray(np.arctan2(plane.y, plane.x[:, None]) / self.angles[1])
+
+    def _between(self, fields: NDArray[np.float64], plane: Grid) -> Array:
+        """Fields on a grid at each angle, shape (angles, nx, ny), at the angle of each cell.
+
+        They follow cubics through the values at neighbouring angles, and stay between these.
+        """
+        last, angle = self.intervals, self._angle(plane)
+        before = np.clip(angle.astype(np.intp), 0, last - 1)
+        part = angle - before
+        # Slopes of the parabolas through three angles, one-sided on the axes.
+        slopes = np.empty_like(fields)
+        slopes[1:-1] = 0.5 * (fields[2:] - fields[:-2])
+        for end, inward in ((0, 1), (last, -1)):
+            near, far = fields[end + inward], fields[end + 2 * inward]
+            slopes[end] = inward * (2.0 * near - 1.5 * fields[end] - 0.5 * far)
+        (low, high), (first, second) = (
+            [np.take_along_axis(values, place[None], 0)[0] for place in (before, before + 1)]
+            for values in (fields, slopes)
+        )
+        rise = high - low
+        bend = part * (1.0 - part) * ((1.0 - part) * (first - rise) - part * (second - rise))
+        result = low + part * rise + bend
+        return np.asarray(np.clip(result, np.minimum(low, high), np.maximum(low, high)))
+
+    def half_space(
+        self,
+        modulus: float,
+        team: Team = ALONE,  # noqa: ARG002
+        parts: Parts | None = None,  # noqa: ARG002
+    ) -> PolarHalfSpace:
+        """The elastic bodies on the cells."""
+        return PolarHalfSpace(self, modulus)
+
+    @cached_property
+    def cosines(self) -> Array:
+        """Values of cos 2kθ at the angles, shape (angles, waves)."""
+        waves = np.arange(self.intervals + 1)
+        return np.asarray(np.cos(2.0 * waves * self.angles[:, None]))
+
+    @cached_property
+    def sines(self) -> Array:
+        """Values of sin 2kθ at the angles, shape (angles, waves); exactly zero on both axes."""
+        waves = np.arange(self.intervals + 1)
+        sines: Array = np.sin(2.0 * waves * self.angles[:, None])
+        sines[[0, -1]] = sines[:, [0, -1]] = 0.0
+        return sines
+
+    @cached_property
+    def factors(self) -> Array:
+        """Squares of the waves over their mean square at the angles, shape (waves,).
+
+        The last wave cannot be told from a uniform one of alternating sign.
+        """
+        factors = np.full(self.intervals + 1, 2.0)
+        factors[[0, -1]] = 1.0
+        return factors
+
+
+class PolarHalfSpace(DenseHalfSpace):
+    """The elastic half-space under a pressure that is uniform across each ring."""
+
+    def __init__(self, geometry: Polar, modulus: float) -> None:
+        self.geometry: Polar = geometry
+        self.team, self._modulus = ALONE, modulus
+        self._harmonics = RingHarmonics(np.asarray(geometry.edges), geometry.intervals)
+        waves = range(geometry.intervals + 1)
+        #: Influence of each wave, m/Pa, shape (waves, n, n).
+        self.influence = np.stack([self._harmonics.along(wave) for wave in waves]) / modulus
+        # Half of what the last wave displaces has its phase.
+        self.influence[-1] *= 0.5
+        self.self_influence = float(self.influence[0].diagonal().max())
+        areas = np.diff(np.square(geometry.edges))
+        self._areas: Array = areas / areas.mean()
+        scaled = self.influence * (self._areas[:, None] / self.self_influence)
+        self._matrices = 0.5 * (scaled + scaled.transpose(0, 2, 1))
+        # Amplitudes of the waves of a field, from its values at the angles.
+        self._waves = geometry.shares[:, None] * geometry.cosines * geometry.factors
+        self._sheared: tuple[float, PolarShear[Array]] | None = None
+
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa, in the mean over each ring."""
+        return np.asarray(self._moved(self.influence, pressure[None])[0])
+
+    def _moved(self, matrices: Real, fields: Real) -> Real:
+        """Products of the matrices of the waves with fields, shape (fields, n, angles)."""
+        kind = fields.dtype
+        waves = np.ascontiguousarray((fields @ self._waves.astype(kind)).transpose(2, 1, 0))
+        moved = (matrices @ waves).transpose(2, 1, 0)
+        result: Real = moved @ self.geometry.cosines.T.astype(kind)
+        return result
+
+    def sheared(self, coupling: float) -> PolarShear[Array]:
+        """The same bodies under shear tractions, of κ = E*/G*."""
+        if self._sheared is None or self._sheared[0] != coupling:
+            shear = PolarShear.of(self.geometry, self._harmonics, self._modulus, coupling)
+            self._sheared = coupling, shear
+        return self._sheared[1]
+
+    def _solved(self, displacements: Array, tangent: Single | None, free: Mask) -> Array:
+        """Pressures on free cells that cause displacements in units of the self-influence.
+
+        They are solved by conjugate gradients. The preconditioner is the inverse for rings any part
+        of which is free, with the mean compliance of a layer on each.
+        """
+        shares = self.geometry.shares
+        rings = np.flatnonzero(free.any(axis=1))
+        free, areas = free[rings], self._areas[rings, None]
+        inside = free.astype(np.float64)
+        matrices = self._matrices[:, rings[:, None], rings]
+        layer = np.zeros(free.shape)
+        if tangent is not None:
+            layer += np.where(free, tangent[rings], 0.0)
+        mean = (layer @ shares) / np.maximum(free @ shares, 1e-12)
+        stiffened = matrices.astype(np.float32)
+        stiffened[:, np.arange(rings.size), np.arange(rings.size)] += areas[:, 0] * mean
+        inverse: Single = np.linalg.inv(stiffened)
+        inverse = inverse + inverse.transpose(0, 2, 1)
+        inverse *= 0.5
+
+        def precondition(residual: Array) -> Array:
+            moved = self._moved(inverse, residual.astype(np.float32))
+            return np.multiply(moved, inside)
+
+        def stiff(pressure: Array) -> Array:
+            moved: Array = self._moved(matrices, pressure)
+            return np.multiply(moved + areas * layer * pressure, inside)
+
+        left = displacements[:, rings] * areas * free
+        found, direction = np.zeros_like(left), np.zeros_like(left)
+        energy, target = np.ones(len(left)), _REDUCTION**2
+        first = (left**2 @ shares).sum(axis=1)
+        for _ in range(_ITERATIONS):
+            remaining = (left**2 @ shares).sum(axis=1) > target * first
+            if not remaining.any():
+                break
+            preconditioned = precondition(left)
+            before, energy = energy, ((left * preconditioned) @ shares).sum(axis=1)
+            ratio = np.where(remaining, energy / np.where(before > 0.0, before, 1.0), 0.0)
+            direction = preconditioned + ratio[:, None, None] * direction
+            force = stiff(direction)
+            work = ((direction * force) @ shares).sum(axis=1)
+            goes_on = remaining & (work > 0.0)
+            length = np.where(goes_on, energy / np.where(work > 0.0, work, 1.0), 0.0)
+            found += length[:, None, None] * direction
+            left -= length[:, None, None] * force
+        result = np.zeros_like(displacements)
+        result[:, rings] = found
+        return result
+
+
+class PolarShear(ShearSpace[Real]):
+    """The elastic bodies under shear tractions on rings at several angles.
+
+    With complex numbers q_x + i q_y = ∑ c_j e^{2ijθ}, j = −m … m for m intervals, tractions even
+    along both axes have real c_j. The wave j is displaced by itself and by 1 − j.
+    """
+
+    is_even = True
+
+    def __init__(
+        self, geometry: Polar, pairs: Real, last: Real, inverses: tuple[Real, Real], own: Array
+    ) -> None:
+        self.geometry: Polar = geometry
+        #: Influence of the waves j and 1 − j on both, shape (m, 2n, 2n), and of −m on itself.
+        self._influence: tuple[Real, Real] = pairs, last
+        self._inverses: tuple[Real, Real] = inverses
+        self._own, self.self_influence = own, float(own.max())
+        cosines, sines, last_one = geometry.cosines.T, geometry.sines.T, geometry.intervals
+        order = np.concatenate([1 + np.arange(last_one), -np.arange(last_one), [-last_one]])
+        number = np.abs(order)
+        # Components along x and y of these waves at the angles, shape (2, waves, angles).
+        there = np.stack([cosines[number], np.sign(order)[:, None] * sines[number]])
+        # Both waves of the largest number have the same values at the angles.
+        there[:, number == last_one] *= 0.5
+        self._from_waves: Real = there.astype(pairs.dtype)
+        self._to_waves: Real = (there * geometry.shares).astype(pairs.dtype)
+
+    @classmethod
+    def of(
+        cls, geometry: Polar, harmonics: RingHarmonics, modulus: float, coupling: float
+    ) -> PolarShear[Array]:
+        """The bodies of a composite modulus, Pa, and κ."""
+        count, waves = len(geometry.edges) - 1, geometry.intervals
+        along = [coupling / modulus * harmonics.along(k) for k in range(waves + 1)]
+        pairs = np.empty((waves, 2 * count, 2 * count))
+        for j in range(1, waves + 1):
+            pair = pairs[j - 1]
+            pair[:count, :count], pair[count:, count:] = along[j], along[j - 1]
+            pair[:count, count:] = (coupling - 1.0) / modulus * harmonics.across(j)
+            pair[count:, :count] = (coupling - 1.0) / modulus * harmonics.across(1 - j)
+        own = np.broadcast_to(along[0].diagonal()[:, None], geometry.shape)
+        last = along[waves]
+        inverses = np.asarray(np.linalg.inv(pairs)), np.asarray(np.linalg.inv(last))
+        return PolarShear(geometry, pairs, last, inverses, own)
+
+    @property
+    def own(self) -> Array:
+        """Displacement of each ring by a uniform traction along x on it alone, m/Pa."""
+        return self._own
+
+    @cached_property
+    def single(self) -> PolarShear[Single]:
+        """The same in single precision, for displacements in units of the self-influence."""
+        unit = self.self_influence
+        pairs, last = ((each / unit).astype(np.float32) for each in self._influence)
+        inverses = [(each * unit).astype(np.float32) for each in self._inverses]
+        return PolarShear(self.geometry, pairs, last, (inverses[0], inverses[1]), self._own / unit)
+
+    def displacement(self, traction: Real) -> Real:
+        """Relative displacement of the surfaces, m, under a traction, Pa."""
+        return self._moved(traction, *self._influence)
+
+    def inverse(self, traction: Real) -> Real:
+        """Inverse of `displacement` up to what the last wave cannot tell."""
+        return self._moved(traction, *self._inverses)
+
+    def _moved(self, field: Real, pairs: Real, last: Real) -> Real:
+        waves = field[0] @ self._to_waves[0].T
+        waves += field[1] @ self._to_waves[1].T
+        waves = waves.T  # (waves, n)
+        count, rings = self.geometry.intervals, waves.shape[1]
+        stacked = np.concatenate([waves[:count], waves[count:-1]], axis=1)[..., None]
+        moved = (pairs @ stacked)[..., 0]
+        result = np.concatenate([moved[:, :rings], moved[:, rings:], (last @ waves[-1])[None]])
+        moved = self._from_waves.transpose(0, 2, 1) @ result
+        return cast("Real", np.ascontiguousarray(moved.transpose(0, 2, 1)))
