@@ -193,3 +193,19 @@ def test_bearing_areas_are_those_of_the_figure(random):
         expected = np.interp(np.linspace(0.0, 1.0, len(shown)), share, heights)
         found = sizes["height"] * np.array(shown)
         assert found == pytest.approx(expected, abs=1e-3 * np.ptp(heights))
+
+
+def test_profiles_of_a_stroke_reach_to_the_end_of_the_scar(tmp_path):
+    stroke = {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "sliding_amplitude": "25 um"}
+    stroke |= {"load": "18.5 N/mm", "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"]}
+    stroke |= {"youngs_modulus": "200 GPa", "poisson_ratio": 0.3, "friction": 0.9, "cycles": 300}
+    content = {"base": stroke | {"cell": "3 um", "error_estimate": False}}
+    study = load_study(write_study(tmp_path / "stroke.yaml", content))
+    summary = xr.load_dataset(run_study(study, tmp_path) / "summary.nc")
+    plan = Plan(study)
+    (case,) = unpacked(build_explorer(plan, point_results(plan, summary, {}), tmp_path))["cases"]
+    first, spacing, count = case["x"]
+    depth = summed(case["profiles"]["wear_depth"][-1])
+    assert depth.max() > 100.0 * depth[-1]
+    # The contact in the middle of the stroke is far narrower.
+    assert first + spacing * (count - 1) > 1.3 * case["numbers"]["contact_half_width_x"][-1] + 5.0

@@ -64,6 +64,7 @@ _SHARE_OF_FIRST_GAP = 0.3
 _WORN, _INVISIBLE = 0.01, 0.1
 _TRIANGLE = 0.985
 _STRIP = 0.05
+_SAME_LOOP = 0.005
 _FIRST_WIDTH, _LAST_WIDTH = 0.6, 0.7
 _FILL = "#d9d9d9"
 
@@ -434,6 +435,15 @@ def _loops(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
         unit = readable_unit(
             [float(abs(loops[names[0]]).max()) for loops in contents], force.si_unit
         )
+        # Under a stroke the loop of a constant load is the same rectangle in every cycle.
+        spread = [
+            float((loops[name].max("cycle") - loops[name].min("cycle")).max())
+            / float(loops[name].max())
+            for loops in contents
+            for name in names
+        ]
+        if all(len(loops["cycle"]) > 1 for loops in contents) and max(spread) < _SAME_LOOP:
+            caption(panels[0], "The loops of all cycles shown coincide.")
         for axes, loops in zip(panels, contents, strict=True):
             axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
             axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)

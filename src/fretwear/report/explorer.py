@@ -43,6 +43,7 @@ _MOST_SQUARES = 64
 _SHARES = 101
 _LEVELS = 10_000
 _AROUND_PROFILE, _AROUND_MAP = 1.3, 1.05
+_WORN, _BEYOND = 0.01, 1.15
 _NAMES = {field.name: name for name, field in MERGED_PROFILES.items()}
 
 
@@ -142,7 +143,10 @@ def _curves(
     kept = representative_cycles(cycles[snapshots].tolist(), _MOST_SNAPSHOTS)
     snapshots = np.searchsorted(cycles, kept)
     numbers = {name: values[snapshots] for name, values in numbers.items()}
-    reach = _AROUND_PROFILE * float(numbers["contact_half_width_x"].max())
+    # The scar of a stroke extends beyond the contact.
+    worn = np.nan_to_num(file[_NAMES["wear_depth"]][position][snapshots[-1]])
+    scar = float(np.abs(x[worn > _WORN * worn.max()]).max(initial=0.0))
+    reach = max(_AROUND_PROFILE * float(numbers["contact_half_width_x"].max()), _BEYOND * scar)
     # The gap is unknown outside the window of the case.
     is_stored = np.isfinite(file[_NAMES["gap"]][position][snapshots[-1]])
     inside = np.flatnonzero(is_stored & (np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min()))))

@@ -143,8 +143,13 @@
   function profileFigure(shown) {
     const strip = study.profiles.length;
     const top = 1 - 0.03 * shown.length;
-    const right = 1.12 * largest(shown.flatMap(({ data }) =>
-      lineOf(data).numbers[`contact_half_width_${along.value}`]));
+    /* The scar of a stroke extends beyond the contact. */
+    const right = 1.12 * largest(shown.flatMap(({ data }) => {
+      const { x, profiles, numbers } = lineOf(data);
+      const worn = profiles.wear_depth?.at(-1) ?? [];
+      const scar = x.filter((_, at) => worn[at] > 0.01 * largest(worn)).map(Math.abs);
+      return [...numbers[`contact_half_width_${along.value}`], ...scar];
+    }));
     const left = shown.some(({ data }) => lineOf(data).x[0] < 0) ? -right : 0;
     const ys = study.profiles.map((name) => {
       const scale = 1.06 * (highest(shown, name, right) || 1);
@@ -328,7 +333,9 @@
     const ys = study.histories.map((names) => {
       const { label } = words[names[0]];
       const common = label.replace(/^\S+ (.)/, (_, letter) => letter.toUpperCase());
-      return axis(names.length > 1 ? common : label, { rangemode: "tozero", nticks: 6 });
+      /* A longer label would leave its panel. */
+      const short = label.length > 26 ? label.replace(" per ", "<br>per ") : label;
+      return axis(names.length > 1 ? common : short, { rangemode: "tozero", nticks: 6 });
     });
     const layout = panels(420, axis(words.cycle.label, reached), ys, {
       hovermode: "closest",
