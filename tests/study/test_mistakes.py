@@ -26,6 +26,9 @@ base/diameter: 20 mm | without base/radius
 base/stroke: 2 um | without base/tangential_ratio
     base.stroke = 2 um: is not a case parameter
     write displacement_amplitude: half of the stroke
+base/accuracy: 2 %, base/error_estimate: false
+    base.error_estimate = false: leaves out the error estimates that an accuracy needs
+    give one of the two
 base/yield_stress: 1500 MPa
     base.yield_stress = 1500 MPa: is not a case parameter
     write plastic_limit: about three times the yield stress

@@ -305,7 +305,7 @@ def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMe
         whole[row : row + len(block), :count] = of_u
         whole[row : row + len(block), column : column + block.shape[1]] = block
         row, column = row + len(block), column + block.shape[1]
-    scales = np.maximum(np.abs(whole).max(axis=0), 1e-300)
+    scales = np.maximum(np.abs(whole).max(axis=0), 1e-150)  # products of two are not 0
     covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
     covariance = covariance / np.outer(scales, scales)
     fitted, column = [], count
