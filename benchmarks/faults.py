@@ -72,6 +72,8 @@ fit:
 SCAR = "x (um),depth (nm)\n-160,0\n-140,4\n-120,5\n-100,2\n0,0\n100,1\n120,4\n140,4\n160,0\n"
 COMMANDS = ("batch", "merge", "fit", "figures", "report")
 
+_KILLED = "kill −9 of a {} at a random moment"
+
 OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY, LIBRARY = (
     1 << bit for bit in range(9)
 )
@@ -382,6 +384,34 @@ class Trials:
             self.judge([(tally, f"{moment:.3f} s")])
         return tally
 
+    def killed(self, command: str, kills: int, seed: int = 1) -> Tally:
+        """Kill a command at random moments, up to three times before it may end."""
+        tally, generator = Tally(_KILLED.format(command), kills), random.Random(seed)
+        self.fresh()
+        for before in self.commands[: self.commands.index(command)]:
+            self.undisturbed(before)
+        start = self.folder / "start"
+        shutil.copytree(self.home, start)
+        begun = time.monotonic()
+        self.undisturbed(command)
+        duration = time.monotonic() - begun
+        while tally.points < kills:
+            shutil.rmtree(self.home)
+            shutil.copytree(start, self.home)
+            moments = [generator.uniform(0.0, duration) for _ in range(generator.randint(1, 3))]
+            for moment in moments:
+                child = os.fork()
+                if child == 0:
+                    self._work((command,), int)
+                time.sleep(moment)
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+            tally.points += len(moments)
+            tally.of = max(kills, tally.points)
+            self.judge([(tally, f"{moments} s")])
+        shutil.rmtree(start)
+        return tally
+
     def at_start(self) -> list[Tally]:
         """Send a signal to a process that starts, at each file that it opens."""
         self.fresh()
@@ -596,6 +626,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="faults whose names this matches")
     parser.add_argument("--commands", type=int, default=len(COMMANDS), help="how many commands")
     parser.add_argument("--power", type=int, default=200, help="failures of the power")
+    parser.add_argument("--kills", type=int, default=40, help="kills of a fit")
     parser.add_argument("--cuts", type=int, default=20, help="failures on each real file system")
     options = parser.parse_args()
     # In the background a shell lets its commands ignore Ctrl-C.
@@ -617,6 +648,12 @@ def main() -> None:
         for disk in DISKS:
             if re.match(options.only, f"power failure on {disk}"):
                 tallies.append(trials.without_power_on(disk, options.cuts))
+        if (
+            options.kills
+            and re.match(options.only, _KILLED.format("fit"))
+            and "fit" in trials.commands
+        ):
+            tallies.append(trials.killed("fit", options.kills))
         if re.match(options.only, "start"):
             tallies += trials.at_start()
     print("\n".join(tally.row() for tally in tallies), flush=True)

@@ -396,11 +396,11 @@ def kinds(
     yield "checkpoints", of_case, sealed["*.checkpoint"], 20_000, False, True
     yield "case files", read_case, sealed["cases/*.nc"], 10_000, False, True
     yield "summaries", read_summary, sealed["summary.nc"], 5_000, False, True
-    yield "readings of a measurement", read_readings, [SCAR.encode()], 5_000, True, False
+    yield "readings of a measurement", read_readings, [SCAR.encode()], 3_000, True, False
     yield "fits, record", of_report, records, 5_000, True, False
     yield "fits, kept runs", of_run, kept, 5_000, True, False
     yield "fits, distributions", of_figures, fits, 3_000, False, True
-    yield "stresses and fatigue", of_stresses, sealed["below/*.nc"], 3_000, False, True
+    yield "stresses and fatigue", of_stresses, sealed["below/*.nc"], 1_000, False, True
 
 
 def main() -> None:
