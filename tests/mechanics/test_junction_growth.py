@@ -8,6 +8,7 @@ import pytest
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import evolve, first_loading
@@ -217,6 +218,56 @@ def test_wear_is_that_of_the_independent_reference(ratio, taus):
             assert state.wear.max() / DEPTH == near(expected["deepest_wear"], rel=5e-3)
             assert found.stick_half_width_x / A == near(expected["stick_radius"], rel=5e-3)
     assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.02)
+
+
+# The study's contact after 3000, 7000 and 30000 cycles, by a program of its own with 800 rings and
+# explicit steps of τ/50: wear volume over that of α = 0, and stick radius over a.
+STUDY = {3000: (1.073, 0.497), 7000: (1.457, 0.261), 30_000: (0.964, 0.2155)}
+
+
+def measured(cycles, tolerance=0.01, **changes):
+    """Wear volume, a⁴/R, and stick radius, a, of the study's contact after some cycles."""
+    problem = fretting(limit=STUDY_LIMIT, geometry=Rings, **changes)
+    states = evolve(problem, cycles, tolerance)
+    found = [measure(problem, state) for state in states if state.cycle in cycles]
+    return [(each.wear_volume / VOLUME, each.stick_half_width_x / A) for each in found]
+
+
+@pytest.mark.slow
+def test_volumes_and_stick_radii_of_the_studys_contact():
+    without, grown = (measured([*STUDY], junction_growth=alpha) for alpha in (0.0, ALPHA))
+    for (volume, _), (found, stick), expected in zip(without, grown, STUDY.values(), strict=True):
+        assert found / volume == near(expected[0], rel=0.005)
+        assert stick == near(expected[1], rel=0.005)
+
+
+@pytest.mark.slow
+def test_narrower_rings_and_shorter_steps_change_nothing():
+    usual, narrower, shorter = (
+        np.array(measured([3000, 7000], tolerance, junction_growth=ALPHA, coarseness=coarseness))
+        for tolerance, coarseness in ((0.01, 1.0), (0.01, 0.5), (0.005, 1.0))
+    )
+    np.testing.assert_allclose(narrower, usual, rtol=2e-3)
+    np.testing.assert_allclose(shorter, usual, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_both_directions_of_friction_yield_alike_by_junction_growth():
+    """Coupling moves the volume less than a percent, as it does without a limit."""
+    found = []
+    for model, geometry in ((Jaeger(), Rings), (Coupled(), Polar)):
+        problem = fretting(
+            limit=2.5, junction_growth=ALPHA, slip_model=model, geometry=geometry, load_ratio=0.7
+        )
+        *_, state = evolve(problem, [cycles_of(problem, 2.0)])
+        integral = state.geometry.integral
+        stick = measure(problem, state).stick_area
+        found.append([integral(state.wear), stick])
+        assert state.plastic.any()
+        assert excess(problem, state).max() < 0.03
+    single, coupled = np.array(found)
+    assert coupled[0] == near(single[0], rel=0.01)
+    assert coupled[1] == near(single[1], rel=0.03)
 
 
 def test_blocks_keep_what_earlier_ones_have_pressed_in():

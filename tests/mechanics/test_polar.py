@@ -263,7 +263,9 @@ def test_without_poissons_ratio_wear_is_that_of_rings(changes):
     assert np.abs(coupled.plastic - single.plastic).max() <= 1e-4 * deepest
 
 
-@pytest.mark.parametrize(("ratio", "poisson", "tau"), [(0.3, 0.3, 0.25), (0.6, 0.45, 8.0)])
+@pytest.mark.parametrize(
+    ("ratio", "poisson", "tau"), [(0.3, 0.3, 0.25), (0.3, 0.3, 8.0), (0.6, 0.45, 8.0)]
+)
 def test_narrower_rings_and_more_angles_lead_to_the_same_wear(ratio, poisson, tau):
     """On a grid of a/24 the depth on the x axis is 11 % off in the first case."""
     bodies = Elastic(coupling=coupling_ratio(1.0, poisson, 1.0, poisson))
