@@ -28,7 +28,7 @@ def test_the_cost_of_each_accuracy_is_drawn_in_units_of_the_default_run():
     runs = [of_run(None, 2.0, 0.01), of_run(0.02, 1.0, 0.015), of_run(0.005, 14.0, 0.006)]
     data = {"kinds": [{"name": f"{kind}, sphere", "runs": runs} for kind in KINDS]}
     text = costs_text(data)
-    assert "| rough capped | 0.5 %, told | 14 | 7 | 0.6 % | 1.2 % |" in text
+    assert "| rough capped | 0.5 %, not reached | 14 | 7 | 0.6 % | 1.2 % |" in text
     figure = costs_figure(data)
     lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 2]
     assert len(lines) == len(KINDS)

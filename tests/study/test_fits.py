@@ -110,7 +110,7 @@ def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar
         ({"free": {"friction": [0.9, 0.2]}}, ["a lower end below its upper end"]),
         ({"free": {"friction": 0.5}}, ["must be a range of two values"]),
         ({"free": {"load": ["10", "20 N"]}}, ["fit.free.load.from = 10", "needs a unit"]),
-        ({"free": {"roughness": [0, 1]}}, ["is no quantity"]),
+        ({"free": {"roughness": [0, 1]}}, ["cannot be sought"]),
         ({"free": {"friction": {"from": 0.1, "to": 0.9, "sale": "log"}}}, ["mean 'scale'"]),
     ],
 )
