@@ -76,7 +76,7 @@ class Prediction:
         curves = loops["displacement"].values, loops["force"].values
         return cls(dataset[CYCLE.name].values, numbers, errors, lines, curves)
 
-    def packed(self) -> dict[str, Any]:
+    def packed(self) -> dict[str, object]:
         """The prediction as lists, for JSON."""
         content = dict(vars(self))
         return json.loads(json.dumps(content, default=lambda array: array.tolist()))  # type: ignore[no-any-return]

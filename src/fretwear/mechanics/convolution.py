@@ -22,7 +22,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import pairwise, product
-from typing import Any, Generic, Protocol
+from typing import Generic, Protocol
 
 import numpy as np
 
@@ -179,7 +179,7 @@ class Window(Protocol):
         """
 
 
-def compiled_window(rows: int, columns: int, precision: np.dtype[Any]) -> Window:
+def compiled_window(rows: int, columns: int, precision: np.dtype[np.floating]) -> Window:
     """Compiled convolutions on a window of some precision."""
     kind = kernels.SingleWindow if precision == np.float32 else kernels.DoubleWindow
     result: Window = kind(rows, columns)

@@ -97,7 +97,7 @@ class FreeParameter:
     def given_in(self, base: Mapping[str, object]) -> float | None:
         """Its value in the plain keys of `base`, or None if they do not have it."""
         whole, *path = self.name.split(".")
-        value: Any = base.get(whole)
+        value: object = base.get(whole)
         if not path and is_list(value):
             with suppress(QuantityError):
                 return sum(self.about.read(number, True) for number in value)
