@@ -489,8 +489,8 @@ def recorded(record: Path, home: Path) -> Iterator[tuple[int, int, int, str, byt
 def replay(operations, home, generator):  # type: ignore[no-untyped-def]
     """Leave in a folder what a disk may hold when the power fails after some operations.
 
-    What was flushed is there. Of what was not, names are there as far as a random moment, as
-    with a journal, or any of them; of the content any blocks of 4 kB.
+    What was flushed is there. Unflushed names are there up to a random moment, as with a journal,
+    or any of them; any blocks of 4 kB are there of unflushed content.
     """
     root = os.fsencode(os.path.abspath(home))  # noqa: PTH100
     opened: dict[int, int | str] = {}

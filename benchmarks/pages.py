@@ -109,7 +109,7 @@ class Page:
     Parameters
     ----------
     name
-        Of the page, and of the module that measures it: ``python -m benchmarks.NAME``.
+        Name of the page, and of the module that measures it: ``python -m benchmarks.NAME``.
     introduction
         Text above the sections, with ``{names}`` of these, ``{minutes}`` that they took and the
         ``{summary}`` of all checks.

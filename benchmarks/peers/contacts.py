@@ -52,7 +52,7 @@ class Peer(ABC):
     modulus
         E*, Pa.
     tolerance
-        Of the library's own measure of the error.
+        Tolerance of the library's own measure of the error.
     """
 
     name: ClassVar[str]
@@ -202,7 +202,7 @@ class Contestant:
     Parameters
     ----------
     name
-        Of the library, with version and what it is given.
+        Name and version of the library, and what it is given.
     settings
         How it is driven.
     solve

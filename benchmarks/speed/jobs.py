@@ -106,13 +106,13 @@ class Run:
     state
         The last one.
     time
-        Of the run.
+        Time of the run.
     units
         The same in CE: the time of each step over the unit of the step's own window.
     in_last_unit
         Processor time over the unit of the last window, the dearest of all.
     share
-        Of the processor time inside transforms.
+        Share of the processor time inside transforms.
     """
 
     state: State

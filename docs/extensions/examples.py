@@ -71,11 +71,11 @@ class Block:
     Attributes
     ----------
     language, text : str
-        Of the fence, and what stands in it.
+        Language of the fence, and what stands in it.
     note : str
         The comment above it.
     line : int
-        Of its first line in the page.
+        Number of its first line in the page.
     start, end : int
         Where its text stands in the page.
     """

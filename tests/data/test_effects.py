@@ -10,7 +10,7 @@ from fretwear.data.effects import Points, rank_correlations, sobol_indices
 from ..studies import sampled
 
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
-"""Of Ishigami's function with a = 7 and b = 0.1 (Ishigami and Homma 1990)."""
+"""Sobol indices of Ishigami's function with a = 7 and b = 0.1 (Ishigami and Homma 1990)."""
 
 
 def ishigami(unit):

@@ -205,7 +205,7 @@ def loop_file(folder, case, noise, unit=1.0):
 
 
 def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
-    """Of a sphere that slides as a whole; center of the loop found too."""
+    """A sphere slides as a whole; the center of the loop is fitted too."""
     loop_file(tmp_path, Case(**SLIDING, error_estimate=False), 0.3)
     data = {"file": "loop.csv", "quantity": "loop", "cycle": 0, "force_noise": "0.3 N"}
     free = {"friction": [0.3, 1.0], "rig_stiffness": ["5 N/um", "400 N/um"]}

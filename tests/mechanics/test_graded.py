@@ -288,7 +288,7 @@ def test_bodies_that_sink_far_less_than_their_approach_meet_on_the_narrowest_rin
         problem = ContactProblem(bodies, unworn + offset, SPHERE_LOAD)
         found = solve_contact(problem, tolerance=1e-8)
         assert found.approach - offset == near(HERTZ.approach, rel=1e-7)
-        # Of sums of some hundred terms.
+        # Rounding of sums of some hundred terms.
         assert found.residual < 1e-13 * (1.0 + offset / HERTZ.approach)
 
 

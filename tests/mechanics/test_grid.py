@@ -109,7 +109,7 @@ def test_a_window_holds_tips_beyond_it_and_none_that_stay_open(problem):
 
 
 def test_the_window_of_a_few_tips_is_small_and_grows_before_the_contact_is_at_its_border(problem):
-    # Of 0.2 um waves the first window would lie in the valley, and its approach reach far beyond.
+    # The first window would lie in the valley of 0.2 um waves, its approach reach far beyond.
     a = problem.spacing[0]
     small = replace(problem, normal=NormalLoad(1e-3), spacing=(a / 24, a / 24), extent=(4e-6, 4e-6))
     state = first_loading(small)

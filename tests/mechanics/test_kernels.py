@@ -23,7 +23,7 @@ from .problems import EVEN, folded, fretting, unfolded
 # Fewer cells than a vector has, a few vectors and a rest, more than a block, rows of such, and more
 # than go unshared.
 SHAPES = [(1, 1), (3, 5), (7, 13), (40, 67), (2, 40_000), (500, 400)]
-# Of the wear of a stage: none, tiny, common and huge.
+# Exponents of the wear of a stage: none, tiny, common and huge.
 EXPONENTS = (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4)
 
 

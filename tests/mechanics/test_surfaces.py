@@ -127,7 +127,7 @@ def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends(seed):
 def test_heights_of_a_point_are_normally_distributed_over_the_seeds():
     heights = [replace(SURFACE, seed=seed).height(0.0, 0.0) for seed in range(400)]
     assert np.mean(heights) == pytest.approx(0.0, abs=4 * HEIGHT / 20)
-    # Of a normal distribution 68 % lie within the root mean square; four deviations of the share.
+    # 68 % of a normal distribution lie within the root mean square; four deviations of the share.
     inside = np.mean(np.abs(heights) < HEIGHT)
     assert inside == pytest.approx(0.683, abs=4 * np.sqrt(0.683 * 0.317 / 400))
     with pytest.raises(ValueError, match="at most the roll-off wavelength"):
@@ -267,7 +267,7 @@ INDENTERS = {
     "cylinder": lambda size, _: Cylinder(size),
     "ellipsoid": lambda size, part: Ellipsoid(size, part * size),
     "crossed_cylinders": lambda size, part: CrossedCylinders((size, part * size), 0.25 * math.pi),
-    # Of whole micrometres, as users write them.
+    # In whole micrometres, as users write them.
     "round_punch": lambda size, part: RoundPunch(1e-6 * round(1e5 * size), part * size),
     "flat_punch": lambda size, part: FlatPunch(1e-6 * round(1e5 * size), part * size),
 }

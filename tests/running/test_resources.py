@@ -189,7 +189,7 @@ def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
         alone > core_seconds(jobs) + seconds_after(many) > seconds_after(few) + core_seconds(jobs)
     )
     assert shared < alone < 2 * shared, "figures and report keep one core only"
-    # Of a single job, two cores make no shorter one.
+    # Two cores make a single job no shorter.
     single = batches(few)
     assert study_seconds(few, single, 2) == near(study_seconds(few, single))
     assert study_seconds(many, jobs, 2, speed=2.0) == near(shared / 2)

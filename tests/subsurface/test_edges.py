@@ -47,7 +47,7 @@ def test_the_trailing_edge_of_a_sliding_sphere(cells):
 
 
 def test_the_trailing_edge_of_a_sphere_in_partial_slip():
-    """Of p* nothing is singular at the edge: its part is a smooth integral over the stick disc."""
+    """Nothing in p* is singular at the edge: its part is a smooth integral over the stick disc."""
     cells, friction, stick = 48, 0.5, 0.6
     shear = friction * (sphere(cells) - sphere(cells, stick))
     edge = stresses_at_edge(

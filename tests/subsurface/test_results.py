@@ -78,7 +78,7 @@ def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):
 
 
 def test_the_constants_are_those_of_the_flat(worn):
-    """Of two materials the second."""
+    """The flat is the second of two materials."""
     place = {"points": [(-1.3e-4, 0.0, 2e-5)], "phases": 4, "fatemi_socie": (1, 1e9)}
     names = ("youngs_modulus", "poisson_ratio")
     pairs = {f"{n}_{body}": worn[n] / (3 - body) for n in names for body in (1, 2)}

@@ -230,7 +230,7 @@ def test_strains_are_compatible():
 
 
 def test_a_layer_carries_the_loads():
-    """Of σ_xz a part 3√2 z/πL is carried beyond a square of half-width L much larger than z."""
+    """A part 3√2 z/πL of σ_xz is carried beyond a square of half-width L much larger than z."""
     half, step, depth = 96, 1 / 16, 0.3
     pressure = hertz(cells=16, half=half)
     slid = Tractions(pressure[None], pressure[None], (step, step), (True, True), NU)

@@ -136,7 +136,7 @@ def fit(
     tell : callable
         Takes a line of text about each step.
     seed : int
-        Of the draws from the posterior.
+        Seed of the draws from the posterior.
 
     Raises
     ------

@@ -259,7 +259,7 @@ class Case(Draft):
         dx, dy = self.grid_spacing
         cell = times * dx, times * dy
         case = self.of(vars(self) | {"cell": cell, "tolerance": self.tolerance_on(times)})
-        # Of all that a case keeps, only the spacing follows from cell and tolerance.
+        # Only the spacing, among all that a case keeps, follows from cell and tolerance.
         vars(case).update({**vars(self), **vars(case)})
         vars(case).pop("grid_spacing", None)
         return case

@@ -173,7 +173,7 @@ class _Loops:
     def of(cls, loops: PointLoops, points: NDArray[np.intp]) -> _Loops:
         """The loops at some of the points."""
         xx, yy, zz, xy, xz, yz = parts = np.moveaxis(loops.alternating[..., points], 1, 0)
-        # Of the squared tensors n·σ²·n is the square of the traction |σn|.
+        # With the squared tensors, n·σ²·n is the square of the traction |σn|.
         squares = [xx * xx + xy * xy + xz * xz, xy * xy + yy * yy + yz * yz]
         squares += [xz * xz + yz * yz + zz * zz, xx * xy + xy * yy + xz * yz]
         squares += [xx * xz + xy * yz + xz * zz, xy * xz + yy * yz + yz * zz]

@@ -427,7 +427,7 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     surface = history.surface
     traction = surface.shear if surface.across is None else np.hypot(surface.shear, surface.across)
     work = abs(traction) * slip
-    # Of the rows on both sides of y = 0 the mean, which is either if the contact is even.
+    # The mean of the rows on both sides of y = 0, which are the same if the contact is even.
     middle = 0 if surface.even[1] or surface.plane_strain else work.shape[1] // 2
     row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)
     both = np.concatenate([row[::-1], row]) if surface.even[0] else row
