@@ -398,3 +398,13 @@ def test_the_report_says_how_slip_was_computed(kinds, vector, single):
     assert told.count("Coulomb’s law") == vector
     assert told.count("reduced load") == single
     assert made["limits"]({"point", *kinds}).count("One component of traction") == single
+
+
+@pytest.mark.parametrize(
+    ("kinds", "rings", "angles"), [({"grid"}, 0, 0), ({"rings"}, 1, 0), ({"polar"}, 1, 1)]
+)
+def test_the_report_says_on_which_cells_contacts_were_solved(kinds, rings, angles):
+    told = macros()["computation"]({}, "study.yaml", "", {"point", "two directions", *kinds})
+    assert told.count("concentric rings") == rings
+    assert told.count("several angles") == angles
+    assert told.count("fast Fourier transforms") == 1 - rings

@@ -267,7 +267,7 @@ class HalfSpace(ABC):
         """`displacement` in single precision in some unit, m, and the unit."""
 
     def sheared(self, coupling: float) -> ShearSpace[Array]:
-        """The same bodies under shear tractions, of κ = E*/G*; on grids only."""
+        """The same bodies under shear tractions, of κ = E*/G*, if they have both directions."""
         raise NotImplementedError(f"{type(self).__name__} has no tractions along two directions")
 
     @abstractmethod
