@@ -1,11 +1,13 @@
 """Sobol indices agree with closed forms, and say how well they are known."""
 
+import math
+
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.effects import Points, rank_correlations, sobol_indices
+from fretwear.data.effects import Points, _terms, rank_correlations, sobol_indices
 
 from ..studies import sampled
 
@@ -16,6 +18,14 @@ FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
 def ishigami(unit):
     x = np.pi * (2.0 * unit - 1.0)
     return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def test_an_expansion_has_all_products_of_a_degree_and_fewer_where_interactions_cost_more():
+    """C(d + p, p) products of degree p of d variables; powers of one variable in any norm."""
+    pure = {(5, 0, 0), (0, 5, 0), (0, 0, 5)}
+    whole, hyperbolic = (_terms(5, norm, (9, 9, 9)) for norm in (1.0, 0.5))
+    assert len(whole) == len({*whole}) == math.comb(3 + 5, 5)
+    assert pure < {*hyperbolic} < {*whole}
 
 
 @pytest.mark.parametrize("engine", [qmc.Sobol, qmc.LatinHypercube])
