@@ -21,7 +21,9 @@ from fretwear.study.doubts import LARGE_ERROR, doubts
 from fretwear.study.plan import estimate
 from fretwear.vocabulary import SCALARS, scalars_of
 
-BASE: dict[str, Any] = {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000}
+BASE: dict[str, Any] = {
+    "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000, "accuracy": "none",
+}  # fmt: skip
 CYCLES = (0.0, 100.0, 1000.0, 3000.0)
 # How many cases of each family; every other one is capped where the name does not say.
 FAMILIES = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -93,9 +94,11 @@ class _Tests:
         cycles = {self.cycle_of(case, of.cycle) for of in self.request.data if of.test == test}
         # Others are for advice.
         cycles |= {cycle for cycle in case.output_cycles if cycle >= _EARLIEST * case.cycles}
-        # An accuracy is kept by estimates.
-        estimated = case.error_estimate and (errors or case.accuracy is not None)
-        return case.replace(error_estimate=estimated, output_cycles=sorted(cycles))
+        changes: dict[str, object] = {"output_cycles": sorted(cycles)}
+        if case.accuracy == Case.accuracy or not case.error_estimate:
+            # On the same cells, predictions change smoothly from run to run.
+            changes |= {"accuracy": math.inf, "error_estimate": case.error_estimate and errors}
+        return case.replace(**changes)
 
     def fitted(self, u: Array) -> dict[str, object]:
         """The plain content of a study of the best values, or of the first test if they differ."""

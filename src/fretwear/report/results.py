@@ -112,6 +112,8 @@ def point_results(
         raise DataFileError(file, problem, _RUN_AGAIN)
     final = final_results(summary)
     columns = {name: final[name] for name in HEADLINES}
+    # The energy of a contact that wears in is the rest of a larger one.
+    largest = np.abs(summary["dissipated_energy"]).max("cycle").transpose(*study.sizes).values
     levels = {axis.coordinate: levels_of(axis) for axis in study.axes}
     results: list[PointResult] = []
     for point in study.points():
@@ -131,7 +133,8 @@ def point_results(
                 for relative, kind in ((errors, about.error), (couplings, about.coupling_error)):
                     error = final.get(kind.name)
                     if value and error is not None and math.isfinite(error[place] / value):
-                        relative[name] = float(error[place]) / abs(value)
+                        size = abs(value) if name != "dissipated_energy" else largest[place]
+                        relative[name] = float(error[place] / size)
         elif point.case:
             reason = failures.get(point.id, _UNKNOWN_REASON)
         of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 
 import numpy as np
@@ -50,7 +51,6 @@ _FALLING = 1.2
 # Share of the accuracy that the next run aims at.
 _AIM = 0.8
 _MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated
-_MOST_ROUNDS = 3
 # Cells along two axes, or matrices of cells, make each step dearer by at least this power. From the
 # second run to the third, work has grown by up to 0.5 more than from the first to the second.
 _LEAST_GROWTH, _FASTER = 2.0, 0.5
@@ -64,7 +64,8 @@ class Round:
     rows: list[dict[str, float]]  # every scalar at each snapshot
     # The largest relative error of each result that an accuracy is asked for; none if unknown.
     errors: dict[str, float]
-    work: float = 0.0  # counted, so that it is the same on every machine: `RunRecord.work`
+    # Counted, so that it is the same on every machine: `RunRecord.work`; 0 for a run alongside.
+    work: float = 0.0
 
     @property
     def error(self) -> float:
@@ -81,44 +82,42 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
     """Return the width of cells over the default for the next run of a case; None: it is done.
 
     A case that asks for an accuracy begins on cells wider by `WIDEST`, and goes on with default
-    ones if it has not reached the accuracy. If these do not reach it either, the cells become as
-    narrow as the last errors and the order at which they have fallen let expect, within what the
-    budget and the work so far leave. An error that has not fallen and is far above the accuracy
-    cannot be helped by narrower cells: the half-width of a rough contact jumps by a row of
-    asperities.
+    ones if it has not reached the accuracy. If these do not reach it either, a last run has cells
+    as narrow as the errors and the order at which they have fallen let expect. It is not begun if
+    such cells would take more than the rest of the budget, or if some error beyond the accuracy
+    has not fallen: the half-width of a rough contact jumps by a row of asperities.
     """
-    if case.asked_accuracy is None:
+    accuracy = case.asked_accuracy
+    if accuracy is None:
         return None if rounds else 1.0
     if not rounds:
         return WIDEST
-    last, accuracy = rounds[-1], case.asked_accuracy
-    if last.error <= accuracy or len(rounds) >= _MOST_ROUNDS:
+    last = rounds[-1]
+    if last.error <= accuracy or last.width < 1.0:
         return None
-    if len(rounds) == 1:
-        return last.width / WIDEST
-    left = (case.budget or USUAL_BUDGET) * last.work - sum(run.work for run in rounds)
-    affordable = (max(left, last.work) / last.work) ** (-1.0 / _growth(rounds)) * last.width
-    narrowest = max(affordable, affordable_width(case, math.inf), last.width / _MOST_RATIO)
+    if last.width > 1.0:
+        return 1.0
     order, before = measured_order(rounds), rounds[-2].errors
-    reachable = accuracy * (last.width / narrowest) ** order
-    error = max(
-        (
-            error
-            for name, error in last.errors.items()
-            if error <= reachable or _FALLING * error <= before.get(name, math.inf)
-        ),
-        default=0.0,
+    narrowest = max(
+        (_left(case, rounds) / last.work) ** (-1.0 / _growth(rounds)),
+        affordable_width(case, math.inf),
+        1.0 / _MOST_RATIO,
     )
-    if error <= accuracy:
-        return None
-    ratio = max((error / (_AIM * accuracy)) ** (1.0 / order), LEAST_RATIO)
-    width = max(last.width / ratio, narrowest)
-    return width if width <= last.width / LEAST_RATIO else None
+    width = 1.0 / max((last.error / (_AIM * accuracy)) ** (1.0 / order), LEAST_RATIO)
+    missed = {name: error for name, error in last.errors.items() if error > accuracy}
+    falls = all(_FALLING * error <= before.get(name, math.inf) for name, error in missed.items())
+    return width if falls and width >= narrowest else None
+
+
+def _left(case: Case, rounds: Sequence[Round]) -> float:
+    """Work that the budget of a case leaves after the run on default cells, at least as much."""
+    usual = rounds[-1].work
+    return max((case.budget or USUAL_BUDGET) * usual - sum(run.work for run in rounds), usual)
 
 
 def _growth(rounds: Sequence[Round]) -> float:
     """Power of the inverse width of cells by which work grows, from the first two runs."""
-    wide, narrow = rounds[:2]
+    wide, narrow = [run for run in rounds if run.work][:2]
     grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
     return max(grown, _LEAST_GROWTH) + _FASTER
 
@@ -147,11 +146,33 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     if accuracy is None or last.error <= accuracy:
         return None
     narrower = (last.error / (_AIM * accuracy)) ** (1.0 / measured_order(rounds))
-    before, usual = sum(run.work for run in rounds[:2]), rounds[1].work
-    times = (before + last.work * narrower ** _growth(rounds)) / usual
+    wide, usual = [run.work for run in rounds if run.work][:2]
+    times = (wide + usual + last.work * narrower ** _growth(rounds)) / usual
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
     return Unreached(accuracy, words, last.error, times)
+
+
+def on_same_tips(
+    scalars: Mapping[str, NDArray[np.float64]],
+    coarser: Mapping[str, NDArray[np.float64]],
+    wavelengths: tuple[float, float] | None,
+) -> Mapping[str, NDArray[np.float64]]:
+    """Return the values of a coarser run, but no half-widths that end at another tip.
+
+    Such half-widths differ by about a distance of tips along x or y, the ``wavelengths``, m, of a
+    rough surface, and say nothing of the edge of the outermost tip: the run's own value takes their
+    place. Whether that edge may jump to another tip follows from the gap of the run itself, see
+    `fretwear.mechanics.measures.scatter`.
+    """
+    if wavelengths is None:
+        return coarser
+    comparable = dict(coarser)
+    for zone, axis in product(("contact", "stick"), (0, 1)):
+        name = f"{zone}_half_width_{'xy'[axis]}"
+        jumps = np.abs(scalars[name] - coarser[name]) > 0.5 * wavelengths[axis]
+        comparable[name] = np.where(jumps, scalars[name], coarser[name])
+    return comparable
 
 
 def estimated_errors(

@@ -43,6 +43,7 @@ from fretwear.running.accuracy import (
     lower_orders,
     measured_order,
     next_width,
+    on_same_tips,
     relative_errors,
     unreached,
 )
@@ -114,9 +115,9 @@ class RunRecord:
         if keep_fields:
             self.snapshots.append(state)
 
-    def begin_anew(self, finished: Round, width: float) -> None:
-        """Begin a run on narrower cells after one that has finished."""
-        self.rounds.append(finished)
+    def begin_anew(self, finished: Sequence[Round], width: float) -> None:
+        """Begin a run on narrower cells after those that have finished."""
+        self.rounds = list(finished)
         self.width, self.work = width, 0.0
         self.snapshots, self.history, self.last = [], [], None
 
@@ -239,10 +240,10 @@ def run(
     while True:
         assert record.width is not None
         computed = _run_on_cells(case, record.width, record, observers, threads)
-        width = next_width(case, [*record.rounds, computed.round])
+        width = next_width(case, computed.rounds)
         if width is None:
             break
-        record.begin_anew(computed.round, width)
+        record.begin_anew(computed.rounds, width)
     return _labelled(case, computed, record, command, warn, len(before))
 
 
@@ -252,7 +253,7 @@ class _Computed:
 
     case: Case  # on these cells
     workspace: Workspace
-    round: Round
+    rounds: Sequence[Round]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
     coupling_errors: Mapping[str, NDArray[np.float64]]
@@ -298,19 +299,24 @@ def _run_on_cells(
         rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
     scalars = columns_of(rows)
     errors: dict[str, NDArray[np.float64]] = {}
-    finished = Round(width, rows, {}, record.work)
-    if coarser and not trouble:
+    wider = record.rounds
+    if coarser and not (trouble or wider):
+        wider = [Round(times * width, coarser, {})]
+    rounds = [*wider, finished := Round(width, rows, {}, record.work)]
+    if wider and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
-        rounds = [*record.rounds, finished]
-        of_order = measured_order(rounds), lower_orders(rounds)
+        # A run alongside has a larger tolerance, and tells no order.
+        whole = [run for run in rounds if run.work]
+        of_order = measured_order(whole), lower_orders(whole)
         of_case = times, spread, case.tolerance, *of_order
-        errors = estimated_errors(scalars, columns_of(coarser), *of_case)
+        comparable = on_same_tips(scalars, columns_of(coarser), problem.wavelengths)
+        errors = estimated_errors(scalars, comparable, *of_case)
         states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
-    finished = replace(finished, errors=relative_errors(scalars, errors))
+    rounds[-1] = replace(finished, errors=relative_errors(scalars, errors))
     coupling = coupling_errors(problem, snapshots, scalars["dissipated_energy"])
-    return _Computed(case, workspace, finished, scalars, errors, coupling, loops, trouble)
+    return _Computed(case, workspace, rounds, scalars, errors, coupling, loops, trouble)
 
 
 def _labelled(
@@ -348,7 +354,7 @@ def _labelled(
         computed.coupling_errors,
         computed=case,
         trouble=computed.trouble,
-        unreached=unreached(asked, [*record.rounds, computed.round]),
+        unreached=unreached(asked, computed.rounds),
         beyond_friction=max(map(share_beyond_friction, snapshots)),
         symmetry=symmetry,
         command=command,

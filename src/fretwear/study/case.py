@@ -230,7 +230,8 @@ class Case(Draft):
     @property
     def asked_accuracy(self) -> float | None:
         """The accuracy by which the cells are chosen; None if they are given."""
-        return self.accuracy if self.cell is None else None
+        is_chosen = self.cell is None and self.error_estimate and math.isfinite(self.accuracy)
+        return self.accuracy if is_chosen else None
 
     @property
     def times_coarser(self) -> float:
@@ -260,7 +261,7 @@ class Case(Draft):
         cell = times * dx, times * dy
         case = self.of(vars(self) | {"cell": cell, "tolerance": self.tolerance_on(times)})
         # Only the spacing, among all that a case keeps, follows from cell and tolerance.
-        vars(case).update({**vars(self), **vars(case)})
+        vars(case).update({**vars(self), **vars(case), "accuracy": self.accuracy})
         vars(case).pop("grid_spacing", None)
         return case
 
@@ -281,7 +282,9 @@ class Case(Draft):
     def _canonical_members(self) -> Iterator[tuple[str, object]]:
         """Yield the parts whose fields are keys, and the canonical values of other members."""
         values: dict[str, Any] = {**vars(self), "loading": self.plain_loading}
-        values["cell"] = self.grid_spacing if self.asked_accuracy is None else None
+        values["cell"] = None
+        if self.asked_accuracy is None:
+            values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
         if self.blocks:
             del values["cycles"]  # they contain it
         for name, about, part, default, may_be_unsaid in _members():
@@ -340,6 +343,8 @@ class Case(Draft):
             del following["displacement_amplitude"], following["displacement_ratio"]
         for member, about in members().items():
             value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
+            if member == "accuracy" and not self.error_estimate:
+                value = math.inf
             if isinstance(about, Inline):
                 for name, declared in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):

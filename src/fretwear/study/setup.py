@@ -147,11 +147,20 @@ class Draft(Setup):
         "Whether a run on cells twice as wide estimates the error of every result.",
     ] = True
     accuracy: Annotated[
-        float | None,
-        Quantity("1", "accuracy", "accuracy", like="0.02", at_least=0.001, at_most=0.2),
+        float,
+        Quantity(
+            "1",
+            "accuracy",
+            "accuracy",
+            like="0.02",
+            at_least=0.001,
+            at_most=0.2,
+            infinite="as on default cells",
+        ),
         "Largest relative error of wear, contact and stick zone, and energy. Runs on ever narrower "
-        "cells find the cell and the tolerance that it needs.",
-    ] = None
+        "cells find the cell and the tolerance that it needs; none: default cells, whatever the "
+        "error. A written cell overrules it.",
+    ] = 0.02
     budget: Annotated[
         float | None,
         Quantity("1", "budget", "budget", like="10", at_least=1.0, at_most=1000.0),
@@ -173,6 +182,8 @@ class Draft(Setup):
         if blocks := case.blocks:
             values["cycles"] = sum(block.cycles for block in blocks)
             values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+        if values.get("cell") is not None:
+            values["accuracy"] = math.inf
         if "cycles" in values and isinstance(loading := values.get("loading"), SlidingDistance):
             values["loading"] = loading.unchecked(
                 sliding_distance=loading.sliding_distance, parts=values["cycles"]
