@@ -208,7 +208,10 @@ def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
         ({"accuracy": 1e-9}, "at least 0.001"),
         ({"accuracy": 2.0}, "at most 0.2"),
         ({"budget": 0.5}, "budget = 0.5: must be at least 1"),
-        ({"error_estimate": False, "accuracy": 0.01}, "error_estimate.*leaves out the error estimates"),
+        (
+            {"error_estimate": False, "accuracy": 0.01},
+            "error_estimate.*leaves out the error estimates",
+        ),
     ],
 )
 def test_accuracies_and_budgets_that_nothing_could_keep_are_refused(given, rule):

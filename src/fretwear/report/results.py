@@ -34,6 +34,7 @@ from fretwear.units import (
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     COUPLED,
+    CYCLE,
     ERROR_ESTIMATE,
     HEADLINES,
     RESULTS,
@@ -113,7 +114,7 @@ def point_results(
     final = final_results(summary)
     columns = {name: final[name] for name in HEADLINES}
     # The energy of a contact that wears in is the rest of a larger one.
-    largest = np.abs(summary["dissipated_energy"]).max("cycle").transpose(*study.sizes).values
+    largest = summary["dissipated_energy"].max(CYCLE.name).transpose(*study.sizes).values
     levels = {axis.coordinate: levels_of(axis) for axis in study.axes}
     results: list[PointResult] = []
     for point in study.points():

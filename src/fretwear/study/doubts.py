@@ -347,7 +347,7 @@ def finer(case: Case, error: float) -> str:
     chosen its cells within its budget.
     """
     if case.asked_accuracy is not None:
-        return "its own warning, which fretwear show prints, states the budget that reaches the accuracy"
+        return "the warning of the case, which fretwear show prints, states what budget would do"
     of_scar = case.loading.stroke and case.geometry is Grid
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)
