@@ -60,10 +60,11 @@ def test_every_reader_takes_changed_files_or_refuses_them_by_a_sentence():
     command = [sys.executable, "-m", "benchmarks.fuzz", "--share", "0.001"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     rows = re.findall(r"^\| (.+?) \| (\d+) \|((?: [\d.]+ \|)+)$", done.stdout, re.MULTILINE)
-    assert len(rows) == 6, done.stdout + done.stderr
+    assert len(rows) == 11, done.stdout + done.stderr
     for name, tried, ends in rows:
         accepted, refused, tracebacks, differ, *_ = ends.replace("|", "").split()
         assert tracebacks == differ == "0", done.stdout
-        assert int(refused) > 0, name
+        # What is no run that a fit has kept is run again.
+        assert int(refused) > 0 or name == "fits, kept runs", name
         assert int(accepted) + int(refused) > 0.9 * int(tried), name
     assert done.returncode == 0
