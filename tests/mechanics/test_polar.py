@@ -286,9 +286,7 @@ def test_narrower_rings_and_more_angles_lead_to_the_same_wear(ratio, poisson, ta
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("ratio", "limit", "tau"), [(0.5, 4.5e9 / P0, 10.0), (0.8, 1.7, 3.0), (0.7, 2.5, 4.0)]
-)
+@pytest.mark.parametrize(("ratio", "limit", "tau"), [(0.5, 4.5e9 / P0, 6.0), (0.8, 1.7, 2.5)])
 def test_capped_contacts_keep_the_resolution_of_rings(ratio, limit, tau):
     """The first is that of p_lim = 4500 MPa, with a ring that yields far narrower than any cell."""
     numbers = []
@@ -302,6 +300,7 @@ def test_capped_contacts_keep_the_resolution_of_rings(ratio, limit, tau):
         )
         (state,) = worn(problem, tau)
         result = measure(problem, state)
+        assert state.plastic.any()
         numbers.append(
             [
                 result.wear_volume,
@@ -312,7 +311,7 @@ def test_capped_contacts_keep_the_resolution_of_rings(ratio, limit, tau):
                 result.contact_half_width_x,
             ]
         )
-    np.testing.assert_allclose(*numbers, rtol=0.01)
+    np.testing.assert_allclose(*numbers, rtol=0.002)
 
 
 def test_written_fields_keep_integrals_and_coulombs_law_at_each_angle():
