@@ -169,7 +169,7 @@ class _Runs:
     """Runs of a case without their coarser runs; what is the same on all cells is found once."""
 
     def __init__(self, case: Case) -> None:
-        self.case = case
+        self.case, self._by_width = case, dict[float, Estimate]()
         reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
         wide, high = case.indenter.half_widths(case.hertz)
         self._reach_x, self._reach_y = wide * reach, high * reach
@@ -181,8 +181,11 @@ class _Runs:
 
     def on_cells(self, width: float) -> Estimate:
         """The cost of a run on cells of a width over the default."""
-        case = self.case
-        return self.alone(width, width * case.coarseness if case.is_graded else 1.0)
+        if (known := self._by_width.get(width)) is None:
+            case = self.case
+            known = self.alone(width, width * case.coarseness if case.is_graded else 1.0)
+            self._by_width[width] = known
+        return known
 
     def affordable_width(self, budget: float) -> float:
         """Width of the narrowest cells over the default, as for `affordable_width`."""
