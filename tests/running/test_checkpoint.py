@@ -80,10 +80,9 @@ def test_an_interrupted_run_resumes_to_the_same_bits(path, changes):
         xr.testing.assert_equal(rerun.dataset, undisturbed.dataset)
         xr.testing.assert_equal(rerun.history, undisturbed.history)
 
-    # Smooth coupled contacts take fewer steps than others.
-    last = undisturbed.history.sizes["step"] - 1
-    places = (0, 1, 5, min(15, last - 1)) if "pulsating_load" not in changes else (0, 3)
-    for after in places:
+    for after in (0, 1, 5, 15) if "pulsating_load" not in changes else (0, 3):
+        # A rerun that takes long keeps checkpoints of its own.
+        path.unlink(missing_ok=True)
         interrupted(case, Checkpoint(path, case, print), after)
         checkpoint = Checkpoint(path, case, print)
         assert checkpoint.record.last.step == after
