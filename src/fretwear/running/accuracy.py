@@ -117,8 +117,10 @@ def _left(case: Case, rounds: Sequence[Round]) -> float:
 
 def _growth(rounds: Sequence[Round]) -> float:
     """Power of the inverse width of cells by which work grows, from the first two runs."""
-    wide, narrow = [run for run in rounds if run.work][:2]
-    grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
+    grown, runs = _LEAST_GROWTH, [run for run in rounds if run.work]
+    if len(runs) > 1:  # one, if cells wider than the default ones have failed
+        wide, narrow, *_ = runs
+        grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
     return max(grown, _LEAST_GROWTH) + _FASTER
 
 
@@ -146,8 +148,8 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     if accuracy is None or last.error <= accuracy:
         return None
     narrower = (last.error / (_AIM * accuracy)) ** (1.0 / measured_order(rounds))
-    wide, usual = [run.work for run in rounds if run.work][:2]
-    times = (wide + usual + last.work * narrower ** _growth(rounds)) / usual
+    before = [run.work for run in rounds if run.width >= 1.0]
+    times = (sum(before) + last.work * narrower ** _growth(rounds)) / before[-1]
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
     return Unreached(accuracy, words, last.error, times)
