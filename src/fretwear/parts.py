@@ -265,7 +265,8 @@ class Quantity(Parameter):
         if self.dimension.is_plain_number:
             bounds = {keyword: limit for _, _, keyword, limit in self._bounds}
             number = {"type": "number", **bounds}
-            return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [float(self.example)]}
+            kinds = [number, _NUMBER_SCHEMA, *([{"const": "none"}] if self.infinite else [])]
+            return {"anyOf": kinds, "examples": [float(self.example)]}
         quantity: Schema = {**_QUANTITY_SCHEMA, "examples": [self.example]}
         if self.at_least == 0.0:
             return {"anyOf": [{"const": 0}, quantity]}

@@ -268,7 +268,7 @@ def test_bodies_share_wear_that_falls_with_the_power():
         (SLIDING, {**SOFT, "rig_stiffness": "20 N/um"}, ("leave rig_stiffness out",)),
         (SLIDING, {**SPHERE, **SOFT}, ("tangential_compliance", "write rig_stiffness")),
         (SLIDING, {"load": None, "indentation": "1 um"}, ("indentation", "has no natural zero")),
-        (SLIDING, {**SPHERE, **CROSSED}, ("sliding_amplitude", "even along x and y")),
+        (SLIDING, {**SPHERE, **CROSSED}, ("sliding_amplitude", "symmetric along x and y")),
         (SLIDING, {**SPHERE, "load": None, "indentation": "1 um"}, ("the load is held", "11.8 N")),
         (
             SLIDING,
@@ -281,7 +281,7 @@ def test_bodies_share_wear_that_falls_with_the_power():
         (
             LINE,
             {"pulsating_load": 0},
-            ("slide as a whole where", "write sliding_amplitude"),
+            ("slide as a whole at the least load", "write sliding_amplitude"),
         ),
         (
             LINE,
@@ -292,12 +292,12 @@ def test_bodies_share_wear_that_falls_with_the_power():
         (
             LINE,
             {"pulsating_load": 0.7, "roughness": {**RIDGES, "slope_y": "0 deg"}},
-            ("under a force for smooth spheres",),
+            ("under a force only for smooth spheres",),
         ),
         (
             SLIDING,
             {"pulsating_load": 0.7, **SOFT},
-            ("displacement_amplitude is not",),
+            ("not with displacement_amplitude",),
         ),
         (SLIDING, PULSATING_BLOCKS, ("blocks", "pulsating_load: 0.999")),
     ],

@@ -328,7 +328,7 @@ def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
 
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     alone = simulate(make(error_estimate=False))
-    with pytest.warns(DoubtfulResultWarning, match="without estimates of errors.*no reduced"):
+    with pytest.warns(DoubtfulResultWarning, match="no estimated errors.*no reduced"):
         dataset = simulate(make(slip_model=SlipOnNarrowCells()))
     assert "no reduced contact: residual 1.0e+00" in dataset.attrs["warnings"]
     assert "wear_volume_error" not in dataset

@@ -346,7 +346,8 @@ def batch(
                 stored_fatigue(case, folder / "fatigue" / case.name, study.stress)
     if finished is not None:
         write_finished(finished, folder / "cases", outcome.case_ids)
-    log.result(folder / "cases", f"{count} case{'s' * (count != 1)} done", cases_done=count, cases_found=present)
+    done = f"{count} case{'s' * (count != 1)} done"
+    log.result(folder / "cases", done, cases_done=count, cases_found=present)
 
 
 @logged

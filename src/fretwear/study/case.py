@@ -207,6 +207,8 @@ class Case(Draft):
         del kept["cycles" if self.blocks else "blocks"]
         for other in {other for name in changes for other in replaced_by(name)}:
             kept.pop(other, None)
+        if not changes.get("error_estimate", True):
+            kept.pop("accuracy", None)
         if self.output_cycles != snapshots_of(None, self.cycles):
             # The last cycle may change.
             kept["output_cycles"] = self.output_cycles[:-1]
@@ -230,8 +232,7 @@ class Case(Draft):
     @property
     def asked_accuracy(self) -> float | None:
         """The accuracy by which the cells are chosen; None if they are given."""
-        is_chosen = self.cell is None and self.error_estimate and math.isfinite(self.accuracy)
-        return self.accuracy if is_chosen else None
+        return self.accuracy if self.cell is None and math.isfinite(self.accuracy) else None
 
     @property
     def times_coarser(self) -> float:
@@ -343,8 +344,6 @@ class Case(Draft):
             del following["displacement_amplitude"], following["displacement_ratio"]
         for member, about in members().items():
             value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
-            if member == "accuracy" and not self.error_estimate:
-                value = math.inf
             if isinstance(about, Inline):
                 for name, declared in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):

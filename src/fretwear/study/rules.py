@@ -128,7 +128,7 @@ def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
 
 @_needing("accuracy error_estimate")
 def _accuracy_needs_estimates(case: Draft) -> Iterator[Problem]:
-    if case.accuracy not in (Draft.accuracy, math.inf) and not case.error_estimate:
+    if math.isfinite(case.accuracy) and not case.error_estimate:
         rule = "leaves out the error estimates that an accuracy needs"
         yield Problem("error_estimate", False, rule, "give one of the two")
 

@@ -182,7 +182,8 @@ class Draft(Setup):
         if blocks := case.blocks:
             values["cycles"] = sum(block.cycles for block in blocks)
             values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
-        if values.get("cell") is not None:
+        estimated = values.get("error_estimate", True) or "accuracy" in assembled
+        if values.get("cell") is not None or not estimated:
             values["accuracy"] = math.inf
         if "cycles" in values and isinstance(loading := values.get("loading"), SlidingDistance):
             values["loading"] = loading.unchecked(
