@@ -231,6 +231,26 @@ def test_time_left_runs_down_and_its_share_never_falls(clock):
     assert rest.seconds_left == pytest.approx(0.1 * whole.seconds_left)
 
 
+def test_time_left_begins_anew_with_each_run_of_a_case_that_keeps_an_accuracy(clock):
+    """Runs on ever narrower cells, each of which begins at cycle 0, take longer and longer."""
+    cycles = [0.0, 1.0, 3.0, 10.0, 30.0, 50.0]
+    left = begun(clock, 6.6, 50)
+    for cycle in cycles:
+        clock.now += 0.1
+        left.note(cycle)
+    for number, cycle in enumerate(cycles[:-1], start=1):
+        clock.now += 1.0
+        left.note(cycle)
+        to_come = len(cycles) - number
+        assert to_come / 4.0 <= left.seconds_left <= 4.0 * to_come
+    clock.now += 1.0
+    left.note(50.0)
+    assert (left.seconds_left, left.share) == (0.0, 1.0)
+    for cycle in (0.0, 50.0, 0.0, 50.0):
+        clock.now += 1.0
+        left.note(cycle)
+
+
 def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(clock):
     left = TimeLeft({"first": 2.0, "second": 5.0}, clock)
     left.begin("first", 200)

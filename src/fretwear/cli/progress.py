@@ -288,6 +288,8 @@ class TimeLeft:
         """Record a step that has reached a cycle."""
         self._noted, to_do = self._clock(), self._cycles - cycle
         taken = self._noted - self._started
+        if self._recent and cycle <= self._recent[-1][1]:
+            self._recent.clear()  # another run of the case begins, on narrower cells
         if not self._recent:  # a run that resumes from a checkpoint has less to do than planned
             self._expected *= to_do / self._cycles
         self._recent.append((self._noted, cycle))
