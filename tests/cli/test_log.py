@@ -246,9 +246,11 @@ def test_time_left_begins_anew_with_each_run_of_a_case_that_keeps_an_accuracy(cl
     clock.now += 1.0
     left.note(50.0)
     assert (left.seconds_left, left.share) == (0.0, 1.0)
+    left = begun(clock, 4.0, 50)
     for cycle in (0.0, 50.0, 0.0, 50.0):
         clock.now += 1.0
         left.note(cycle)
+    assert left.seconds_left == 0.0
 
 
 def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(clock):
