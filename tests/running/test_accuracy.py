@@ -182,6 +182,13 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
     assert reached >= 99.0 * max(errors)
 
 
+def test_a_run_without_any_estimate_is_the_last_and_has_reached_nothing_to_report():
+    """Both wider runs have failed, which a doubt of its own says."""
+    alone = Round(1.0, finished(1.0, 1.0).rows, {}, 1.0)
+    assert next_width(make(roughness=WAVES), [alone]) is None
+    assert unreached(make(roughness=WAVES), [alone]) is None
+
+
 def test_default_cells_are_tried_where_wider_ones_fail(monkeypatch):
     case = make(roughness=WAVES, accuracy=0.001, cycles=10, output_cycles=[])
     of_width = simulate._run_on_cells

@@ -97,6 +97,8 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
         return None
     if last.width > 1.0:
         return 1.0
+    if not last.errors:
+        return None
     order, before = measured_order(rounds), rounds[-2].errors
     narrowest = max(
         (_left(case, rounds) / last.work) ** (-1.0 / _growth(rounds)),
@@ -145,7 +147,7 @@ def relative_errors(
 def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     """Return what a case has reached instead of its accuracy, and what that would cost."""
     accuracy, last = case.asked_accuracy, rounds[-1]
-    if accuracy is None or last.error <= accuracy:
+    if accuracy is None or not last.errors or last.error <= accuracy:
         return None
     narrower = (last.error / (_AIM * accuracy)) ** (1.0 / measured_order(rounds))
     before = [run.work for run in rounds if run.width >= 1.0]
