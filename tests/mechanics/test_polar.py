@@ -8,7 +8,6 @@ from numpy.polynomial.legendre import leggauss
 
 from fretwear.mechanics.contact import Accuracy, ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.harmonics import toroidal_differences
 from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
@@ -17,6 +16,7 @@ from fretwear.mechanics.measures import measure
 from fretwear.mechanics.shear import shear_space
 from fretwear.mechanics.slip import Coupled, Jaeger
 from fretwear.mechanics.stick_slip import shear
+from fretwear.mechanics.team import kernels
 from fretwear.theory import EllipticContact, coupling_ratio
 
 from ..studies import near
@@ -64,7 +64,7 @@ class Finer(Polar):
 @pytest.mark.parametrize("apart", [1e-6, 0.03, 0.2, 5.0])
 def test_toroidal_functions_are_their_integrals(apart):
     """Q_{n−½} − Q_{−½} = ∫ (cos nα − 1)/√(2χ − 2 cos α) dα from 0 to π; χ changes the method."""
-    lowest, beyond = toroidal_differences(np.array([apart]), 12)
+    lowest, *beyond = kernels.toroidal_functions(np.full((1, 3), apart), 12)[:, 2]
     nodes, weights = leggauss(2000)
     # Points that crowd where the denominator is least.
     at = 0.5 * (1.0 + nodes)
@@ -72,8 +72,8 @@ def test_toroidal_functions_are_their_integrals(apart):
     below = np.sqrt(2.0 * apart + 4.0 * np.sin(0.5 * angle) ** 2)
     for n in (0, 1, 2, 7, 12):
         expected = (weights * (np.cos(n * angle) - 1.0) / below).sum()
-        assert beyond[n, 0] == pytest.approx(expected, abs=1e-9)
-    assert lowest[0] == near(float((weights / below).sum()), rel=1e-6)
+        assert beyond[n] == pytest.approx(expected, abs=1e-9)
+    assert lowest == near(float((weights / below).sum()), rel=1e-6)
 
 
 def test_displacements_of_hertzian_shear_are_those_of_the_closed_form():
@@ -127,7 +127,34 @@ def test_displacements_are_those_of_a_grid(intervals):
     assert works[0] == near(works[1], rel=1e-3)
 
 
-def test_influences_are_symmetric_and_positive_and_the_inverse_inverts():
+@pytest.mark.parametrize(("kind", "close"), [(np.float32, 1e-5), (np.float64, 1e-13)])
+@pytest.mark.parametrize("count", [1, 3, 4, 38])
+def test_matrices_below_each_other_are_inverted(count, kind, close):
+    random = np.random.default_rng(3).standard_normal((4, count, count))
+    matrices = (random @ random.transpose(0, 2, 1) / count + np.eye(count)).astype(kind)
+    found = matrices.reshape(-1, count).copy()
+    kernels.invert(found)
+    expected = np.linalg.inv(matrices.astype(float))
+    assert np.abs(found.reshape(matrices.shape) - expected).max() <= close * expected.max()
+
+
+@pytest.mark.parametrize("held", [0.0, 0.3])
+def test_pressures_on_some_cells_cause_displacements_there(held):
+    """The linear problem of a Newton step, on cells that no ring separates."""
+    cells = even_rings(40)
+    bodies, (x, y) = cells.half_space(1.0), places(cells)
+    free = (np.hypot(x, 1.1 * y) < 0.9) & (np.hypot(x, y) > held)
+    layer = (free * (1.0 + x**2)).astype(np.float32)
+    asked = np.stack([np.ones_like(x), x**2 - y**2])
+    found = bodies._solved(asked, layer, free)
+    assert not found[:, ~free].any()
+    for pressure, displacement in zip(found, asked, strict=True):
+        moved = bodies.displacement(pressure) / bodies.self_influence + layer * pressure
+        assert np.abs(moved - displacement)[free].max() <= 1e-3 * np.abs(displacement).max()
+
+
+def test_influences_are_symmetric_and_positive_and_the_inverse_is_that_of_one_direction():
+    """Waves of shear move by 1/κ to (2κ − 1)/κ of the mean over directions, which is inverted."""
     cells = Polar.first(fretting(load_ratio=0.2, geometry=Polar))
     for intervals in (4, 8):
         cells = replace(cells, intervals=intervals)
@@ -148,8 +175,12 @@ def test_influences_are_symmetric_and_positive_and_the_inverse_inverts():
         x, y = places(cells)
         bell = np.exp(-((x / A) ** 2) - (y / A) ** 2)
         smooth = bell * np.stack([1.0 + 0.5 * (x / A) ** 2, x * y / A**2])
-        again = shears.inverse(shears.displacement(smooth))
-        assert np.abs(again - smooth).max() <= 1e-6 * smooth.max()
+        for field in (smooth, *fields):
+            moved = shears.displacement(field)
+            again, energy = (
+                sum(map(cells.integral, moved * other)) for other in (shears.inverse(moved), field)
+            )
+            assert 0.99 / COUPLING <= again / energy <= 1.01 * (2.0 - 1.0 / COUPLING)
 
 
 @pytest.mark.parametrize("intervals", [4, 8])

@@ -69,6 +69,8 @@ VECTORIZED static double inner(Index n, const T *a, const T *b) {
     return sum_of<T>(n, [=](Index i) { return a[i] * b[i]; });
 }
 
+#include "harmonics.h"
+
 // Largest magnitude in a field.
 template <class T>
 VECTORIZED static double largest(Index n, const T *field) {
@@ -359,6 +361,13 @@ PYBIND11_MODULE(kernels, module) {
     bind_window<float>(module, "SingleWindow");
     bind_window<double>(module, "DoubleWindow");
     module.def("product", &product);
+    module.def("toroidal_functions", &toroidal_functions);
+    module.def("ring_means", &ring_means);
+    module.def("invert", &invert<float>);
+    module.def("invert", &invert<double>);
+    module.def("displace_waves", &displace_waves<float>);
+    module.def("displace_waves", &displace_waves<double>);
+    module.def("solve_on_rings", &solve_on_rings);
     bind<plus>(module, "inner", &inner<float>);
     bind<plus>(module, "inner", &inner<double>);
     bind<most>(module, "largest", &largest<float>);

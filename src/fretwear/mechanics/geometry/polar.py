@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Single
+from fretwear.mechanics.contact import Contact, ContactProblem
 from fretwear.mechanics.geometry import Beside, CellProblem, Parts, Real, Way, Zone
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.harmonics import RingHarmonics
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.shear import ShearSpace
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.team import ALONE, Team, kernels
 
 # Intervals between the angles of a quarter, of elastic bodies and of those that yield.
 _INTERVALS, _YIELDING = 4, 8
@@ -34,6 +35,10 @@ _INTERVALS, _YIELDING = 4, 8
 _ADJUSTMENTS = 4
 # Factor by which conjugate gradients reduce the residual of a linear problem, and their number.
 _REDUCTION, _ITERATIONS = 1e-4, 60
+# Compliance of rings without a free cell, over their own.
+_BOUND = 1e6
+# Iterations up to which a preconditioner is kept, and part of the rings that it may lack.
+_FEW, _CHANGED = 12, 0.03
 
 
 @dataclass(frozen=True)
@@ -238,22 +243,21 @@ class PolarHalfSpace(DenseHalfSpace):
         areas = np.diff(np.square(geometry.edges))
         self._areas: Array = areas / areas.mean()
         scaled = self.influence * (self._areas[:, None] / self.self_influence)
-        self._matrices = 0.5 * (scaled + scaled.transpose(0, 2, 1))
-        # Amplitudes of the waves of a field, from its values at the angles.
-        self._waves = geometry.shares[:, None] * geometry.cosines * geometry.factors
+        self._matrices: Single = (0.5 * (scaled + scaled.transpose(0, 2, 1))).astype(np.float32)
+        self._kept: _Inverse | None = None
+        #: Amplitudes of waves by values at angles, (waves, angles), and back.
+        self._to_waves = np.ascontiguousarray(
+            (geometry.shares[:, None] * geometry.cosines * geometry.factors).T
+        )
+        self._from_waves = np.ascontiguousarray(geometry.cosines)
         self._sheared: tuple[float, PolarShear[Array]] | None = None
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa, in the mean over each ring."""
-        return np.asarray(self._moved(self.influence, pressure[None])[0])
-
-    def _moved(self, matrices: Real, fields: Real) -> Real:
-        """Products of the matrices of the waves with fields, shape (fields, n, angles)."""
-        kind = fields.dtype
-        waves = np.ascontiguousarray((fields @ self._waves.astype(kind)).transpose(2, 1, 0))
-        moved = (matrices @ waves).transpose(2, 1, 0)
-        result: Real = moved @ self.geometry.cosines.T.astype(kind)
-        return result
+        along = self.influence.reshape(-1, len(self._areas))
+        return np.asarray(
+            _displaced(along, None, self._to_waves, self._from_waves, pressure[None])[0]
+        )
 
     def sheared(self, coupling: float) -> PolarShear[Array]:
         """The same bodies under shear tractions, of κ = E*/G*."""
@@ -262,56 +266,88 @@ class PolarHalfSpace(DenseHalfSpace):
             self._sheared = coupling, shear
         return self._sheared[1]
 
+    def solve(
+        self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
+    ) -> Contact:
+        """Solve a normal contact by factors of the matrix of its free cells."""
+        # A resumed run must begin with the same.
+        self._kept = None
+        return super().solve(problem, start, tolerance, verified=verified)
+
     def _solved(self, displacements: Array, tangent: Single | None, free: Mask) -> Array:
         """Pressures on free cells that cause displacements in units of the self-influence.
 
-        They are solved by conjugate gradients. The preconditioner is the inverse for rings any part
-        of which is free, with the mean compliance of a layer on each.
+        They are solved by conjugate gradients in single precision. The preconditioner is the
+        inverse for rings any part of which is free, with the mean compliance of a layer on each; it
+        is kept for further solutions of a contact as long as it serves them.
         """
         shares = self.geometry.shares
-        rings = np.flatnonzero(free.any(axis=1))
-        free, areas = free[rings], self._areas[rings, None]
-        inside = free.astype(np.float64)
-        matrices = self._matrices[:, rings[:, None], rings]
+        rings: Mask = np.asarray(free.any(axis=1))
+        count = int(np.flatnonzero(rings)[-1]) + 1
+        free, areas, rings = free[:count], self._areas[:count, None], rings[:count]
         layer = np.zeros(free.shape)
         if tangent is not None:
-            layer += np.where(free, tangent[rings], 0.0)
+            layer += np.where(free, tangent[:count], 0.0)
         mean = (layer @ shares) / np.maximum(free @ shares, 1e-12)
-        stiffened = matrices.astype(np.float32)
-        stiffened[:, np.arange(rings.size), np.arange(rings.size)] += areas[:, 0] * mean
-        inverse: Single = np.linalg.inv(stiffened)
-        inverse = inverse + inverse.transpose(0, 2, 1)
-        inverse *= 0.5
-
-        def precondition(residual: Array) -> Array:
-            moved = self._moved(inverse, residual.astype(np.float32))
-            return np.multiply(moved, inside)
-
-        def stiff(pressure: Array) -> Array:
-            moved: Array = self._moved(matrices, pressure)
-            return np.multiply(moved + areas * layer * pressure, inside)
-
-        left = displacements[:, rings] * areas * free
-        found, direction = np.zeros_like(left), np.zeros_like(left)
-        energy, target = np.ones(len(left)), _REDUCTION**2
-        first = (left**2 @ shares).sum(axis=1)
-        for _ in range(_ITERATIONS):
-            remaining = (left**2 @ shares).sum(axis=1) > target * first
-            if not remaining.any():
-                break
-            preconditioned = precondition(left)
-            before, energy = energy, ((left * preconditioned) @ shares).sum(axis=1)
-            ratio = np.where(remaining, energy / np.where(before > 0.0, before, 1.0), 0.0)
-            direction = preconditioned + ratio[:, None, None] * direction
-            force = stiff(direction)
-            work = ((direction * force) @ shares).sum(axis=1)
-            goes_on = remaining & (work > 0.0)
-            length = np.where(goes_on, energy / np.where(work > 0.0, work, 1.0), 0.0)
-            found += length[:, None, None] * direction
-            left -= length[:, None, None] * force
+        own = np.where(rings, areas[:, 0] * mean, _BOUND)
+        if self._kept is None or not self._kept.suits(rings):
+            self._kept = _Inverse(rings, self._inverse(own))
+        freed = rings & ~self._kept.rings[:count]
+        added = freed / (self._matrices[0].diagonal()[:count] + own)
+        left = displacements[:, :count] * areas * free
+        scale = np.maximum(np.abs(left).max(axis=(1, 2), keepdims=True), np.finfo(float).tiny)
+        found = _by_angles(left / scale).reshape(-1, count)
+        taken = kernels.solve_on_rings(
+            self._matrices.reshape(-1, len(self._areas)),
+            self._kept.matrices,
+            self._to_waves.astype(np.float32),
+            self._from_waves.astype(np.float32),
+            added[None].astype(np.float32),
+            shares[None].astype(np.float32),
+            _by_angles(areas * layer),
+            _by_angles(free),
+            _REDUCTION,
+            _ITERATIONS,
+            found,
+        )
+        if taken > _FEW:
+            self._kept = None
         result = np.zeros_like(displacements)
-        result[:, rings] = found
+        result[:, :count] = found.reshape(len(left), -1, count).transpose(0, 2, 1) * scale
         return result
+
+    def _inverse(self, own: Array) -> Single:
+        """Inverse of the influence of each wave between rings that have compliances of their own.
+
+        The matrices of all waves stand below each other.
+        """
+        count = own.size
+        inverse = self._matrices[:, :count, :count].copy()
+        inverse[:, np.arange(count), np.arange(count)] += own.astype(np.float32)
+        inverse = inverse.reshape(-1, count)
+        kernels.invert(inverse)
+        return inverse
+
+
+@dataclass(frozen=True, eq=False)
+class _Inverse:
+    """A preconditioner: inverses of waves below each other, for some rings."""
+
+    rings: Mask
+    matrices: Single
+
+    def suits(self, rings: Mask) -> bool:
+        """Whether it preconditions a problem of the same rings, but for a few."""
+        if rings.size > self.rings.size:
+            return False
+        changed = rings != self.rings[: rings.size]
+        changes = np.count_nonzero(changed) + np.count_nonzero(self.rings[rings.size :])
+        return bool(changes <= _CHANGED * rings.size)
+
+
+def _by_angles(field: NDArray[np.generic]) -> Single:
+    """A field in single precision with the angles before the rings, as kernels take it."""
+    return np.ascontiguousarray(field.swapaxes(-1, -2), np.float32)
 
 
 class PolarShear(ShearSpace[Real]):
@@ -323,41 +359,40 @@ class PolarShear(ShearSpace[Real]):
 
     is_even = True
 
-    def __init__(
-        self, geometry: Polar, pairs: Real, last: Real, inverses: tuple[Real, Real], own: Array
-    ) -> None:
+    def __init__(self, geometry: Polar, along: Real, across: Real) -> None:
         self.geometry: Polar = geometry
-        #: Influence of the waves j and 1 − j on both, shape (m, 2n, 2n), and of −m on itself.
-        self._influence: tuple[Real, Real] = pairs, last
-        self._inverses: tuple[Real, Real] = inverses
-        self._own, self.self_influence = own, float(own.max())
-        cosines, sines, last_one = geometry.cosines.T, geometry.sines.T, geometry.intervals
-        order = np.concatenate([1 + np.arange(last_one), -np.arange(last_one), [-last_one]])
+        #: Influence of the waves j on j, by |j|, shape ((m + 1) n, n), and of 1 − j on j, for
+        #: j = 1 … m, then 0 … 1 − m, shape (2 m n, n).
+        self._influence: tuple[Real, Real] = along, across
+        last, count = geometry.intervals, len(geometry.edges) - 1
+        own: Array = np.asarray(along[:count].diagonal()[:, None], np.float64)
+        self._own, self.self_influence = np.broadcast_to(own, geometry.shape), float(own.max())
+        order = np.concatenate([1 + np.arange(last), -np.arange(last), [-last]])
         number = np.abs(order)
         # Components along x and y of these waves at the angles, shape (2, waves, angles).
-        there = np.stack([cosines[number], np.sign(order)[:, None] * sines[number]])
+        cosines, sines = geometry.cosines.T, geometry.sines.T
+        there: Array = np.stack([cosines[number], np.sign(order)[:, None] * sines[number]])
         # Both waves of the largest number have the same values at the angles.
-        there[:, number == last_one] *= 0.5
-        self._from_waves: Real = there.astype(pairs.dtype)
-        self._to_waves: Real = (there * geometry.shares).astype(pairs.dtype)
+        there[:, number == last] *= 0.5
+
+        def by_rows(amplitudes: Array) -> Real:
+            return cast("Real", np.concatenate([*amplitudes], axis=1).astype(along.dtype))
+
+        #: Amplitudes of waves by components at angles, (waves, 2 (m + 1)), and back.
+        self._to_waves: Real = by_rows(there * geometry.shares)
+        self._from_waves: Real = cast("Real", np.ascontiguousarray(by_rows(there).T))
 
     @classmethod
     def of(
         cls, geometry: Polar, harmonics: RingHarmonics, modulus: float, coupling: float
     ) -> PolarShear[Array]:
         """The bodies of a composite modulus, Pa, and κ."""
-        count, waves = len(geometry.edges) - 1, geometry.intervals
-        along = [coupling / modulus * harmonics.along(k) for k in range(waves + 1)]
-        pairs = np.empty((waves, 2 * count, 2 * count))
-        for j in range(1, waves + 1):
-            pair = pairs[j - 1]
-            pair[:count, :count], pair[count:, count:] = along[j], along[j - 1]
-            pair[:count, count:] = (coupling - 1.0) / modulus * harmonics.across(j)
-            pair[count:, :count] = (coupling - 1.0) / modulus * harmonics.across(1 - j)
-        own = np.broadcast_to(along[0].diagonal()[:, None], geometry.shape)
-        last = along[waves]
-        inverses = np.asarray(np.linalg.inv(pairs)), np.asarray(np.linalg.inv(last))
-        return PolarShear(geometry, pairs, last, inverses, own)
+        last: int = geometry.intervals
+        order = (*range(1, last + 1), *range(0, -last, -1))
+        along = np.concatenate([harmonics.along(wave) for wave in range(last + 1)])
+        across = np.concatenate([harmonics.across(wave) for wave in order])
+        mixing = coupling - 1.0
+        return PolarShear(geometry, coupling / modulus * along, mixing / modulus * across)
 
     @property
     def own(self) -> Array:
@@ -368,25 +403,35 @@ class PolarShear(ShearSpace[Real]):
     def single(self) -> PolarShear[Single]:
         """The same in single precision, for displacements in units of the self-influence."""
         unit = self.self_influence
-        pairs, last = ((each / unit).astype(np.float32) for each in self._influence)
-        inverses = [(each * unit).astype(np.float32) for each in self._inverses]
-        return PolarShear(self.geometry, pairs, last, (inverses[0], inverses[1]), self._own / unit)
+        along, across = ((each / unit).astype(np.float32) for each in self._influence)
+        return PolarShear(self.geometry, along, across)
+
+    @cached_property
+    def _inverse(self) -> Real:
+        """Inverse influence of waves on themselves."""
+        areas = np.diff(np.square(self.geometry.edges)) / np.square(self.geometry.edges[-1])
+        along = self._influence[0]
+        matrices = along.reshape(-1, areas.size, areas.size) * areas[:, None].astype(along.dtype)
+        inverse = np.ascontiguousarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
+        kernels.invert(inverse.reshape(along.shape))
+        return cast("Real", (inverse * areas.astype(along.dtype)).reshape(along.shape))
 
     def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
         return self._moved(traction, *self._influence)
 
     def inverse(self, traction: Real) -> Real:
-        """Inverse of `displacement` up to what the last wave cannot tell."""
-        return self._moved(traction, *self._inverses)
+        """The inverse, if waves did not couple: a slip in one direction moved by its mean."""
+        return self._moved(traction, self._inverse, None)
 
-    def _moved(self, field: Real, pairs: Real, last: Real) -> Real:
-        waves = field[0] @ self._to_waves[0].T
-        waves += field[1] @ self._to_waves[1].T
-        waves = waves.T  # (waves, n)
-        count, rings = self.geometry.intervals, waves.shape[1]
-        stacked = np.concatenate([waves[:count], waves[count:-1]], axis=1)[..., None]
-        moved = (pairs @ stacked)[..., 0]
-        result = np.concatenate([moved[:, :rings], moved[:, rings:], (last @ waves[-1])[None]])
-        moved = self._from_waves.transpose(0, 2, 1) @ result
-        return cast("Real", np.ascontiguousarray(moved.transpose(0, 2, 1)))
+    def _moved(self, field: Real, along: Real, across: Real | None) -> Real:
+        return _displaced(along, across, self._to_waves, self._from_waves, field)
+
+
+def _displaced(along: Real, across: Real | None, to: Real, back: Real, fields: Real) -> Real:
+    """Displacement by fields at angles, shape (fields, n, angles): see the kernel."""
+    rows = np.ascontiguousarray(fields.transpose(0, 2, 1)).reshape(-1, fields.shape[1])
+    moved = np.empty_like(rows)
+    kernels.displace_waves(along, across, to, back, rows, moved)
+    at_angles = moved.reshape(len(fields), -1, fields.shape[1]).transpose(0, 2, 1)
+    return cast("Real", np.ascontiguousarray(at_angles))
