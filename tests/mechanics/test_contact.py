@@ -14,8 +14,8 @@ from fretwear.mechanics.contact import (
     projected_gradient,
     solve_contact,
 )
+from fretwear.mechanics.edges import half_width
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
 from fretwear.mechanics.surfaces import Sphere
 

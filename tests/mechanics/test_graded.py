@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.edges import half_width
 from fretwear.mechanics.geometry import Workspace, strips
 from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
@@ -18,7 +19,7 @@ from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
-from fretwear.mechanics.measures import half_width, loop, measure
+from fretwear.mechanics.measures import loop, measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch
 from fretwear.theory import (

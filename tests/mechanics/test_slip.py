@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.edges import deviation, half_width, stick_half_width
 from fretwear.mechanics.geometry import Beside
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import half_width, measure, scatter, stick_half_width
+from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.state import CONTACT_GAP, in_contact
@@ -281,15 +282,37 @@ def test_half_widths_of_odd_contacts():
     assert half_width(cells.along(1), ~nothing, np.zeros(cells.shape)) == near(cells.extent[1])
 
 
-def test_a_tip_that_touches_in_a_single_cell_beyond_the_others_may_not():
-    """Either is as likely, so the edge of stick deviates by half of the way between them."""
-    state = first_loading(fretting(32))
-    x, pressure = state.geometry.x, state.reduced.pressure.copy()
-    last = np.flatnonzero(pressure[:, 0])[-1]
-    pressure[last + 6, 0] = P0
-    alone = replace(state, reduced=replace(state.reduced, pressure=pressure))
-    assert scatter(alone)["stick_half_width_x"] == near(0.5 * (x[last + 6] - x[last]))
-    assert scatter(state)["stick_half_width_x"] < 0.2 * (x[1] - x[0])
+@given(
+    place=st.floats(9.6, 10.4),
+    lowest=st.floats(0.01, 0.9).flatmap(lambda size: st.sampled_from([-size, size])),
+    axis=st.sampled_from([0, 1]),
+    even=st.sampled_from(EVEN),
+)
+def test_a_tip_that_touches_between_centers_is_the_edge_and_doubtful_if_it_hardly_does(
+    place, lowest, axis, even
+):
+    """A paraboloid of radius 1 in units of cells, beyond a zone that ends with the fourth cell.
+
+    The gap at the tip is known to a quarter of what the surface bends within its cell, 1/8 along
+    each axis.
+    """
+    spacing = (1e-6, 1.7e-6)
+    cells = Grid(tuple(24 if one else 48 for one in even), spacing, even)
+    x, y = np.meshgrid(np.abs(cells.x) / spacing[0], np.abs(cells.y) / spacing[1], indexing="ij")
+    along, across = (x, y) if axis == 0 else (y, x)
+    inside = (along < 4.0) & (across < 2.0)
+    tip = 0.5 * ((along - place) ** 2 + across**2) + lowest / 8.0
+    assert (tip > 0.0).all()
+    gap = 1e-9 * np.where(inside, 0.0, np.where(along < 7.0, 1e3 * (along - 3.9), tip))
+    lines = cells.along(axis)
+    edge = place + np.sqrt(max(-lowest / 8.0, 0.0))
+    found = half_width(lines, inside, gap, tips=True) / spacing[axis]
+    assert found == near(edge, rel=1e-9) if lowest < 0.0 else found < 5.0
+    jump = deviation(lines, inside, gap) / spacing[axis]
+    if abs(lowest) < 0.49:
+        assert jump == near(0.5 * (edge - 3.5), rel=1e-9)
+    elif abs(lowest) > 0.51:
+        assert jump < 0.5
 
 
 def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a_tip():

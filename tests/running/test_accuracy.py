@@ -246,9 +246,22 @@ def test_accuracies_and_budgets_that_nothing_could_keep_are_refused(given, rule)
         make(**given)
 
 
+def test_steps_are_as_long_as_the_accuracy_allows():
+    """They are by default as for 0.01 times the square of the width; a written tolerance stays."""
+    for accuracy, expected in ((0.02, 0.03), (0.01, 0.015), (0.05, 0.04), (0.001, 0.01)):
+        case = make(roughness=WAVES, accuracy=accuracy)
+        assert case.on_cells(1.0).tolerance == near(expected)
+        assert case.on_cells(2.0).tolerance == near(0.04)
+        assert case.on_cells(0.5).tolerance == near(max(min(1.5 * accuracy, 0.04), 0.0025))
+        assert case.replace(tolerance=0.005).on_cells(1.0).tolerance == 0.005
+    for case in (make(), make(roughness=WAVES, accuracy="none")):  # the first one on rings
+        assert case.on_cells(1.0).tolerance == Case.tolerance
+
+
 def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     case = make(roughness=WAVES)
-    usual, asked = estimate(case.replace(accuracy="none")), estimate(case)
+    last = case.replace(accuracy="none", tolerance=case.tolerance_on(1.0))
+    usual, asked = estimate(last), estimate(case)
     assert 1.0 < asked.seconds / usual.seconds < 1.3
     assert asked.memory_bytes > usual.memory_bytes
     least, most = asked.ends

@@ -15,23 +15,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, nan
-from typing import TypeAlias
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import WITHIN_A_CELL, Beside, Way, Workspace
+from fretwear.arrays import Array
+from fretwear.mechanics.edges import Lines, deviation, half_width, stick_half_width
+from fretwear.mechanics.geometry import Beside, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
 from fretwear.mechanics.stick_slip import Sheared
 from fretwear.theory import HertzContact
 
-# Cells on an axis or a part of it: places, and distances from the origin, m.
-Lines: TypeAlias = Sequence[tuple[Way, Array]]
-
-# Gap, over the gap of the first cell outside, above which a cell is not in contact.
-_NO_GAP = 1e-2
 # Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
 # its next point.
 POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
@@ -141,7 +136,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
 def half_widths(state: State, lines: Lines) -> tuple[float, float]:
     """Half-widths of contact and stick zone, m, on the lines of cells of an axis."""
     reduced, plane_strain = state.reduced, state.geometry.plane_strain
-    contact = half_width(lines, in_contact(state), state.gap, plane_strain=plane_strain)
+    closed = in_contact(state)
+    contact = half_width(lines, closed, state.gap, tips=True, plane_strain=plane_strain)
     # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
     if state.plastic.any():
         stick = half_width(lines, reduced.stick, reduced.gap, plane_strain=plane_strain)
@@ -190,8 +186,8 @@ def scatter(state: State) -> dict[str, float]:
 
     The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
     The load in a stick zone changes by the pressure at its edge, and its mean pressure by the
-    difference of this from the mean. The edge that sets a half-width jumps to another tip if the
-    outermost one hardly touches, or if the next one nearly does.
+    difference of this from the mean. The edge that sets a half-width jumps to another tip where one
+    hardly touches within its cell, or nearly does.
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
     of_stick = _beside_stick(state, follows_shape=True)
@@ -201,12 +197,10 @@ def scatter(state: State) -> dict[str, float]:
     }
     for zone_name, (cells, gap, beside) in zones.items():
         zone = geometry.zone(cells, geometry.extent[0], beside)
-        bend = _bend(gap)
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
-        for axis_name, axis in (("x", 0), ("y", 1)):
-            ways = geometry.along(axis)
-            of_edges = [_of_edge(at, cells[along], gap[along], bend[along]) for along, at in ways]
-            deviations[f"{zone_name}_half_width_{axis_name}"] = sum(of_edges) / len(of_edges)
+        for axis, axis_name in enumerate("xy"):
+            name = f"{zone_name}_half_width_{axis_name}"
+            deviations[name] = deviation(geometry.along(axis), cells, gap)
     inside, outside = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
     at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
@@ -263,33 +257,6 @@ def coupling_errors(
     return errors | {"dissipated_energy": part * most["energy"] * largest}
 
 
-def _bend(gap: Array) -> Array:
-    """How far a surface bends down within cells, m: an eighth of both second differences."""
-    wide = np.pad(gap, 1, mode="edge")
-    around = wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]
-    return np.asarray(0.125 * (around - 4.0 * gap))
-
-
-def _of_edge(distance: Array, inside: Mask, gap: Array, bend: Array) -> float:
-    """Standard deviation of the distance of the outermost edge of a zone on an axis, m.
-
-    A tip may touch within a cell whose mean gap is less than the surface bends there, and a tip
-    that touches in a single cell may not. Either is as likely as not, so the standard deviation is
-    half the jump.
-    """
-    zone = np.flatnonzero(inside)
-    if zone.size == 0 or zone[-1] == distance.size - 1:
-        return 0.0
-    last = int(zone[-1])
-    near, middle, far = gap[last:-2], gap[last + 1 : -1], gap[last + 2 :]
-    may_touch = (middle < near) & (middle < far) & (middle < bend[last + 1 : -1])
-    next_one = last + 1 + int(np.flatnonzero(may_touch).max(initial=-1))
-    jump = distance[max(next_one, last)] - distance[last]
-    if zone.size > 1 and zone[-2] < last - 1:
-        jump = max(jump, distance[last] - distance[zone[-2]])
-    return float(max(0.5 * jump, WITHIN_A_CELL * (distance[last + 1] - distance[last])))
-
-
 def share_beyond_friction(state: State) -> float:
     """Share of the stick zone in which friction cannot bear µ (p − p*) of a slip model: p* > 2p."""
     stick, integral = state.reduced.pressure, state.geometry.integral
@@ -325,92 +292,6 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
         opened, gap = (field.ravel()[beside] for field in (state.opening, reduced.gap))
         is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
-
-
-def half_width(lines: Lines, inside: Mask, gap: Array, *, plane_strain: bool = False) -> float:
-    """Distance of the outermost edge of a zone from the origin on the lines of an axis, m.
-
-    Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, and
-    linearly if the contact has worn in. The zero of r = e + b g^(2/3) + c g through three cells
-    outside is the edge, kept between the centres of the last cell inside and the first one
-    outside.
-
-    ``inside`` are the cells of the zone, and ``gap`` is in m and zero in the zone. The result is 0
-    if no cell on the lines belongs to the zone.
-    """
-    edges = [_edge(at, inside[line], gap[line], plane_strain) for line, at in lines]
-    return sum(edges) / len(edges)
-
-
-def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> float:
-    zone = np.flatnonzero(inside)
-    if zone.size == 0:
-        return 0.0
-    last = int(zone[-1])
-    x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
-    if outside.size < 2:
-        return _border(distance, last)
-    if plane_strain and outside.size == 3:
-        # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
-        # laws through two cells predict the gap of the third; its place between these predictions
-        # gives the weights of the zeros.
-        powers = np.array([1.0, 1.5])
-        near, far = outside[:2, None] ** (1.0 / powers)
-        slopes = (far - near) / (x[1] - x[0])
-        if (slopes > 0.0).all():
-            zeros = x[0] - near / slopes
-            predicted = (slopes * (x[2] - zeros)) ** powers
-            weight = (outside[2] - predicted[0]) / (predicted[1] - predicted[0])
-            weight = min(max(weight, 0.0), 1.0)
-            # Strips may be so narrow that several beyond the edge count as in contact.
-            closed = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
-            zero = (1.0 - weight) * zeros[0] + weight * zeros[1]
-            return float(min(max(zero, closed[-1] if closed.size else 0.0), x[0]))
-    center, first = float(distance[last]), float(x[0])
-    near, far, *_ = roots = np.cbrt(outside)
-    if outside.size == 3 and 0.0 < near < far < roots[2]:
-        law = np.stack([np.ones(3), roots**2, outside], axis=1)
-        edge = np.linalg.solve(law / law.max(axis=0), x)[0]
-    elif far > near:
-        near, far = near**2, far**2
-        edge = first - near / (far - near) * (float(x[1]) - first)
-    else:
-        # Equal gaps do not determine the edge.
-        edge = 0.5 * (center + first)
-    return float(min(max(edge, center), first))
-
-
-def stick_half_width(lines: Lines, pressure: Array) -> float:
-    """Distance of the outermost edge of the stick zone from the origin on the lines of an axis, m.
-
-    Near its edge the square of the pressure p*, Pa, at the reduced load falls linearly in the
-    square of the coordinate, exactly so for a sphere. The zero of that law through the cells next
-    to the outermost one is the edge, kept within a cell of the outermost center. Wear beside the
-    stick zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
-    The result is 0 if no cell on the lines sticks.
-    """
-    edges = []
-    for along, distance in lines:
-        line = pressure[along]
-        zone = np.flatnonzero(line > 0)
-        if not zone.size:
-            edges.append(0.0)
-            continue
-        last = int(zone[-1])
-        center, edge = float(distance[last]), _border(distance, last)
-        most = 2.0 * edge - center
-        if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
-            near, far = line[last - 1] ** 2, line[last - 2] ** 2
-            inner, innermost = distance[last - 1] ** 2, distance[last - 2] ** 2
-            edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
-        edges.append(min(max(edge, center), most))
-    return sum(edges) / len(edges)
-
-
-def _border(distance: Array, last: int) -> float:
-    """Outer border of a cell on an axis, halfway to the next one, m."""
-    inner, outer = (last, last + 1) if last + 1 < distance.size else (last - 1, last)
-    return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fretwear.study.case import Case
 from fretwear.study.doubts import Unreached
-from fretwear.study.plan import USUAL_BUDGET, WIDEST, affordable_width
-from fretwear.study.spacing import LEAST_RATIO
+from fretwear.study.plan import USUAL_BUDGET, affordable_width
+from fretwear.study.spacing import LEAST_RATIO, WIDEST
 from fretwear.vocabulary import RESULTS
 
 # Standard deviations in an estimated error, chosen on half of the cases of the verification page.
@@ -23,9 +23,9 @@ _DEVIATIONS = 2.0
 _TRACE = 0.01
 # Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
 # in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
-# or jumps by a row of asperities: the upper quartile over all of these scalars measures how well
-# the edges are resolved.
-_OF_EDGES = ("area", "half_width", "stick")
+# or jumps by a row of asperities: half the upper quartile over all of these scalars is the least
+# difference that counts.
+_OF_EDGES, _OF_OTHERS = ("area", "half_width", "stick"), 0.5
 # Words in the names of scalars that add up over steps or follow from the worn shape, and their
 # standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
 # grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
@@ -215,7 +215,7 @@ def estimated_errors(
     """
     apart, sizes, usual = _differences(scalars, coarser)
     of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
-    typical = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
+    typical = _OF_OTHERS * float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
     usual.update((name, max(usual[name], typical)) for name in of_edges)
     part = {n: _DEVIATIONS / math.sqrt(times ** (2.0 * lower.get(n, order)) - 1.0) for n in apart}
     estimates = {n: part[n] * np.maximum(apart[n], usual[n] * sizes[n]) for n in apart}

@@ -16,6 +16,7 @@ from functools import cache, cached_property
 from itertools import islice
 from typing import Any, NamedTuple, Self
 
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, with_materials
@@ -37,6 +38,8 @@ from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
     LEAST_RATIO,
+    STEPS_PER_ACCURACY,
+    WIDEST,
     default_spacing,
     usual_spacing,
 )
@@ -249,18 +252,29 @@ class Case(Draft):
     def tolerance_on(self, times: float) -> float:
         """The tolerance on cells some times wider: larger by the square.
 
-        A tolerance that is written beside an accuracy stays as it is.
+        Where an accuracy is asked for, steps on a grid, which err far less than its cells, leave a
+        small part of it at 1.5 times the accuracy, or at the tolerance of cells twice as wide,
+        beyond which they cost no less. A tolerance that is written beside an accuracy stays as it
+        is.
         """
-        is_chosen = self.asked_accuracy is None or self.tolerance == Case.tolerance
-        return times**2 * self.tolerance if is_chosen else self.tolerance
+        wider = times**2 * self.tolerance
+        if self.asked_accuracy is None:
+            return wider
+        if self.tolerance != Case.tolerance:
+            return self.tolerance
+        if self.geometry is not Grid or self.loading.stroke:
+            return wider
+        enough = min(STEPS_PER_ACCURACY * self.asked_accuracy, WIDEST**2 * self.tolerance)
+        return max(wider, enough)
 
     def on_cells(self, times: float) -> Self:
         """The case on cells some times wider, with the tolerance that belongs to them."""
-        if times == 1.0:
+        tolerance = self.tolerance_on(times)
+        if times == 1.0 and tolerance == self.tolerance:
             return self
         dx, dy = self.grid_spacing
         cell = times * dx, times * dy
-        case = self.of(vars(self) | {"cell": cell, "tolerance": self.tolerance_on(times)})
+        case = self.of(vars(self) | {"cell": cell, "tolerance": tolerance})
         # Only the spacing, among all that a case keeps, follows from cell and tolerance.
         vars(case).update({**vars(self), **vars(case), "accuracy": self.accuracy})
         vars(case).pop("grid_spacing", None)

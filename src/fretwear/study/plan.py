@@ -25,6 +25,7 @@ from fretwear.study.problems import as_cell
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
     LEAST_RATIO,
+    WIDEST,
     greatest_contact_radius,
     stick_shrinks,
 )
@@ -88,8 +89,6 @@ COMPRESSED_SHARE = 0.6
 SECONDS_PER_SNAPSHOT_STRESSED = 0.45
 SECONDS_PER_CELL_STRESSED = 2.4e-5
 
-WIDEST = 2.0
-"""Width of the cells with which a case begins that asks for an accuracy, over the default."""
 USUAL_BUDGET = 10.0
 MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides

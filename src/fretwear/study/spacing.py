@@ -46,6 +46,9 @@ MOST_WRITTEN = 600
 """Cells along an axis of the whole contact on which fields of graded cells are only written."""
 LEAST_RATIO = 1.5
 """Least ratio of the widths of cells of two runs from which errors are estimated."""
+WIDEST, STEPS_PER_ACCURACY = 2.0, 1.5
+"""Width of the first cells of a case that asks for an accuracy, over the default, and tolerance of
+its steps, over the accuracy."""
 LARGEST_ROUNDING = 1.1
 """Largest ratio of a length to itself rounded down to two digits."""
 # Largest half-width of the window, over the contact radius.
