@@ -2,12 +2,15 @@
 
     python -m benchmarks.cost [--quick] [--output FILE.json]
     python -m benchmarks.cost --measured FILE.json
+    python -m benchmarks.cost --study FILE.yaml [--every N]
     python -m benchmarks.cost --speed
 
-Runs a spread of cases, each in a process of its own on one thread, and prints estimated against
-measured numbers of steps, convolutions, processor seconds and memory. The constants at the top of
-`fretwear.study.plan` have to be changed until no ratio of seconds leaves the range from 0.5 to 2;
-with ``--measured`` the numbers of an earlier call are compared with what is expected now. What
+Runs a spread of cases on cells of their own, each in a process of its own on one thread, and prints
+estimated against measured numbers of steps, convolutions, processor seconds and memory. The
+constants at the top of `fretwear.study.plan` have to be changed until no ratio of seconds leaves
+the range from 0.5 to 2; with ``--measured`` the numbers of an earlier call are compared with what
+is expected now. With ``--study`` the cases of a study, or every N-th of them, are run as written,
+so that an accuracy chooses their cells; steps and convolutions are then of the last run. What
 ``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of bare transforms
 on the machine of the other constants.
 """
@@ -34,6 +37,7 @@ from fretwear.data.files import open_case, open_history
 from fretwear.running.resources import machine_speed, transform_seconds
 from fretwear.study.case import Case
 from fretwear.study.plan import Estimate, estimate
+from fretwear.study.reading import load_study
 
 BASE: dict[str, Any] = {
     **{name: value for name, value in STUDY.items() if name != "tangential_load"},
@@ -41,6 +45,7 @@ BASE: dict[str, Any] = {
     "plastic_limit": "none",
     "roughness": "none",
     "cycles": 7000,
+    "accuracy": "none",
 }
 LONG_WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "2 deg", "slope_y": "1 deg"}
 FLAT = {"kind": "wavy", "amplitude": "0.05 um", "slope_x": "1 deg", "slope_y": "1 deg"}
@@ -109,17 +114,17 @@ class Numbers:
         )
 
 
-def measure(content: dict[str, Any]) -> Numbers:
+def measure(study: Path, case_id: str) -> Numbers:
     """Run a case in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        study, file = Path(folder, "case.yaml"), Path(folder, "case.nc")
-        study.write_text(yaml.safe_dump({"base": content}), encoding="utf-8")
-        command = [sys.executable, "-m", "fretwear", "run", str(study), "-o", str(file), "--quiet"]
+        file = Path(folder, "case.nc")
+        command = [sys.executable, "-m", "fretwear", "run", str(study), "--case", case_id]
+        command += ["-o", str(file), "--quiet"]
         process = subprocess.Popen(command, env={**os.environ, "OMP_NUM_THREADS": "1"})
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         if process.returncode:
-            raise SystemExit(f"the case {content} failed")
+            raise SystemExit(f"the case {case_id} failed")
         with open_case(file) as case, open_history(file) as history:
             return Numbers(
                 cells=case.sizes["x"] * case.sizes["y"],
@@ -139,9 +144,20 @@ def compare(names: list[str], kept: Path | None) -> Iterator[tuple[str, Numbers,
         case = Case(**{**content, "roughness": None if roughness == "none" else roughness})
         expected = estimate(case)
         if kept is None:
-            yield name, Numbers.of(expected, machine_speed([expected])), measure(content)
+            with tempfile.TemporaryDirectory() as folder:
+                study = Path(folder, "case.yaml")
+                study.write_text(yaml.safe_dump({"base": content}), encoding="utf-8")
+                measured = measure(study, case.case_id)
+            yield name, Numbers.of(expected, machine_speed([expected])), measured
         elif name in earlier:
             yield name, Numbers.of(expected, 1.0), Numbers(**earlier[name])
+
+
+def of_study(file: Path, every: int) -> Iterator[tuple[str, Numbers, Numbers]]:
+    """Run every so many cases of a study; yield estimates and measurements."""
+    for name, case in [*load_study(file).cases().items()][::every]:
+        expected = estimate(case)
+        yield name[-32:], Numbers.of(expected, machine_speed([expected])), measure(file, name)
 
 
 def line(name: str, expected: Numbers, measured: Numbers) -> str:
@@ -175,6 +191,8 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="every fourth case only")
     parser.add_argument("--output", type=Path, help="keep what was measured in a JSON file")
     parser.add_argument("--measured", type=Path, help="run nothing, take what such a file holds")
+    parser.add_argument("--study", type=Path, help="run the cases of a study instead")
+    parser.add_argument("--every", type=int, default=1, help="every N-th case of the study only")
     parser.add_argument("--speed", action="store_true", help="time bare transforms only")
     options = parser.parse_args()
     if options.speed:
@@ -182,9 +200,11 @@ def main() -> None:
     titles = ("cells", "steps", "convolutions", "seconds", "memory in MB")
     print(" |".join([f"{'estimated, measured, ratio':32s}", *(f"{t:^23s}" for t in titles)]))
     rows = {}
-    for name, expected, measured in compare(
-        list(SPREAD)[:: 4 if options.quick else 1], options.measured
-    ):
+    names = list(SPREAD)[:: 4 if options.quick else 1]
+    compared = compare(names, options.measured)
+    if options.study:
+        compared = of_study(options.study, options.every)
+    for name, expected, measured in compared:
         print(line(name, expected, measured), flush=True)
         rows[name] = (expected, measured)
     for key in ("steps", "convolutions", "seconds", "memory_mb"):

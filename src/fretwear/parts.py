@@ -15,6 +15,7 @@ import dataclasses
 import json
 import math
 import operator
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -49,6 +50,7 @@ Coordinates = Iterator[tuple[str, "Parameter", float | str]]  # name, parameter,
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _WHOLE_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
+_WITH_COMMAS = re.compile(r"\s*\d{1,3}(,\d{3})+\s*")
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
@@ -211,11 +213,15 @@ class Quantity(Parameter):
             rule, hint, expected = error.rule, error.hint, self.dimension.expectation
             if self.infinite:
                 rule = rule.replace(expected, f"{expected} or none", 1)
-                words = (self.infinite, "inf", "infinite", "infinity")
-                hint = "write none for no limit" if value in words else hint
+                words = (self.infinite, "none", "no", "inf", "infinite", "infinity")
+                hint = "write none for no limit" if str(value).casefold() in words else hint
             raise QuantityError(rule, hint) from error
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
-            raise QuantityError(f"must be {self.range_text()}")
+            is_percent = self.dimension.is_plain_number and number >= 1.0 and "%" not in str(value)
+            share = 0.01 * number if is_percent else math.nan
+            meant = all(holds(share, bound) for _, holds, _, bound in self._bounds)
+            hint = f"did you mean '{number:g} %'?" if meant else ""
+            raise QuantityError(f"must be {self.range_text()}", hint)
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
@@ -301,6 +307,8 @@ class WholeNumber(Plain):
             number = parse_quantity(value, NUMBER, units_required=units_required)
         except QuantityError as error:
             hint = error.hint
+        if isinstance(value, str) and _WITH_COMMAS.fullmatch(value):
+            hint = f"write {value.replace(',', '')}, without separators"
         if not number.is_integer() or (isinstance(value, str) and "%" in value):
             raise QuantityError(f"must be a whole number such as {self.example}", hint)
         if not self.at_least <= number <= self.at_most:

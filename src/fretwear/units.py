@@ -49,12 +49,19 @@ _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)
 _POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _MAX_LENGTH = 60
 _THOUSANDS = re.compile(r"\s*\d{1,3}(?:[ '_\u2009\u202f]\d{3})+(?!\d)")
+# Numbers as they are typeset or written by hand, for `_plainer`.
+_OF_TYPESETTERS = str.maketrans({**dict.fromkeys("−–", "-"), **dict.fromkeys("“”„‟‘’", None)})
+_TIMES_TEN = re.compile(r"(?<=\d)\s*[×x*·⋅]\s*10\s*\^?\s*\(?([-+]?\d+|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)\)?")
+_RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+_UNIT_FIRST = re.compile(rf"([^\W\d_]+)\s*({NUMBER_PATTERN})")
+_FRACTION = re.compile(r"([1-9]\d{0,3})\s*/\s*([1-9]\d{0,3})")
 # Legible but never meant: the unit meant, and what was written.
 _MISTYPED = {"Mm": ("mm", "a thousand kilometres"), "mPa": ("MPa", "a thousandth of a pascal")}
 # Powers of ten by which a value may differ from the example in its unit.
 _NEAR = 2.0
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 _MASSES = {"kg": 1.0, "g": 1e-3}
+_PER_MINUTE = ("rpm", "/min", "1/min", "/ min", "1 / min")
 
 
 class QuantityError(ValueError):
@@ -281,6 +288,32 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     ``1e-3`` as text.  Raises `QuantityError` if the value is not a finite number, or if its unit
     is missing, unknown or of another dimension.
     """
+    try:
+        return _parsed(value, dimension, units_required)
+    except QuantityError as error:
+        plainer = _plainer(value) if isinstance(value, str) and len(value) <= _MAX_LENGTH else value
+        if plainer != value:
+            with suppress(QuantityError):
+                _parsed(plainer, dimension, units_required)
+                error.hint = f"write {plainer}"
+        raise
+
+
+def _plainer(text: str) -> str:
+    """Return a quantity with the signs of a keyboard, its number first and as a decimal fraction.
+
+    >>> _plainer("7×10⁻¹³ / Pa"), _plainer("N 50"), _plainer("1/3")
+    ('7e-13 / Pa', '50 N', '0.33333')
+    """
+    text = text.strip().translate(_OF_TYPESETTERS)
+    text = _TIMES_TEN.sub(lambda power: f"e{int(power[1].translate(_RAISED))}", text)
+    if fraction := _FRACTION.fullmatch(text):
+        return f"{int(fraction[1]) / int(fraction[2]):.5g}"
+    first = _UNIT_FIRST.fullmatch(text)
+    return f"{first[2]} {first[1]}" if first else text
+
+
+def _parsed(value: object, dimension: Dimension, units_required: bool) -> float:
     if isinstance(value, Real) and not isinstance(value, bool):
         number = math.inf
         with suppress(OverflowError):  # A whole number may be larger than any float.
@@ -318,7 +351,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     except QuantityError as error:
         rule = f"{dimension.expectation}, but {error.rule}"
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
-        raise QuantityError(rule, did_you_mean(unit, valid, cutoff=0.5)) from error
+        hint = did_you_mean(unit, valid, cutoff=0.5) or _likely_name(given, unit, dimension)
+        raise QuantityError(rule, hint) from error
     if given_dimension.si_unit != dimension.si_unit:
         rule = f"{dimension.expectation}, but {unit!r} is {given_dimension.name}"
         raise QuantityError(rule, _likely_meaning(given, unit, dimension))
@@ -337,6 +371,17 @@ def _likely_meaning(given: str, unit: str, dimension: Dimension) -> str:
     if unit in _MASSES and dimension.si_unit == FORCE.si_unit:
         weight = _GRAVITY * _MASSES[unit] * float(given)
         return f"write the weight of this mass: '{weight:.4g} N'"
+    return ""
+
+
+def _likely_name(given: str, unit: str, dimension: Dimension) -> str:
+    """Return a hint for a unit that is spelled out, or counts by the minute; empty for others."""
+    if unit.casefold() in _PER_MINUTE and dimension.si_unit == "s-1":
+        return f"there are 60 seconds to a minute: write '{float(given) / 60.0:.4g} Hz'"
+    for name in (unit.casefold(), unit.casefold().removesuffix("s")):
+        with suppress(QuantityError):
+            if _unit(name)[1].si_unit == dimension.si_unit:
+                return f"did you mean '{given} {name}'?"
     return ""
 
 

@@ -392,7 +392,12 @@ def test_keys_and_tags_that_no_study_has_are_problems(tmp_path, texts, words):
 @pytest.mark.parametrize(
     ("texts", "part"),
     [
-        (["a: [1, 2\n", "a: b: c\n", "a:\n\t- b\n", "a: 1\n---\nb: 2\n"], "not YAML"),
+        (["a: [1, 2\n", "a: b: c\n", "a:\n\t- b\n"], "not YAML"),
+        (["a: 1\n---\nb: 2\n"], "more than one document (line 2)\n    leave out the line ---"),
+        (["a:\tb\n", "a: \tb\n"], "use spaces instead of tabs"),
+        (["a:\n  b: 1\n   c: 2\n"], "keys of a section begin in the same column"),
+        (["a: %50\n"], "a percent sign follows its number: 2 %"),
+        (["a: @b\n"], "(line 1)\n    put a value that begins with this character in quotes"),
         (["a: *b\n", "a: \x00\n"], "not YAML"),
         (["a: 3\u20284\n"], "U+2028 in line 1"),
         (["a: 1\nb: [\x851]\n"], "U+0085 in line 2"),

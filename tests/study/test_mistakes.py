@@ -192,6 +192,65 @@ outputs: {cycles: [0]}
 title: ""
     title = '': must be text
     put it in quotes
+base/cycles: '30,000'
+    base.cycles = 30,000: must be a whole number such as 30000
+    write 30000, without separators
+base/accuracy: 2
+    base.accuracy = 2: must be at least 0.001 and at most 0.2
+    did you mean '2 %'?
+base/accuracy: [1 %, 2 %]
+    base.accuracy = [1 %, 2 %]: must be a plain number such as 0.02 or none
+    a list of values, each a case, belongs under vary: vary.accuracy
+base/debris_fraction: 85
+    base.debris_fraction = 85: must be at least 0 and at most 1
+    did you mean '85 %'?
+base/budget: 3 min
+    base.budget = 3 min: must be a plain number such as 10, without a unit
+base/load: N 50
+    base.load = N 50: must be a force such as 50 N
+    write 50 N
+base/load: 50 Newton
+    base.load = 50 Newton: must be a force such as 50 N, but has an unknown unit 'Newton'
+    did you mean '50 newton'?
+base/load: “50 N”
+    base.load = “50 N”: must be a force such as 50 N
+    write 50 N
+base/poisson_ratio: 1/3
+    base.poisson_ratio = 1/3: must be a plain number such as 0.3, without a unit
+    write 0.33333
+base/wear_coefficient: 7e−13 / Pa
+    base.wear_coefficient = 7e−13 / Pa: must be an inverse pressure such as 7e-13 / Pa, but has a
+    ... unit that cannot be read: 'e−13 / Pa'
+    write 7e-13 / Pa
+base/wear_coefficient: 7×10⁻¹³ / Pa
+    base.wear_coefficient = 7×10⁻¹³ / Pa: must be an inverse pressure such as 7e-13 / Pa, but has a
+    ... unit that cannot be read: '×10⁻¹³ / Pa'
+    write 7e-13 / Pa
+base/wear_coefficient: 7x10^-13 / Pa
+    base.wear_coefficient = 7x10^-13 / Pa: must be an inverse pressure such as 7e-13 / Pa, but has a
+    ... unit that cannot be read: 'x10^-13 / Pa'
+    write 7e-13 / Pa
+base/frequency: 300 rpm
+    base.frequency = 300 rpm: must be a frequency such as 5 Hz, but has an unknown unit 'rpm'
+    there are 60 seconds to a minute: write '5 Hz'
+base/plastic_limit: None
+    base.plastic_limit = None: must be a pressure such as 4500 MPa or none
+    write none for no limit
+base/output: {cycles: [0]}
+    base.output = {cycles: [0]}: is not a case parameter
+    it is a section of its own, beside base
+samples: 16
+    samples = 16: is not a section of a study
+    write design: {kind: latin_hypercube, points: 16}
+vary/hardness: [3 GPa, 4 GPa]
+    vary.hardness = [3 GPa, 4 GPa]: is not a case parameter
+    write plastic_limit: about the hardness
+vary/load: [[20 N, 50 N]]
+    vary.load[0] = [20 N, 50 N]: must be a force such as 50 N
+    write one list of values, without inner ones
+vary/load: 20 N:10 N:50 N
+    vary.load = 20 N:10 N:50 N: must be a list of values
+    list the values; a sampled design takes {from: 10 N, to: 100 N}
 base/cell: 1 um, base/roughness: {kind: wavy, slope_x: 3 deg, slope_y: 1 deg}, vary:
     ... {roughness.amplitude: {from: 50 nm, to: 60 nm}}, design: {kind: sobol, points: 2} |
     ... without output
@@ -247,11 +306,18 @@ def test_what_is_left_out_or_not_used_is_told(studies, content):
     study = studies.load(content)
     assert study.remarks == ["base.load = 50 N is not used, because load is varied"]
     assert study.remarks == [*machine_warnings(Plan(study))]
-    assert dict(Plan(study).derived())["without roughness and plastic_limit"] == "smooth, elastic"
+    words = "roughness (smooth), plastic_limit (elastic)"
+    assert dict(Plan(study).derived())["not given"] == words
     (case, *_) = study.cases().values()
     assert (case.friction, case.roughness, case.plastic_limit) == (0.5, None, math.inf)
     del content["base"]["load"]
     content["base"]["plastic_limit"] = "none"
     study = studies.load(content)
     assert study.remarks == []
-    assert dict(Plan(study).derived())["without roughness"] == "smooth"
+    assert dict(Plan(study).derived())["not given"] == "roughness (smooth)"
+    content["base"] |= {"cell": "2 um", "accuracy": "5 %", "budget": 3}
+    told = [f"base.{what} is not used, because " for what in ("accuracy = 5 %", "budget = 3")]
+    assert studies.load(content).remarks == [f"{text}cell is given" for text in told]
+    del content["base"]["cell"]
+    content["base"]["accuracy"] = "none"
+    assert studies.load(content).remarks == [f"{told[1]}accuracy is none"]

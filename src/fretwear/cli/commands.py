@@ -223,9 +223,13 @@ def plan(
     alone, together = (resources.study_seconds(planned, jobs, n, speed) for n in (1, at_once))
     shared = f", {duration_text(together)} on {at_once} cores" if at_once > 1 else ""
     after = duration_text(resources.seconds_after(planned) / speed)
+    # What cases take beyond what is expected if all of them use up their budgets.
+    more = sum(cost.ends[-1] - cost.seconds for cost in planned.estimates.values() if cost.ends)
+    most = duration_text(alone + more / speed)
+    budgets = "" if more < alone else f" (up to {most} if every case uses up its budget)"
     say(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
-        f"job{'s' * (len(jobs) != 1)}: about {duration_text(alone)} on one core{shared}, "
+        f"job{'s' * (len(jobs) != 1)}: about {duration_text(alone)} on one core{budgets}{shared}, "
         f"{after} of it for figures and report, "
         f"up to {size_text(planned.memory_bytes)} of memory per job, "
         f"about {size_text(planned.file_bytes)} of files."

@@ -129,7 +129,7 @@ def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
     lines = [f"{message[:1].lower()}{message[1:]}"]
     if "unexpected extra" in message and "--set" in arguments:
         lines.append("put a value with a space in quotes, such as --set 'load=30 N'")
-    if path == "fretwear" and hasattr(error, "option_name"):
+    if path == "fretwear" and lines[0].startswith("no such option"):
         lines.append("options follow the command, such as fretwear run --quiet")
     return "\n    ".join([*lines, f"see '{path} --help'"])
 

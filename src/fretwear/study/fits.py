@@ -465,7 +465,12 @@ def _read_number(
         if share and "value" in read:
             read["error"] = abs(read["value"]) * float(share[1]) / 100.0
         elif not share:
-            read["error"] = parse_quantity(error, dimension, units_required=True)
+            try:
+                read["error"] = parse_quantity(error, dimension, units_required=True)
+            except QuantityError as wrong:
+                if isinstance(error, int | float):
+                    wrong.hint = f"did you mean '{error:g} %', of the value?"
+                raise
         if not read.get("error", 1.0) > 0.0:
             raise QuantityError("must be larger than 0", "such as 5 %")
     return read

@@ -18,6 +18,9 @@ from fretwear.units import QuantityError, nearest
 
 _Value = TypeVar("_Value")
 
+SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output", "fit")
+"""Sections of a study file."""
+
 _OTHER_NAMES = {
     word: (name, remedy)
     for words, name, remedy in (
@@ -222,8 +225,10 @@ def read_values(
             remedy = "fretwear schema lists all parameters"
             if key.casefold() in _NOT_MODELLED:
                 remedy, meant = "leave it out: the model does not depend on it", ()
-            if other := _other_name(key):
-                remedy, meant = f"write {': '.join(filter(None, other))}", ()
+            if words := other_name(key):
+                remedy, meant = f"write {words}", ()
+            if key in SECTIONS:
+                remedy, meant = "it is a section of its own, beside base", ()
             if key in leaves():
                 remedy, meant = f"write {whole}: {{{part}: ...}}", ()
             rule = "is not a case parameter"
@@ -242,8 +247,9 @@ def _with_keys_beside(about: object, value: object, raw: Mapping[str, object]) -
     return {**beside, **content} if beside else value
 
 
-def _other_name(key: str) -> tuple[str, str] | None:
-    return _OTHER_NAMES.get(key.casefold().replace(" ", "_"))
+def other_name(key: str) -> str:
+    """Return the parameter that another word stands for, and what to write there; empty if none."""
+    return ": ".join(filter(None, _OTHER_NAMES.get(key.casefold().replace(" ", "_"), ())))
 
 
 def with_parts_of_distance(
@@ -296,7 +302,7 @@ def missing_parameters(given: Iterable[str], blocks: Sequence[Block] = ()) -> It
     meant. Keys that all blocks give may be missing.
     """
     given = set(given)
-    given |= {other[0] for key in given if (other := _other_name(key))}
+    given |= {other_name(key).partition(":")[0] for key in given}
     for part in IN_BLOCKS.values():
         given |= part.completed(dict.fromkeys(given & part.keys.keys()), blocks).keys()
     unknown = [key for key in given if key not in parameter_names()]

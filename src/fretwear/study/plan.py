@@ -35,12 +35,15 @@ from fretwear.units import duration_text, number_text, size_text, span
 # Calibrated by `python -m benchmarks.cost`, which reports how well they hold.
 SECONDS_TO_START = 1.3
 SECONDS_PER_CASE = 0.1
-SECONDS_PER_CONVOLUTION = 1.6e-4
-SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
+SECONDS_PER_CONVOLUTION = 2.7e-4
+SECONDS_PER_CELL_AND_CONVOLUTION = 9e-9
+# Of the work between convolutions, and of the loop of forces at a snapshot.
+SECONDS_PER_CELL_AND_STEP = 7.5e-7
+SECONDS_PER_CELL_OF_LOOP = 9e-7
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 # A run with friction in two directions over one without, on whole windows and on quarters; and on
-# rings, at several angles each, of elastic bodies and of those that may yield.
-TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), (12.0, 30.0)
+# rings, at several angles each.
+TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), 16.0
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
@@ -48,26 +51,28 @@ MEMORY_OF_ANGLES = 100_000_000
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
-STEPS_TO_BEGIN = 2.0
-STEPS_PER_FOLD_OF_WEAR = 2.4
-STEPS_ROUGH = 1.6
-STEPS_PER_YIELDING_TIME = 0.7
+STEPS_PER_ROOT_OF_SLIP_AND_WEAR = 10.7
+STEPS_PER_SNAPSHOT = 2.5
+STEPS_ROUGH = 1.15
+STEPS_PER_YIELDING_TIME = 1.3
 
 # Contacts of a yielding step, if shear lowers the limit, over those if it does not.
 CONTACTS_UNDER_SHEAR = 2.5
 
 # For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
-CONVOLUTIONS_PER_STEP = (17.5, 27.0)
-CONVOLUTIONS_AS_YIELDING_BEGINS = (135.0, 210.0)
-GROWTH_WITH_CELLS = 0.2
+CONVOLUTIONS_PER_STEP = (17.5, 23.0)
+CONVOLUTIONS_AS_YIELDING_BEGINS = (105.0, 165.0)
+GROWTH_WITH_CELLS = 0.05
 
 # Steps on rings keep to a quarter of the tolerance.
 TIGHTER_ON_RINGS = 4.0
-STEPS_PER_YIELDING_TIME_ON_RINGS = 0.9
-SOLUTIONS_PER_STEP = 8.0
-SOLUTIONS_PER_YIELDING_STEP = 5.0
-SOLUTIONS_PER_NARROWNESS = 6.5
-SECONDS_PER_SOLUTION = 2.5e-4
+STEPS_PER_YIELDING_TIME_ON_RINGS = 0.93
+SOLUTIONS_PER_STEP = 4.9
+SOLUTIONS_PER_YIELDING_TIME = 4.4
+SOLUTIONS_PER_NARROWNESS = 5.6
+SECONDS_PER_SOLUTION = 5.3e-4
+SECONDS_PER_STEP_ON_RINGS = 2.6e-3
+POWER_OF_NARROW_RINGS = 2.3
 # The same of a step under a load that changes within a cycle, of which contacts are solved.
 TIMES_IF_PULSATING = 20.0
 
@@ -79,7 +84,7 @@ MEMORY_TO_START = 110_000_000
 ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
 # Means of rings over cells, and writing them.
-SECONDS_PER_CELL_OF_SNAPSHOT = 4e-6
+SECONDS_PER_CELL_OF_SNAPSHOT = 1.9e-6
 # Contact and stick fractions, zero or one in most cells, compress to nearly nothing.
 BYTES_PER_FIELD_CELL = 7 * 4 + 2
 COMPRESSED_SHARE = 0.6
@@ -89,7 +94,7 @@ COMPRESSED_SHARE = 0.6
 SECONDS_PER_SNAPSHOT_STRESSED = 0.45
 SECONDS_PER_CELL_STRESSED = 2.4e-5
 
-USUAL_BUDGET = 10.0
+USUAL_ACCURACY, USUAL_BUDGET = 0.02, 10.0
 MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
 _WIDTHS = [1.0]
@@ -126,8 +131,9 @@ def estimate(case: Case) -> Estimate:
     The window ends a little outside the largest contact of the run, plus the reach of the
     roughness. This contact lies on the way to the limiting worn state (`LimitingState`), widened if
     the stick zone shrinks, or carries the load at the plastic limit. The coarser run for error
-    estimates is included. A case that asks for an accuracy may end with its first run, is expected
-    to end with default cells, and uses at most its budget.
+    estimates is included. A case that asks for an accuracy may end with its first run, as smooth
+    elastic ones do at `USUAL_ACCURACY`; others are expected to end with default cells, and none
+    takes more than its budget.
     """
     runs, start = _Runs(case), SECONDS_TO_START + SECONDS_PER_CASE
     if case.asked_accuracy is not None:
@@ -136,8 +142,10 @@ def estimate(case: Case) -> Estimate:
         largest = runs.on_cells(runs.affordable_width(budget))
         beside, first, default = (run.seconds - start for run in (least, wide, usual))
         ends = beside + first, max(budget * default, beside + first + default)
+        is_smooth = case.is_graded and math.isinf(case.slip_limit)
+        ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
         return usual._replace(
-            seconds=start + beside + first + default,
+            seconds=start + (ends[0] if ends_early else beside + first + default),
             ends=tuple(start + each for each in ends),
             memory_bytes=largest.memory_bytes,
             snapshot_bytes=largest.snapshot_bytes,
@@ -217,10 +225,12 @@ class _Runs:
         places = 1.0
         if case.loading.travel > case.small_stroke:
             places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
+        per_step = 0.0
         if issubclass(geometry, Rings):
             per_convolution, arrays = SECONDS_PER_SOLUTION, 0
+            per_step = SECONDS_PER_STEP_ON_RINGS
             if case.slip_model.couples:
-                per_convolution *= TIMES_COUPLED_ON_RINGS[math.isfinite(case.plastic_limit)]
+                per_convolution *= TIMES_COUPLED_ON_RINGS
                 arrays = MEMORY_OF_ANGLES
         elif stroke and geometry is Strips:
             cubed = sides_x * (cells_x / sides_x) ** 3
@@ -241,24 +251,27 @@ class _Runs:
             unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
             mean = 0.5 * (min(cells, unworn) + cells)
             per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+            per_step = SECONDS_PER_CELL_AND_STEP * mean
             if case.slip_model.couples:
                 per_convolution *= TIMES_COUPLED[all(case.even)]
         if case.normal.pulsating_load < 1.0 and not stroke:
             per_convolution *= TIMES_IF_PULSATING
         # A finer cell narrows rings and strips.
-        finer = coarseness**-2
-        per_convolution, arrays = (
-            finer * per_convolution,
-            arrays + int((finer - 1.0) * MEMORY_OF_GRADED),
-        )
+        per_convolution *= coarseness**-POWER_OF_NARROW_RINGS
+        arrays += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
         kept = cells * len(case.output_cycles)
-        written = SECONDS_PER_CELL_OF_SNAPSHOT * kept if issubclass(geometry, Rings) else 0.0
+        per_cell = 0.0
+        if issubclass(geometry, Rings):
+            per_cell = SECONDS_PER_CELL_OF_SNAPSHOT
+        elif geometry is Grid and case.slip_model.follows_shape:
+            per_cell = SECONDS_PER_CELL_OF_LOOP
+        working = per_convolution * convolutions + per_step * steps + per_cell * kept
         return Estimate(
             cells_x=cells_x,
             cells_y=cells_y,
             steps=steps,
             convolutions=convolutions,
-            seconds=SECONDS_TO_START + SECONDS_PER_CASE + per_convolution * convolutions + written,
+            seconds=SECONDS_TO_START + SECONDS_PER_CASE + working,
             memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
             snapshots=len(case.output_cycles),
             snapshot_bytes=MEMORY_PER_CELL_OF_SNAPSHOT * cells,
@@ -268,28 +281,34 @@ class _Runs:
     def _work(self, cells: int, tolerance: float) -> tuple[float, float]:
         """Expected numbers of steps, and of half-space convolutions or solutions on rings.
 
-        The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
-        1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. If the bodies
-        yield and slip follows the worn shape, a step lasts no longer than wear takes to free a cell
-        at the limit p, 1/(β p) cycles at the default tolerance.
+        The steps of an elastic run grow with the wear and the slip: the pressure p0 wears a cell
+        e-fold in 1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. A
+        step ends at each snapshot, and the next ones are short while the contact wears. If the
+        bodies yield and slip follows the worn shape, a step lasts no longer than wear takes to free
+        a cell at the limit p, 1/(β p) cycles at the default tolerance.
         """
         case, rough, times = self.case, self.case.rough is not None, self._yielding_times
         finer = (TIGHTER_ON_RINGS if issubclass(case.geometry, Rings) else 1.0) * 0.01 / tolerance
-        elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * self._folds * math.cbrt(finer)
-        elastic = max(elastic, len(case.output_cycles) - 1)  # a step ends at each snapshot
+        root = math.sqrt(self._folds * min(case.tangential_ratio, 1.0))
+        wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * (STEPS_ROUGH if rough else 1.0) * root
+        snapshots = len(case.output_cycles) - 1
+        elastic = wearing * finer**0.18 + STEPS_PER_SNAPSHOT * min(root, 1.0) * (snapshots - 1)
+        elastic = max(elastic, snapshots, 1.0)
         if issubclass(case.geometry, Rings):
-            # The narrower the slip annulus, the more often flow and wear settle in turn.
             yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-            per_step = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-            per_step = self._contacts * (per_step + SOLUTIONS_PER_YIELDING_STEP)
-            return elastic + yielding, SOLUTIONS_PER_STEP * elastic + per_step * yielding
-        elastic *= STEPS_ROUGH if rough else 1.0
-        per_step = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
-        # Later and shorter steps change less and take fewer iterations.
-        yielding = STEPS_PER_YIELDING_TIME * times
-        flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
-        flowing *= self._contacts
-        return elastic + yielding * finer**0.5, per_step * elastic + flowing
+            # The narrower the slip annulus, the more often flow and wear settle in turn.
+            narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+            flowing = (narrow + SOLUTIONS_PER_YIELDING_TIME) * times * finer**0.28
+            convolutions = SOLUTIONS_PER_STEP * elastic
+        else:
+            yielding = STEPS_PER_YIELDING_TIME * times * finer**0.5
+            # Later and shorter steps change less and take fewer iterations.
+            flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * times**0.7 * finer**0.2
+            convolutions = (
+                CONVOLUTIONS_PER_STEP[rough] * elastic * (cells / 1e4) ** GROWTH_WITH_CELLS
+            )
+        # The shorter of both kinds of step is taken.
+        return math.hypot(elastic, yielding), convolutions + self._contacts * flowing
 
 
 @dataclass
@@ -358,8 +377,8 @@ class Plan:
         """Iterate over what the study leaves out, and derived quantities: words and value."""
         left = [n for n in ("roughness", "plastic_limit") if n not in self.study.members]
         if left:
-            words = (value_text(name, getattr(Case, name) or "none") for name in left)
-            yield f"without {' and '.join(left)}", ", ".join(words)
+            words = (f"{name} ({value_text(name, getattr(Case, name) or 'none')})" for name in left)
+            yield "not given", ", ".join(words)
         # A pair [indenter, flat] counts as the wear of both together.
         if wear := self._of_cases.wear:
             text = span(wear, lambda value: number_text(1e9 * value, 4))

@@ -19,6 +19,7 @@ from fretwear.study.parameters import (
     coordinate,
     leaves,
     member_of,
+    other_name,
     parameter_names,
     parameter_of,
 )
@@ -26,7 +27,7 @@ from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
 
 MAX_POINTS = 200_000
 
-_ENDS = re.compile(r"\s*(\d.*?)\s*(?:to|\.\.+|–)\s*(\d.*?)\s*")
+_ENDS = re.compile(r"\s*(\d.*?)\s*(?:to|\.\.+|–|:)\s*(\d.*?)\s*")
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,10 @@ def read_axes(
     for name, raw in vary.items():
         if name not in valid:
             rule = "is not a case parameter"
-            problems.add(f"vary.{name}", raw, rule, valid_words=valid, written=name)
+            words, valid_words = other_name(name), valid
+            if words:
+                words, valid_words = f"write {words}", ()
+            problems.add(f"vary.{name}", raw, rule, words, valid_words=valid_words, written=name)
             continue
         with problems.at(f"vary.{name}", raw):
             axes.append(_read_axis(name, raw, design))
@@ -239,7 +243,7 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
     problems = Problems()
     for position, item in enumerate(raw):
         with problems.at(f"[{position}]", item):
-            values.append(value := parameter_of(name).read_given(name, item, True))
+            values.append(value := _read_item(name, item))
             first = seen.setdefault(_identity(value), position)
             # Paired lists may repeat a value: only equal rows make the same point.
             if first != position and not isinstance(design, Zip):
@@ -247,6 +251,16 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
                 raise QuantityError(rule, "leave one of them out")
     problems.raise_any()
     return Axis(name, tuple(values), tuple(raw))
+
+
+def _read_item(name: str, item: object) -> object:
+    """Read one of the values in a list."""
+    try:
+        return parameter_of(name).read_given(name, item, True)
+    except QuantityError as wrong:
+        if not isinstance(item, list) or wrong.hint or wrong.inside:
+            raise
+        raise QuantityError(wrong.rule, "write one list of values, without inner ones") from wrong
 
 
 def _identity(value: object) -> object:

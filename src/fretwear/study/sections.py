@@ -7,12 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from fretwear.parts import Choice, keys_schema
-from fretwear.problems import Problems
+from fretwear.problems import Problems, in_words
 from fretwear.study.case import SNAPSHOTS_SCHEMA
 from fretwear.study.fits import FitRequest
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
+    SECTIONS,
     base_names,
     missing_parameters,
     parameter_names,
@@ -26,7 +27,7 @@ from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError
 
-SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output", "fit")
+_OF_DESIGNS = ("points", "samples", "n_samples")
 SEEDS = "roughness.seed"
 """The parameter that the section `seeds` varies."""
 MAX_TITLE = 200
@@ -65,6 +66,11 @@ def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
                 if valid
                 else f"put it under {where}: {where}.{name}"
             )
+            if name in _OF_DESIGNS:
+                valid, hint = (
+                    (),
+                    f"write design: {{kind: latin_hypercube, points: {in_words(given)}}}",
+                )
             rule = "is not a section of a study"
             problems.add(name, given, rule, hint, valid_words=valid, written=name)
         elif name not in ("seeds", "fit"):

@@ -95,6 +95,16 @@ class Study:
             if (value := given.get(axis.name)) is not None:
                 text = f"base.{axis.name} = {in_words(value)}"
                 sentences.append(f"{text} is not used, because {axis.name} is varied")
+        vary = {axis.key for axis in self.axes}
+        is_none = "accuracy" not in vary and in_words(base.get("accuracy")) == "none"
+        reason = "accuracy is none" if is_none else ""
+        reason = "cell is given" if "cell" in {*base, *vary} else reason
+        for name in ("accuracy", "budget") if reason else ():
+            place = "vary" if name in vary else "base"
+            value = as_mapping(self.content.get(place)).get(name)
+            if value is not None and in_words(value) != "none":
+                text = f"{place}.{name} = {in_words(value)}"
+                sentences.append(f"{text} is not used, because {reason}")
         return sentences
 
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:

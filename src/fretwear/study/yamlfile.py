@@ -135,7 +135,7 @@ class Document:
         return values
 
     def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
-        value = node.value if isinstance(node, ScalarNode) else ""
+        value = node.value if isinstance(node, ScalarNode) else None
         self.problems.append(Problem(key, value, rule, hint, node.start_mark.line + 1))
 
 
@@ -236,6 +236,14 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
     near = filled[-2:] if number in filled else filled[-1:]
     if "\t" in line[: len(line) - len(line.lstrip())]:
         hint = "YAML does not allow tabs as indentation: use spaces"
+    elif "'\\t'" in reason:
+        hint = "use spaces instead of tabs"
+    elif "another document" in reason:
+        rule, hint = "holds more than one document", "leave out the line ---, or split the file"
+    elif "'%'" in reason:
+        hint = "a percent sign follows its number: 2 %"
+    elif "cannot start any token" in reason:
+        hint = "put a value that begins with this character in quotes"
     elif lacking := [i for i in near if not _ENTRY.match(lines[i])]:
         number = lacking[-1]
         hint = f"a colon and a space must follow the key: {lines[number].strip()!r}"
@@ -243,6 +251,8 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
         hint = "each value of a list has its unit: [10 N, 20 N]"
     elif "mapping values" in reason and line.count(": ") > 1:
         hint = "put a value with a colon in it in quotes"
+    elif "mapping values" in reason:
+        hint = "all keys of a section begin in the same column"
     elif "',' or" in reason:
         hint = "a bracket or brace opened before is not closed, or a comma is missing"
     elif "quoted scalar" in reason or "end of stream" in reason:
