@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.contact import Accuracy
+from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.state import State
 from fretwear.running import simulate
 from fretwear.running.accuracy import (
@@ -20,7 +21,7 @@ from fretwear.running.accuracy import (
     unreached,
 )
 from fretwear.running.batch import Checkpoint
-from fretwear.running.simulate import RunRecord, run
+from fretwear.running.simulate import RunRecord, run, wear_problem
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
 from fretwear.study.plan import (
@@ -258,6 +259,20 @@ def test_steps_are_as_long_as_the_accuracy_allows():
         assert case.on_cells(1.0).tolerance == Case.tolerance
 
 
+def test_contacts_between_snapshots_are_no_more_accurate_than_the_case():
+    """They take a quarter fewer convolutions, and change the wear by a twentieth of 2 % at most."""
+    case = make(roughness=WAVES, plastic_limit="4500 MPa").on_cells(2.0)
+    runs = []
+    for accuracy in (Accuracy(), Accuracy().within(0.02)):
+        *_, last = evolve(wear_problem(case), [1000.0], case.tolerance, accuracy=accuracy)
+        runs.append((last.geometry.integral(last.wear), last.convolutions))
+    (volume, convolutions), (changed, fewer) = runs
+    assert changed != volume
+    assert changed == near(volume, rel=1e-3)
+    assert fewer < 0.85 * convolutions
+    assert Accuracy().within(1e-5) == Accuracy()
+
+
 def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     case = make(roughness=WAVES)
     last = case.replace(accuracy="none", tolerance=case.tolerance_on(1.0))
@@ -267,7 +282,7 @@ def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     least, most = asked.ends
     assert least < asked.seconds < most
     start = SECONDS_TO_START + SECONDS_PER_CASE
-    assert 8.0 < (most - start) / (usual.seconds - start) <= 10.0
+    assert 7.0 < (most - start) / (usual.seconds - start) <= 10.0
     assert affordable_width(case, 1.0) == 1.0
     assert affordable_width(case, 10.0) < affordable_width(case, 3.0) < 1.0
     assert affordable_width(case, math.inf) < affordable_width(case, 10.0)

@@ -416,7 +416,7 @@ class Evolution(Integrator[State]):
             Exposure(unloaded, last.wear_growth * step * implicit, ratio),
             cellwise(lambda p, q: q + numbers.beyond * (q - p), p0, p1),
             cellwise(np.multiply, first.source_since(base, model, team), numbers.beyond),
-            self.accuracy.contact,
+            self.accuracy.contact if output_step else self.accuracy.contact_between,
             output_step=output_step,
         )
         fitting = geometry.holding(self.workspace, second.pressure, second.approach)

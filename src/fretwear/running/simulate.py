@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
-from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.contact import Accuracy, ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import WearError, evolve
@@ -393,7 +393,10 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
         return slide(problem, stops, case.tolerance, start)
     if problem.normal.pulsating_load < 1.0:
         return pulsate(problem, stops, case.tolerance, start)
-    return evolve(problem, stops, case.tolerance, start)
+    accuracy = Accuracy()
+    if problem.geometry is Grid and case.asked_accuracy is not None:
+        accuracy = accuracy.within(case.asked_accuracy)
+    return evolve(problem, stops, case.tolerance, start, accuracy)
 
 
 def _scalars_of_twin(asked: Case, width: float, threads: int) -> Iterator[dict[str, float]]:
