@@ -30,11 +30,13 @@ from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 
 from fretwear import Case
 from fretwear.mechanics import convolution
-from fretwear.mechanics.contact import Contact, solve_contact
+from fretwear.mechanics.contact import Accuracy, Contact, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.state import State
 from fretwear.running import simulate
+from fretwear.study.plan import USUAL_ACCURACY
+from fretwear.study.spacing import STEPS_PER_ACCURACY
 from fretwear.theory import HertzContact, LimitingState
 
 RESIDUAL = 1e-6
@@ -135,14 +137,21 @@ class Run:
         )
 
 
-def timed_run(case: Case) -> Run:
-    """Run a case; after each step the unit of its window is sampled, outside of the time."""
+def timed_run(case: Case, asked: float | None = None) -> Run:
+    """Run a case; after each step the unit of its window is sampled, outside of the time.
+
+    With an accuracy that is asked for, it has the steps and contacts of default cells.
+    """
+    tolerance, accuracy = case.tolerance, Accuracy()
+    if asked is not None:
+        tolerance, accuracy = STEPS_PER_ACCURACY * asked, accuracy.within(asked)
     units, inside = Units(), Transforms()
     steps: list[tuple[tuple[int, int], Spent]] = []
     with inside.counted():
         watch = Stopwatch()
         problem = simulate.wear_problem(case, Grid)
-        for state in evolve(problem, [float(case.cycles)], case.tolerance):
+        states = evolve(problem, [float(case.cycles)], tolerance, accuracy=accuracy)
+        for state in states:
             shape = state.geometry.shape
             steps.append((shape, watch.read()))
             units[shape].sample()
@@ -182,6 +191,9 @@ def rough_rows(coarser: float = 1.0, *, halved: bool = False) -> Iterator[Row]:
     job = f"rough, 4500 MPa, {cycles} cycles, {dx:g} × {dy:g} µm"
     run = timed_run(case)
     yield Row("rough_run", job, run.units.cpu, "CE", 3000, 1500, note=run.note())
+    run = timed_run(case, USUAL_ACCURACY)
+    asked = f"{job}: with the steps and contacts of {USUAL_ACCURACY:.0%}"
+    yield Row("rough_asked", asked, run.units.cpu, "CE", 1500, 1000, note=run.note())
     yield _share("rough_share", job, case, 3)
     if halved:
         yield _half_spacing(f"{job}: time per cell at half the spacing", case, spacing, cycles)

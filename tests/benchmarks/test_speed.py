@@ -23,7 +23,7 @@ from fretwear.running import simulate
 
 ROWS = [
     "cold_smooth", "cold_rough", "smooth_run", "smooth_steps", "smooth_volume", "smooth_share",
-    "rough_run", "rough_share", "memory", "help", "plan", "cold_peers", "wear_peers",
+    "rough_run", "rough_asked", "rough_share", "memory", "help", "plan", "cold_peers", "wear_peers",
 ]  # fmt: skip
 
 
