@@ -133,6 +133,8 @@ class Either(Parameter):
 
     def _form_of(self, value: object) -> Parameter:
         """The form that takes a value; of several mappings, the one with the most of its keys."""
+        if isinstance(value, float):  # as most are
+            return self.single
         forms = [form for form in self.forms if form.takes(value)]
         if isinstance(value, Mapping):
             forms.sort(key=lambda form: -len(getattr(form, "fields", {}).keys() & value.keys()))

@@ -23,7 +23,7 @@ from fretwear.running.workflow import (
     study_file,
     write_finished,
 )
-from fretwear.study.plan import SECONDS_TO_START
+from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError
 
 from ..studies import WAVES, HandClock, near, write_study
@@ -79,7 +79,8 @@ def test_a_study_ends_in_datasets_figures_and_a_report(finished):
 def test_each_case_is_told_once_it_is_done_with_the_time_left(load, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     told, clock = [], HandClock()
-    jobs = StudyJobs(load({**TINY, "vary": {"load": [f"{n} N" for n in (20, 30, 40)]}, "batch": 2}))
+    study = load({**TINY, "vary": {"load": [f"{n} N" for n in (20, 30, 40)]}, "batch": 2})
+    jobs = StudyJobs(Plan(study))
     first, second, third = jobs.study.cases()
     cases = tmp_path / "results/study/cases"
     cases.mkdir(parents=True)
@@ -111,7 +112,7 @@ def test_the_time_left_never_rises_while_a_last_job_keeps_one_core_of_two(
 ):
     monkeypatch.chdir(tmp_path)
     told, clock, vary = [], HandClock(), {"load": [f"{n} N" for n in (20, 25, 30, 35, 40, 45)]}
-    jobs = StudyJobs(load({**TINY, "vary": vary, "batch": 5}))
+    jobs = StudyJobs(Plan(load({**TINY, "vary": vary, "batch": 5})))
     cases = Path(jobs.folder, "cases")
     cases.mkdir(parents=True)
     progress = Progress(jobs, 2, told.append, clock)

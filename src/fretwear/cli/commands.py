@@ -203,11 +203,10 @@ def plan(
     """
     from fretwear.running import resources
     from fretwear.study.plan import Plan
-    from fretwear.study.reading import load_study
     from fretwear.units import duration_text, size_text
 
     _collect_rarely()
-    planned = Plan(load_study(file, set_ or ()))
+    planned = Plan.of_file(file, set_ or ())
     speed = resources.machine_speed(planned.estimates.values())
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few
@@ -310,14 +309,15 @@ def batch(
 
     Finished cases are kept, and a case that fails does not stop the others.
     """
-    study, folder = study_and_results(file, results)
-    first, last = 1, study.size
-    if points is not None:
-        match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
-        first, last = (int(match[1]), int(match[2])) if match else (0, 0)
-        if not 1 <= first <= last <= study.size:
-            rule = f"must be two of the points 1 to {study.size} of {study.file}, such as 1-12"
-            raise CommandError(f"--points {points}: {rule}")
+    from fretwear.study.points import MAX_POINTS
+
+    match = re.fullmatch(r"([1-9]\d{0,8})-([1-9]\d{0,8})", (points or "").strip())
+    first, last = (int(match[1]), int(match[2])) if match else (1, MAX_POINTS)
+    study, folder = study_and_results(file, results, (first, last))
+    if points is not None and not (match and first <= last <= study.size):
+        rule = f"must be two of the points 1 to {study.size} of {study.file}, such as 1-12"
+        raise CommandError(f"--points {points}: {rule}")
+    last = min(last, study.size)
     if supervised:
         from fretwear.cli import supervise
 

@@ -152,12 +152,17 @@ def finite(value: object) -> object:
     return json.loads(json.dumps(value), parse_constant=lambda _: None)
 
 
-def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
-    """Return a study and the folder of its results; `CommandError` if it cannot be written to."""
+def study_and_results(
+    file: Path, results: Path | None, points: tuple[int, int | None] = (1, None)
+) -> tuple[Study, Path]:
+    """Return a study and the folder of its results; `CommandError` if it cannot be written to.
+
+    Only the rules at `points` from a first to a last number are checked.
+    """
     from fretwear.data.safe import why_leading_out, why_not_writable
     from fretwear.study.reading import load_study
 
-    study = load_study(file)
+    study = load_study(file, points=points)
     folder = results or Path("results", study.name)
     root = None if results else folder.parent
     if problem := why_leading_out(folder, root) or why_not_writable(folder):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Literal
 
 from fretwear.forms import PerBody, pair
 from fretwear.mechanics.values import OverCycles
-from fretwear.parts import Part, Quantity
+from fretwear.parts import Part, Quantity, kept
 from fretwear.theory import composite_modulus, coupling_ratio
 
 
@@ -52,13 +51,13 @@ class ElasticBodies(Bodies):
         moduli, ratios = pair(self.youngs_modulus), pair(self.poisson_ratio)
         return moduli[0], ratios[0], moduli[1], ratios[1]
 
-    @cached_property
-    def composite_modulus(self) -> float:  # type: ignore[override]
+    @kept
+    def composite_modulus(self) -> float:
         """E* in Pa, from 1/E* = (1−ν1²)/E1 + (1−ν2²)/E2."""
         return composite_modulus(*self._constants)
 
-    @cached_property
-    def coupling(self) -> float:  # type: ignore[override]
+    @kept
+    def coupling(self) -> float:
         """κ = E*/G*, with 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2)."""
         return coupling_ratio(*self._constants)
 
@@ -66,8 +65,8 @@ class ElasticBodies(Bodies):
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
 
-    @cached_property
-    def dundurs_beta(self) -> float:  # type: ignore[override]
+    @kept
+    def dundurs_beta(self) -> float:
         """½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies."""
         modulus1, nu1, modulus2, nu2 = self._constants
         first, second = (1.0 + nu1) / modulus1, (1.0 + nu2) / modulus2

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf, isfinite, sqrt
 from typing import Any, Self, TypeVar
 
@@ -23,7 +22,7 @@ from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import Means, WearLaw
-from fretwear.parts import Part
+from fretwear.parts import Part, kept
 from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame
 
@@ -31,6 +30,7 @@ Kind = TypeVar("Kind")
 _Phase = TypeVar("_Phase", float, Array)
 
 _USUAL_SLIP = Jaeger()
+_SURFACES = Indenter, Roughness
 
 
 def block_at(blocks: Sequence[tuple[float, Kind]], cycle: float) -> Kind:
@@ -61,18 +61,20 @@ class Setup:
         """The setup alone, without what a case or a problem adds."""
         return Setup(**{name: getattr(self, name) for name in _MEMBERS})
 
-    @cached_property
+    @kept
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
-        values = ((name, getattr(self, name, None)) for name in _MEMBERS)
-        return {name: part for name, part in values if isinstance(part, Part)}
+        return {n: part for n in _MEMBERS if isinstance(part := getattr(self, n, None), Part)}
 
     # What changes over the cycles.
 
     def at(self, cycle: float) -> Self:
         """The setup at a cycle, each part as it is then; itself if no part has changed."""
-        then = ((name, part, part.at(cycle)) for name, part in self.parts.items())
-        changed = {name: new for name, part, new in then if new is not part}
+        changed = {
+            name: new
+            for name, part in self.parts.items()
+            if type(part).at is not Part.at and (new := part.at(cycle)) is not part
+        }
         return self.changed(**changed) if changed else self
 
     def changed(self, **parts: Part) -> Self:
@@ -97,17 +99,17 @@ class Setup:
         """E* in Pa."""
         return self.bodies.composite_modulus
 
-    @cached_property
+    @kept
     def coupling(self) -> float:
         """κ = E*/G*, tangential compliance of the bodies relative to the normal one."""
         return self.indenter.coupling(self.bodies)
 
-    @cached_property
+    @kept
     def hertz(self) -> HertzContact:
         """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.composite_modulus)
 
-    @cached_property
+    @kept
     def small_stroke(self) -> float:
         """Sliding amplitude, m, up to which bodies need not be seen to move.
 
@@ -116,19 +118,19 @@ class Setup:
         half_width, _ = self.indenter.half_widths(self.hertz)
         return SMALL_STROKE * min(half_width, self.indenter.edge(self.hertz))
 
-    @cached_property
+    @kept
     def rough(self) -> Roughness | None:
         """The roughness of the surfaces: of one body or of both together."""
         if self.roughness is not None and self.counterface is not None:
             return BothRough(self.roughness, self.counterface)
         return self.roughness or self.counterface
 
-    @cached_property
+    @kept
     def surfaces(self) -> dict[str, Indenter | Roughness]:
         """The parts that make up the unworn gap, by member."""
-        return {n: p for n, p in self.parts.items() if isinstance(p, Indenter | Roughness)}
+        return {n: part for n, part in self.parts.items() if isinstance(part, _SURFACES)}
 
-    @cached_property
+    @kept
     def even(self) -> Even:
         """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
         x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
@@ -176,13 +178,13 @@ class Setup:
         """The condition on the reduced contact of the unworn smooth contact."""
         return self.sliding(self.hertz.load, self.hertz.approach)
 
-    @cached_property
+    @kept
     def stick_load(self) -> float:
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
         stuck = self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
         return max(0.0, stuck - self.pulsation(self.hertz.load))
 
-    @cached_property
+    @kept
     def stick_radius(self) -> float:
         """Stick radius c, m, of the unworn smooth contact: the radius of a contact under P*."""
         load = self.stick_load
@@ -200,7 +202,7 @@ class Setup:
         most = friction * pressure
         return np.clip(friction * (pressure - reduced.pressure), -most, most)
 
-    @property
+    @kept
     def slip_limit(self) -> float:
         """Largest pressure where the bodies slip, Pa: p_lim/√(1 + αµ²), as q = µp there."""
         growth = self.junction_growth * self.friction_law.coefficient**2
@@ -242,7 +244,7 @@ class Setup:
 
     # Wear.
 
-    @cached_property
+    @kept
     def combined_wear_coefficient(self) -> float:
         """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
         law = self.wear_law
@@ -274,7 +276,7 @@ class Setup:
         law = self.wear_law.under(means, self.frequency)
         return self if law is self.wear_law else self.changed(wear_law=law)
 
-    @cached_property
+    @kept
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling

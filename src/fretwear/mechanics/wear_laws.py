@@ -17,7 +17,7 @@ from fretwear.forms import Mapped
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.materials import Friction
 from fretwear.mechanics.values import OfBodies
-from fretwear.parts import Part, Quantity
+from fretwear.parts import Part, Quantity, kept
 
 # The least part of a mean that is left when a change is extrapolated.
 _LEAST_LEFT = 0.1
@@ -311,7 +311,7 @@ class _OfCoefficient(WearLaw):
         value: float | OfBodies | Coefficient = vars(self)[name]
         return value
 
-    @property
+    @kept
     def _following(self) -> list[Coefficient]:
         value = self._value
         parts: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)

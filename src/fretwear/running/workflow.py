@@ -31,7 +31,6 @@ from fretwear.problems import Problem
 from fretwear.running.resources import Batch, batches, seconds_after
 from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError, few_of
-from fretwear.study.reading import load_study
 from fretwear.study.study import Study
 from fretwear.units import duration_text
 from fretwear.version import code_digest
@@ -108,7 +107,7 @@ class Job(NamedTuple):
 class StudyJobs:
     """The jobs of a valid study: their files, dependencies and resources."""
 
-    study: Study
+    plan: Plan
     keep_older: bool = False  # whether cases computed by other code are kept
     threads: int = 1  # per case
 
@@ -130,8 +129,13 @@ class StudyJobs:
                 problems.append(Problem(key, given[key], rule))
         if problems:
             raise StudyError(Path("--config"), problems)
-        study = load_study(study_file(texts["study"]))
-        return cls(study, texts["keep_older"].lower() == "true", int(texts["threads"]))
+        plan = Plan.of_file(study_file(texts["study"]))
+        return cls(plan, texts["keep_older"].lower() == "true", int(texts["threads"]))
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.plan.study
 
     @property
     def folder(self) -> str:
@@ -142,11 +146,6 @@ class StudyJobs:
     def code(self) -> str:
         """Digest of the code that computes: unless kept, cases of another are computed again."""
         return "any" if self.keep_older else code_digest()
-
-    @cached_property
-    def plan(self) -> Plan:
-        """The plan of the study."""
-        return Plan(self.study)
 
     @property
     def content(self) -> str:

@@ -12,12 +12,12 @@ import inspect
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, lru_cache
 from itertools import islice
 from typing import Any, NamedTuple, Self
 
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
+from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list, kept
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, with_materials
 from fretwear.study.members import Inline, PartOf
@@ -57,6 +57,8 @@ _UNSAID_AT_DEFAULT = (
     "accuracy",
     "budget",
 )
+
+_OF_CELLS = "grid_spacing", "coarseness"
 
 _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
@@ -109,6 +111,15 @@ def _members() -> tuple[_Member, ...]:
         )
         for name, about in members().items()
     )
+
+
+_PLAIN = float, int
+
+
+@lru_cache(4096, typed=True)
+def _plain_entry(name: str, value: float | None) -> str:
+    """An entry of the id of a case; many cases share the values of most members."""
+    return entry_text(name, members()[name].canonical(value))
 
 
 class _KeysOfBase:
@@ -217,18 +228,22 @@ class Case(Draft):
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
 
-    @cached_property
+    @kept
     def grid_spacing(self) -> tuple[float, float]:
         """(dx, dy) in m: `cell` or, if it is None, the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
 
-    @property
+    @kept
     def coarseness(self) -> float:
         """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
+        return self.coarseness_on(1.0)
+
+    def coarseness_on(self, times: float) -> float:
+        """The `coarseness` of the case on a `cell` some times wider."""
         if self.cell is None or not self.is_graded:
             return 1.0
-        usual = usual_spacing(self)
-        ratio = min(cell / wide for cell, wide in zip(self.cell, usual, strict=True))
+        (dx, dy), (usual_x, usual_y) = self.cell, usual_spacing(self)
+        ratio = times * min(dx / usual_x, dy / usual_y)
         # The default is rounded down, and means the same if it is written.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 
@@ -275,9 +290,9 @@ class Case(Draft):
         dx, dy = self.grid_spacing
         cell = times * dx, times * dy
         case = self.of(vars(self) | {"cell": cell, "tolerance": tolerance})
-        # Only the spacing, among all that a case keeps, follows from cell and tolerance.
-        vars(case).update({**vars(self), **vars(case), "accuracy": self.accuracy})
-        vars(case).pop("grid_spacing", None)
+        # Only these, among all that a case keeps, follow from cell and tolerance.
+        kept = {n: value for n, value in vars(self).items() if n not in _OF_CELLS}
+        vars(case).update({**kept, **vars(case), "accuracy": self.accuracy})
         return case
 
     def canonical_parameters(self) -> dict[str, object]:
@@ -289,13 +304,13 @@ class Case(Draft):
         `Case(**...)` takes them back.
         """
         canonical: dict[str, object] = {}
-        for name, value in self._canonical_members():
-            canonical |= value.canonical() if isinstance(value, Part) else {name: value}
+        for name, about, are_keys, value in self._identity():
+            canonical |= value.canonical() if are_keys else {name: about.canonical(value)}
         del canonical["kind"]
         return canonical
 
-    def _canonical_members(self) -> Iterator[tuple[str, object]]:
-        """Yield the parts whose fields are keys, and the canonical values of other members."""
+    def _identity(self) -> Iterator[tuple[str, Parameter, bool, Any]]:
+        """Yield the members that identify a case, whether their fields are keys, and values."""
         values: dict[str, Any] = {**vars(self), "loading": self.plain_loading}
         values["cell"] = None
         if self.asked_accuracy is None:
@@ -305,9 +320,9 @@ class Case(Draft):
         for name, about, part, default, may_be_unsaid in _members():
             value = values.get(name, default)
             if part is not None and part.are_keys(value):
-                yield name, value
+                yield name, about, True, value
             elif not (may_be_unsaid and value == default):
-                yield name, about.canonical(value)
+                yield name, about, False, value
 
     @property
     def case_id(self) -> str:
@@ -317,11 +332,15 @@ class Case(Draft):
         twelve digits of a number count.
         """
         entries: dict[str, str] = {}
-        for name, value in self._canonical_members():
-            if isinstance(value, Part):
+        for name, about, are_keys, value in self._identity():
+            if are_keys:
                 entries |= value.entries
+            elif isinstance(value, Part):
+                entries[name] = f'"{name}":{value.text_under_key}'
+            elif value is None or isinstance(value, _PLAIN):
+                entries[name] = _plain_entry(name, value)
             else:
-                entries[name] = entry_text(name, value)
+                entries[name] = entry_text(name, about.canonical(value))
         text = f"{{{','.join([entries[name] for name in sorted(entries)])}}}"
         capped = math.isfinite(self.plastic_limit)
         parts = (

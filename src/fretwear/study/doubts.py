@@ -123,10 +123,10 @@ def _of_band(case: Case) -> Iterator[Doubt]:
 
 def _of_cells(case: Case) -> Iterator[Doubt]:
     """Cells resolve the contacts of tips, and the edge of stick."""
-    cells, tips = case.grid_spacing, zones_of_tip(case)
+    cells = case.grid_spacing
     coarse = [
         (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
-        for zone, (widths, number) in tips.items()
+        for zone, (widths, number) in zones_of_tip(case).items()
         for wide, cell in zip(widths, cells, strict=True)
     ]
     coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
@@ -186,6 +186,8 @@ def _of_slip(case: Case) -> Iterator[Doubt]:
 
 
 def _of_surfaces(case: Case) -> Iterator[Doubt]:
+    if case.rough is None:
+        return
     radius = case.hertz_radius
     both = case.roughness, case.counterface
     surfaces = [surface for surface in both if surface is not None]
@@ -215,7 +217,7 @@ def _of_surfaces(case: Case) -> Iterator[Doubt]:
             f"measure at least {FEW_POINTS} points per contact radius: the heights between them "
             "are not known",
         )
-    if case.rough is not None and min(case.rough.period) < 3.0 * radius:
+    if min(case.rough.period) < 3.0 * radius:
         yield Doubt(
             "is nearly as wide as the period of the random surface, so that heights repeat in it",
             _lengths(period=min(case.rough.period), contact_radius=radius),

@@ -176,9 +176,8 @@ class PartOf(Parameter):
         return {"anyOf": choices}
 
     def canonical(self, value: Part | None) -> object:
-        """Return the mapping, or the name of a kind without fields."""
-        content = {} if value is None else value.canonical()
-        return content if len(content) > 1 else content.get("kind")
+        """Return the mapping, or the name of a kind without fields; None without a part."""
+        return None if value is None else value.under_key
 
     def coordinates(self, name: str, value: Part | None) -> Coordinates:
         """Yield the coordinates of the fields; zero without a part."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +22,7 @@ from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate, value_text
 from fretwear.study.problems import as_cell
+from fretwear.study.reading import load_study
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
     LEAST_RATIO,
@@ -154,8 +155,7 @@ def estimate(case: Case) -> Estimate:
     if not case.error_estimate:
         return alone
     times = case.times_coarser
-    # Default cells that are wider are written wider only.
-    twin = runs.alone(times, 1.0 if case.cell is None else case.on_cells(times).coarseness)
+    twin = runs.alone(times, case.coarseness_on(times))
     dense = DENSE_COARSER if case.geometry is not Grid else 1.0
     return alone._replace(
         seconds=alone.seconds + dense * (twin.seconds - start),
@@ -177,6 +177,7 @@ class _Runs:
 
     def __init__(self, case: Case) -> None:
         self.case, self._by_width = case, dict[float, Estimate]()
+        self._on_rings = issubclass(case.geometry, Rings)
         reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
         wide, high = case.indenter.half_widths(case.hertz)
         self._reach_x, self._reach_y = wide * reach, high * reach
@@ -226,7 +227,7 @@ class _Runs:
         if case.loading.travel > case.small_stroke:
             places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
         per_step = 0.0
-        if issubclass(geometry, Rings):
+        if self._on_rings:
             per_convolution, arrays = SECONDS_PER_SOLUTION, 0
             per_step = SECONDS_PER_STEP_ON_RINGS
             if case.slip_model.couples:
@@ -261,7 +262,7 @@ class _Runs:
         arrays += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
         kept = cells * len(case.output_cycles)
         per_cell = 0.0
-        if issubclass(geometry, Rings):
+        if self._on_rings:
             per_cell = SECONDS_PER_CELL_OF_SNAPSHOT
         elif geometry is Grid and case.slip_model.follows_shape:
             per_cell = SECONDS_PER_CELL_OF_LOOP
@@ -288,13 +289,13 @@ class _Runs:
         a cell at the limit p, 1/(β p) cycles at the default tolerance.
         """
         case, rough, times = self.case, self.case.rough is not None, self._yielding_times
-        finer = (TIGHTER_ON_RINGS if issubclass(case.geometry, Rings) else 1.0) * 0.01 / tolerance
+        finer = (TIGHTER_ON_RINGS if self._on_rings else 1.0) * 0.01 / tolerance
         root = math.sqrt(self._folds * min(case.tangential_ratio, 1.0))
         wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * (STEPS_ROUGH if rough else 1.0) * root
         snapshots = len(case.output_cycles) - 1
         elastic = wearing * finer**0.18 + STEPS_PER_SNAPSHOT * min(root, 1.0) * (snapshots - 1)
         elastic = max(elastic, snapshots, 1.0)
-        if issubclass(case.geometry, Rings):
+        if self._on_rings:
             yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
             # The narrower the slip annulus, the more often flow and wear settle in turn.
             narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
@@ -320,12 +321,37 @@ class _OfCases:
     wear: set[float] = field(default_factory=set)
     betas: set[float] = field(default_factory=set)
 
+    def add(self, point: Point) -> None:
+        """Plan the case of a point, unless another point shares it."""
+        if (case := point.case) is None or (case_id := point.id) in self.estimates:
+            return
+        cost, stress = estimate(case), point.study.stress
+        if stress is not None:
+            snapshots = len({0, *(stress.cycles or case.output_cycles)})
+            each = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
+            cost = cost._replace(seconds=cost.seconds + snapshots * each)
+        self.estimates[case_id] = cost
+        for doubt in doubts(case):
+            _, details = self.doubts.setdefault(doubt.what, (doubt, {}))
+            details[case_id] = doubt.detail
+        if isinstance(case.wear_law, Archard):
+            self.wear.add(case.wear_law.coefficient(case.friction_law))
+        self.betas.add(case.bodies.dundurs_beta)
+
 
 @dataclass(frozen=True)
 class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
+
+    @classmethod
+    def of_file(cls, path: str | Path, assignments: Sequence[str] = ()) -> Plan:
+        """Read a study as `load_study` does, and plan each point while its rules are checked."""
+        planned = _OfCases()
+        plan = cls(load_study(path, assignments, visit=planned.add))
+        vars(plan)["_of_cases"] = planned
+        return plan
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -347,20 +373,7 @@ class Plan:
         """What is planned of all cases; each is made once and not kept, for it takes kilobytes."""
         planned = _OfCases()
         for point in self.points:
-            if (case := point.case) is None or (case_id := point.id) in planned.estimates:
-                continue
-            cost, stress = estimate(case), self.study.stress
-            if stress is not None:
-                snapshots = len({0, *(stress.cycles or case.output_cycles)})
-                each = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
-                cost = cost._replace(seconds=cost.seconds + snapshots * each)
-            planned.estimates[case_id] = cost
-            for doubt in doubts(case):
-                _, details = planned.doubts.setdefault(doubt.what, (doubt, {}))
-                details[case_id] = doubt.detail
-            if isinstance(case.wear_law, Archard):
-                planned.wear.add(case.wear_law.coefficient(case.friction_law))
-            planned.betas.add(case.bodies.dundurs_beta)
+            planned.add(point)
         return planned
 
     @property

@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
+import numpy as np
+
 from fretwear.parts import Choice, Part, WholeNumber, read_fields
 from fretwear.problems import Problem, Problems, in_words
 from fretwear.study.parameters import (
@@ -89,16 +91,12 @@ class Sampled(Design):
 
     def drawn(self, axes: Sequence[Axis]) -> list[Axis]:
         """Return axes with one value per point; listed values occur as equally as counts allow."""
-        # scipy.stats takes half a second to import, which only sampled designs need.
-        from scipy.stats import qmc
-
-        with warnings.catch_warnings():
-            # scipy warns of numbers of points other than powers of two, which users may choose.
-            warnings.simplefilter("ignore", UserWarning)
-            engines = {"latin_hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}
-            engine = engines[self.kind](d=len(axes), seed=self.seed)
-            columns = engine.random(self.points).T.tolist()
+        columns = self.columns(len(axes))
         return [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
+
+    def columns(self, axes: int) -> list[list[float]]:
+        """Return numbers from 0 to 1, one list for each of some axes."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -107,12 +105,32 @@ class LatinHypercube(Sampled):
 
     kind: Literal["latin_hypercube"] = "latin_hypercube"
 
+    def columns(self, axes: int) -> list[list[float]]:
+        """Draw as `scipy.stats.qmc.LatinHypercube` does, which takes a second to import."""
+        random, numbers = np.random.default_rng(self.seed), np.arange(1, self.points + 1)
+        inside = random.uniform(size=(self.points, axes)).T
+        slices = [random.permutation(numbers) for _ in range(axes)]
+        return [*((np.array(slices) - inside) / self.points).tolist()]
+
 
 @dataclass(frozen=True)
 class Sobol(Sampled):
     """A sequence that fills the ranges evenly, best if the number of points is a power of two."""
 
     kind: Literal["sobol"] = "sobol"
+
+    def columns(self, axes: int) -> list[list[float]]:
+        """Draw the scrambled sequence."""
+        # It takes a second to import.
+        from scipy.stats import qmc
+
+        with warnings.catch_warnings():
+            # scipy warns of numbers of points other than powers of two, which users may choose.
+            warnings.simplefilter("ignore", UserWarning)
+            columns: list[list[float]] = (
+                qmc.Sobol(d=axes, seed=self.seed).random(self.points).T.tolist()
+            )
+        return columns
 
 
 @dataclass(frozen=True)

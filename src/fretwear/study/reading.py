@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from fretwear.study.points import Combinations, read_axes
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.sections import SEEDS, read_base, read_sections
 from fretwear.study.stresses import StressOutput
-from fretwear.study.study import Point, Study
+from fretwear.study.study import ALL_POINTS, Point, Study
 from fretwear.study.trials import try_rules
 from fretwear.study.yamlfile import as_mapping, read_document
 from fretwear.units import did_you_mean
@@ -25,8 +25,17 @@ from fretwear.units import did_you_mean
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 
 
-def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
+def load_study(
+    path: str | Path,
+    assignments: Sequence[str] = (),
+    *,
+    points: tuple[int, int | None] = ALL_POINTS,
+    visit: Callable[[Point], None] | None = None,
+) -> Study:
     """Read and check a study file (YAML), changed by assignments ``name=value``.
+
+    The rules between parameters are checked at `points` from a first to a last number: a job needs
+    no others. `visit` is called with each of these, in order, as soon as it turns out to be valid.
 
     Raises
     ------
@@ -45,7 +54,7 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
-    return _checked(file, document.data, assignments, problems, document.lines)
+    return _checked(file, document.data, assignments, problems, document.lines, points, visit)
 
 
 def select_case(
@@ -102,6 +111,8 @@ def _checked(
     assignments: Sequence[str],
     problems: Sequence[Problem] = (),
     lines: Mapping[str, int] | None = None,
+    points: tuple[int, int | None] = ALL_POINTS,
+    visit: Callable[[Point], None] | None = None,
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
     content, wrong = override(given, assignments)
@@ -129,7 +140,9 @@ def _checked(
     # If the design cannot be read, fixed values are still checked.
     design = sections.design or Combinations()
     study = Study(file, title, axes, design, fixed, content, sections.batch, stress, fit)
-    try_rules(study, problems, skip=sections.invalid == "skip")
+    visit = None if before or problems else visit
+    points = ALL_POINTS if fit is not None else points
+    try_rules(study, problems, skip=sections.invalid == "skip", points=points, visit=visit)
     if not (before or problems) and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     if fit is not None and not (before or problems):

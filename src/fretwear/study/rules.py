@@ -319,18 +319,23 @@ def _all_sticks(case: Draft, ratio: float) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, f"{rule}{LEAST_LOAD_RATIO:g}", hint)
 
 
-def _largest_contact(case: Draft) -> tuple[float, str]:
-    """Half-width, m, up to which a contact can be described, and the reason."""
+def _largest_contact(case: Draft) -> float:
+    """Half-width, m, up to which a contact can be described."""
+    end = case.indenter.end
+    return end if math.isfinite(end) else GREATEST_CONTACT * case.indenter.curvature_radius
+
+
+def _end_of_contact(case: Draft) -> str:
+    """The reason for `_largest_contact`."""
     radius, end = case.indenter.curvature_radius, case.indenter.end
     if math.isfinite(end):
-        return end, f"{_length(end, 6)}, where the punch ends"
-    of_radius = f"{GREATEST_CONTACT:g} of the radius {_length(radius, 6)}"
-    return GREATEST_CONTACT * radius, f"{of_radius}, beyond half-space theory"
+        return f"{_length(end, 6)}, where the punch ends"
+    return f"{GREATEST_CONTACT:g} of the radius {_length(radius, 6)}, beyond half-space theory"
 
 
 @_needing(_CONTACT)
 def _contact_is_small(case: Draft) -> Iterator[Problem]:
-    largest, why = _largest_contact(case)
+    largest = _largest_contact(case)
     if case.hertz_radius <= largest:
         return
     load, approach = case.normal.given
@@ -342,7 +347,7 @@ def _contact_is_small(case: Draft) -> Iterator[Problem]:
         greatest = _length(0.99 * approach * (largest / case.hertz_radius) ** 2)
     rule = (
         f"is too much for this {case.indenter.kind}: the contact radius "
-        f"{_length(case.hertz_radius)} is more than {why}"
+        f"{_length(case.hertz_radius)} is more than {_end_of_contact(case)}"
     )
     yield Problem(case.normal.kind, given, rule, f"up to {greatest} would do")
 
@@ -355,12 +360,13 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
     √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R. Wear without plastic flow stays far
     below.
     """
-    largest, why = _largest_contact(case)
+    largest = _largest_contact(case)
     least = case.hertz.spread_pressure(largest)
     if case.plastic_limit < least:
         rule = (
             f"is too low to carry the load {_force(case, case.hertz.load)} on any contact the run "
-            f"could reach: at most {_length(largest)} in {case.frame.extent} ({why})"
+            f"could reach: at most {_length(largest)} in {case.frame.extent} "
+            f"({_end_of_contact(case)})"
         )
         enough = format_quantity(1.005 * least, PRESSURE, 3)
         hint = f"it must be at least {enough}; a hardness is some thousand MPa"
@@ -371,7 +377,7 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
 @_needing(_CONTACT + "loading friction_law plastic_limit junction_growth")
 def _lowered_limit_carries_load(case: Draft) -> Iterator[Problem]:
     """The same where all slides, by the limit that friction lowers."""
-    largest, lowered = _largest_contact(case)[0], case.slip_limit
+    largest, lowered = _largest_contact(case), case.slip_limit
     if lowered == case.plastic_limit:
         return
     least = case.hertz.spread_pressure(largest)

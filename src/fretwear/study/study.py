@@ -22,12 +22,14 @@ from fretwear.study.yamlfile import as_mapping
 
 _MOST_PARTS = 1024  # kept of each member, so that neighbouring points share them
 _MOST_SHOWN = 12
+ALL_POINTS = (1, None)
+"""The first and the last number of all points of a study."""
 _Varied = tuple[list[int], Callable[..., object]]
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study: every value is read, and every rule checked if `load_study` returned it."""
+    """A study: every value is read, and `load_study` checks the rules at the points asked for."""
 
     file: Path  # the file it was read from
     title: str  # for people

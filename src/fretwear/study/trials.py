@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -14,15 +14,25 @@ from fretwear.study.parameters import member_of, value_text
 from fretwear.study.points import Combinations, Sampled
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.setup import IN_BLOCKS, members
-from fretwear.study.study import Study
+from fretwear.study.study import ALL_POINTS, Point, Study
 
 _LISTED_PER_RULE = 8
 
 
-def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
+def try_rules(
+    study: Study,
+    problems: Problems,
+    *,
+    skip: bool,
+    points: tuple[int, int | None] = ALL_POINTS,
+    visit: Callable[[Point], None] | None = None,
+) -> None:
     """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
-    A rule is tried once for each combination of the valid values that it needs.
+    A rule is tried once for each combination of the valid values that it needs, at `points` from a
+    first to a last number. On the way, `visit`
+    is called with each point that breaks none, in order, while its case exists; without `skip`, no
+    longer than all points are valid.
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
     blocks = {"cycles"} if "blocks" in study.members else set()
@@ -40,14 +50,29 @@ def try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
                 or (axis.name == "blocks" and i in of_blocks)
             )
             trials.append((rule, relevant, {}))
-    for axes in {_tried_along(study, relevant): None for _, relevant, _ in trials}:
+    every = tuple(range(len(study.axes)))
+    some = {_tried_along(study, relevant): None for _, relevant, _ in trials}
+    for axes in [*(axes for axes in some if axes != every), every]:
         together = [trial for trial in trials if _tried_along(study, trial[1]) == axes]
-        for index in _combinations(study, axes):
+        before = [(relevant, broken) for _, relevant, broken in trials if broken]
+        visited = (
+            study.points(*points) if axes == every and visit and not (before and not skip) else ()
+        )
+        if not (together or visited):
+            continue
+        for number, index in enumerate(_combinations(study, axes, points)):
             # One case serves all of these rules, and is not kept.
-            case = study.case(index)
+            case, is_valid = study.case(index), True
             for rule, relevant, broken in together:
                 if (problem := rule.find(case)) is not None:
                     broken[tuple([index[i] for i in relevant])] = problem
+                    is_valid = False
+            for relevant, broken in before if visited else ():
+                is_valid = is_valid and tuple([index[i] for i in relevant]) not in broken
+            if visited and visit and is_valid:
+                visit(visited[number])
+            elif not skip:
+                visited = ()
     skipping = [
         (relevant, broken) for _, relevant, broken in trials if skip and relevant and broken
     ]
@@ -99,11 +124,18 @@ def _tried_along(study: Study, relevant: tuple[int, ...]) -> tuple[int, ...]:
     return relevant if is_grid or not relevant else tuple(range(len(study.axes)))
 
 
-def _combinations(study: Study, axes: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
-    """One point for each combination of positions along some axes."""
+def _combinations(
+    study: Study, axes: tuple[int, ...], points: tuple[int, int | None]
+) -> Iterable[tuple[int, ...]]:
+    """One point for each combination of positions along some axes, from a first to a last point."""
+    first, last = points
+    indices = study.indices[first - 1 : last]
     if not axes:
-        return study.indices[:1]
+        return indices[:1]
     if len(axes) == len(study.axes):
-        return study.indices
+        return indices
+    if points != ALL_POINTS:
+        tried = (tuple([p if i in axes else 0 for i, p in enumerate(at)]) for at in indices)
+        return dict.fromkeys(tried)
     lengths = [len(axis.values) if i in axes else 1 for i, axis in enumerate(study.axes)]
     return product(*map(range, lengths))
