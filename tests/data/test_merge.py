@@ -14,16 +14,19 @@ import pytest
 import xarray as xr
 from benchmarks.stack import copied
 
+from fretwear.data.excerpts import MERGED_PROFILES
 from fretwear.data.files import (
     _LENGTH,
     add_checksum,
     open_case,
     open_history,
     open_summary,
+    opened_case,
+    read_excerpt,
     write_case,
     write_group,
 )
-from fretwear.data.merge import MERGED_PROFILES, Tally, merge_study, remarks_on_summary
+from fretwear.data.merge import Tally, merge_study, remarks_on_summary
 from fretwear.data.safe import DataFileError, _host
 from fretwear.data.stack import (
     MOST_POSITIONS,
@@ -304,6 +307,66 @@ def test_several_processes_merge_to_the_same_file(make_study, loads, tmp_path, m
             xr.open_dataset(tmp_path / "summary.nc", group=group) as side_by_side,
         ):
             assert alone.assign_attrs(history="").identical(side_by_side.assign_attrs(history=""))
+
+
+def _as_written(_: dict[str, object], excerpt: bytes) -> bytes:
+    return excerpt
+
+
+def _missing(*_: object) -> bytes:
+    return b""
+
+
+def _cut(_: dict[str, object], excerpt: bytes) -> bytes:
+    return excerpt[:-8]
+
+
+def _of_another_size(head: dict[str, object], excerpt: bytes) -> bytes:
+    sizes = [10**18, 10**18, 10**18]
+    return json.dumps({**head, "sizes": sizes}).encode() + excerpt[excerpt.index(b"\n") :]
+
+
+def _of_words_that_no_file_has(head: dict[str, object], excerpt: bytes) -> bytes:
+    texts = dict.fromkeys(head["texts"], "\ud800")
+    return json.dumps({**head, "texts": texts}).encode() + excerpt[excerpt.index(b"\n") :]
+
+
+def _deeply_nested(*_: object) -> bytes:
+    return b"[" * 90_000
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [_as_written, _missing, _cut, _of_another_size, _of_words_that_no_file_has, _deeply_nested],
+)
+def test_merging_takes_excerpts_and_opens_files_that_have_none(
+    make_study, loads, tmp_path, monkeypatch, changed
+):
+    """Both give the same file, and no forged excerpt does harm."""
+    opened = []
+    for path in (loads / "cases").glob("*.nc"):
+        excerpt = read_excerpt(path).to_bytes()
+        content, of_excerpt, _ = path.read_bytes().partition(excerpt)
+        assert of_excerpt
+        excerpt = changed(json.loads(excerpt.partition(b"\n")[0]), excerpt)
+        mark = f"\nfretwear excerpt {len(excerpt):010d}".encode()
+        copy = tmp_path / path.name
+        copy.write_bytes(content + (excerpt + mark if excerpt else b""))
+        add_checksum(copy)
+
+    def opening(path, **options):
+        opened.append(path)
+        return opened_case(path, **options)
+
+    monkeypatch.setattr("fretwear.data.files.opened_case", opening)
+    merge_study(make_study(LOADS), tmp_path, tmp_path / "summary.nc")
+    assert len(opened) == (0 if changed is _as_written else 6)
+    for group in (None, "history"):
+        with (
+            xr.open_dataset(loads / "summary.nc", group=group) as first,
+            xr.open_dataset(tmp_path / "summary.nc", group=group) as second,
+        ):
+            assert first.assign_attrs(history="").identical(second.assign_attrs(history=""))
 
 
 @pytest.mark.parametrize("processes", [1, 2])

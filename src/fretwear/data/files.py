@@ -1,8 +1,9 @@
 """Files of datasets: written completely or not at all, checked before they are opened.
 
 Every file ends with a checksum, a line after its content that libraries for netCDF-4 and HDF5
-ignore. It is compared before the netCDF library opens the file: the library opens unfinished files
-without an error, and a damaged structure can hang or crash the process.
+ignore; in case files it follows an excerpt for merging. It is compared before the netCDF library
+opens the file: the library opens unfinished files without an error, and a damaged structure can
+hang or crash the process.
 
 A checksum does not tell who wrote the file. Before its arrays are read, checks follow that they are
 no larger than the file can hold, that numbers are numbers, that coordinates increase, and that
@@ -27,6 +28,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.data.excerpts import Excerpt, ExcerptError
 from fretwear.data.safe import (
     DataFileError,
     atomic_path,
@@ -73,11 +75,14 @@ READS_BACK = "the file reads back differently from what was written"
 
 _STORED_SMALL = {field.name for field in (*FIELDS, *BODY_FIELDS, *VECTOR_FIELDS)}
 _MARK = b"\nfretwear crc32 "
+_EXCERPT_MARK = b"\nfretwear excerpt "
+_EXCERPT_LENGTH = len(_EXCERPT_MARK) + 10
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
 _COMPLETE = "complete"
 _OF_STEPS = (ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_SUPERBLOCK_LENGTH = 64
 _MEMORY = Path("/dev/shm")
 _IN_MEMORY_BYTES = 64 << 20
 
@@ -263,8 +268,31 @@ def write_case(
                 check_group(file, dataset)
                 for name, content in groups.items():
                     check_group(file[name], content)
+                excerpt = Excerpt.of(file, file[HISTORY_GROUP]).to_bytes()
         except DataFileError as cause:
             raise RuntimeError(READS_BACK) from cause
+        with temporary.open("r+b") as stream:
+            stream.truncate(stream.seek(-_LENGTH, os.SEEK_END))
+            stream.write(excerpt + _EXCERPT_MARK + f"{len(excerpt):010d}".encode())
+        add_checksum(temporary)
+
+
+def read_excerpt(path: str | PathLike[str]) -> Excerpt:
+    """Return the excerpt of a case file, which is opened if none stands at its end.
+
+    Raises a `DataFileError` if the file was not written by fretwear, is damaged or unusable.
+    """
+    path = Path(path)
+    if problem := damage(path, "case file"):
+        raise unusable(path, problem)
+    with suppress(OSError, ExcerptError), path.open("rb") as stream:
+        before = stream.seek(-min(path.stat().st_size, _LENGTH + _EXCERPT_LENGTH), os.SEEK_END)
+        mark, digits = (line := stream.read(_EXCERPT_LENGTH))[:-10], line[-10:]
+        if mark == _EXCERPT_MARK and digits.isdigit() and int(digits) <= before:
+            stream.seek(before - int(digits))
+            return Excerpt.from_bytes(stream.read(int(digits)))
+    with opened_case(path) as file:
+        return Excerpt.of(file, file[HISTORY_GROUP])
 
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
@@ -351,23 +379,34 @@ def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Data
 def _refuse_unsaved(path: Path, problem: str, *, by_us: bool) -> None:
     """Refuse a file without our checksum, unless xarray saved it and it need not be `by_us`.
 
-    A damaged file of ours still ends with a checksum, and the HDF5 library opens none that was cut
-    short.
+    A damaged file of ours still ends with a checksum, or at least goes on after the content of
+    HDF5, and the HDF5 library opens none of which content was cut off.
     """
-    head, tail = None, b""
+    head, tail, size = None, b"", 0
     with suppress(OSError):
         if path.is_file():  # reading a pipe would wait
             with path.open("rb") as stream:
-                head = stream.read(len(_SIGNATURE))
-                stream.seek(max(0, stream.seek(0, os.SEEK_END) - _LENGTH))
+                head = stream.read(_SUPERBLOCK_LENGTH)
+                size = stream.seek(0, os.SEEK_END)
+                stream.seek(max(0, size - _LENGTH))
                 tail = stream.read()
     if head is None:
         raise DataFileError(path, problem, _CHECK_NAME)
-    if head != _SIGNATURE:
+    if not head.startswith(_SIGNATURE):
         # The file may be precious, such as a study file, so the remedy is not to remove it.
         raise DataFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
-    if by_us or _MARK.strip() in tail:
+    if by_us or _MARK.strip() in tail or size > _end_of_hdf5(head):
         raise DataFileError(path, problem, _RUN_AGAIN)
+
+
+def _end_of_hdf5(superblock: bytes) -> float:
+    """Return where the content of an HDF5 file ends, from its first bytes; inf if unknown.
+
+    The address is in the superblock: HDF5 File Format Specification, version 3.0, section II.A.
+    """
+    version, at = superblock[len(_SIGNATURE) :][:1], {0: 40, 1: 44, 2: 28, 3: 28}
+    address = at.get(version[0] if version else -1)
+    return math.inf if address is None else int.from_bytes(superblock[address:][:8], "little")
 
 
 # The first problem of an open file is raised and ends the reading: each check relies on those

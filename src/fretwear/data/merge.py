@@ -7,6 +7,7 @@ import math
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
+from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.excerpts import HISTORIES, MERGED_PROFILES, Excerpt
 from fretwear.data.files import (
     COMPRESSION,
     HISTORY_GROUP,
@@ -24,7 +26,7 @@ from fretwear.data.files import (
     check_attributes,
     check_group,
     new_netcdf,
-    opened_case,
+    read_excerpt,
     unusable,
     write_group,
 )
@@ -49,8 +51,6 @@ from fretwear.vocabulary import (
     CODE_DIGEST,
     COUPLED,
     CYCLE,
-    FIELDS,
-    HEADLINES,
     POINT,
     RESULTS,
     STATUS,
@@ -58,7 +58,6 @@ from fretwear.vocabulary import (
     PointStatus,
     Variable,
     X,
-    Y,
     scalars_of,
 )
 
@@ -66,18 +65,6 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
     from fretwear.study.points import Axis
     from fretwear.study.study import Study
-
-_FIELDS = {field.name: field for field in FIELDS}
-
-MERGED_PROFILES: dict[str, Variable] = {
-    "pressure_profile": _FIELDS["pressure"],
-    "shear_profile": _FIELDS["shear_traction"],
-    "gap_profile": _FIELDS["gap"],
-    "wear_profile": _FIELDS["wear_depth"],
-    "wear_rate_profile": _FIELDS["wear_rate"],
-    "contact_state_profile": _FIELDS["contact_state"],
-}
-"""Fields along x on the line nearest y = 0, by their names in a merged study."""
 
 Besides = Callable[[Path, NDArray[np.float64]], Mapping[Variable, NDArray[np.float64]]]
 """More results of a case file at some cycles, (cycle,), by their variable."""
@@ -88,7 +75,6 @@ _Done = tuple[tuple[int, ...], "Case", Path]
 _CASES_WORTH_A_PROCESS = 100
 _BLOCK_BYTES = 1 << 22
 """Largest size of what is written, or read back, at a time, unless a case has more."""
-_HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 _MOST_SOURCES = 10
 _OTHER_CODE = "it was computed by another version of the code (its code_digest differs)"
 _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
@@ -194,18 +180,6 @@ _Shape = tuple[int, int]
 """Numbers of cells along x and of accepted steps of a case."""
 
 
-class _CaseParts(NamedTuple):
-    """What a merged study takes from the file of one case, at the snapshots that it asks for."""
-
-    digest: str
-    source: str
-    arithmetic: str
-    scalars: dict[str, NDArray[np.float64]]
-    cells: NDArray[np.float64]
-    history: NDArray[np.float64]
-    profiles: list[NDArray[np.generic]]
-
-
 def merge_study(
     study: Study,
     cases: str | PathLike[str],
@@ -274,45 +248,31 @@ def _scalars(done: Sequence[_Done]) -> list[Variable]:
 
 def _read_case(
     wanted: tuple[Path, str, Sequence[int]], *, scalars: Sequence[Variable], keep_older: bool
-) -> _CaseParts | DataFileError:
-    """Read what a merged study takes from a case file, or return why it cannot be used.
+) -> Excerpt | DataFileError:
+    """Read the excerpt of a case at the snapshots asked for, or return why it cannot be used.
 
     `wanted` are the file, the id of the case and the cycles of its snapshots.
     """
     path, case_id, cycles = wanted
     asked = np.array(cycles, np.float64)
     try:
-        with opened_case(path) as file:
-            about, variables = file.__dict__, file.variables
-            if (other := about[CASE_ID.name]) != case_id:
-                raise unusable(path, f"it holds another case, {other}")
-            stored = variables[CYCLE.name][:]
-            if lacking := sorted(set(asked) - set(stored)):
-                numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-                raise unusable(path, f"it has no snapshot at cycle {numbers}")
-            digest = about.get(CODE_DIGEST.name, "")
-            if digest != code_digest() and not keep_older:
-                raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
-            at = np.searchsorted(stored, asked)
-            values = dict[str, NDArray[np.float64]]()
-            for scalar in scalars:
-                if (name := scalar.name) in variables:
-                    values[name] = variables[name][:][at]
-                    if not scalar.allows(values[name]):
-                        raise unusable(path, f"{name} holds values that are not finite")
-            row: tuple[object, ...] = np.s_[:, :]
-            if Y.name in variables:
-                row = np.s_[:, :, int(np.abs(variables[Y.name][:]).argmin())]
-            of_steps = file[HISTORY_GROUP].variables
-            return _CaseParts(
-                digest,
-                about["source"],
-                about.get(ARITHMETIC.name, ""),
-                values,
-                variables[X.name][:],
-                np.stack([of_steps[name][:] for name in _HISTORIES]),
-                [variables[field.name][row][at] for field in MERGED_PROFILES.values()],
-            )
+        excerpt = read_excerpt(path)
+        if (other := excerpt.texts[CASE_ID.name]) != case_id:
+            raise unusable(path, f"it holds another case, {other}")
+        if lacking := sorted(set(asked) - set(excerpt.cycles)):
+            numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
+            raise unusable(path, f"it has no snapshot at cycle {numbers}")
+        if excerpt.texts[CODE_DIGEST.name] != code_digest() and not keep_older:
+            raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
+        at = np.searchsorted(excerpt.cycles, asked)
+        kept = dict[str, NDArray[np.float64]]()
+        for scalar in scalars:
+            if (values := excerpt.scalars.get(scalar.name)) is not None:
+                kept[scalar.name] = values[at]
+                if not scalar.allows(kept[scalar.name]):
+                    raise unusable(path, f"{scalar.name} holds values that are not finite")
+        profiles = [profile[at] for profile in excerpt.profiles]
+        return replace(excerpt, cycles=asked, scalars=kept, profiles=profiles)
     except DataFileError as error:
         return error
 
@@ -321,7 +281,7 @@ def _gathered(
     study: Study,
     status: NDArray[np.int8],
     done: Sequence[_Done],
-    parts: Iterable[_CaseParts | DataFileError],
+    parts: Iterable[Excerpt | DataFileError],
     spool: IO[bytes],
     command: str,
     besides: Besides | None,
@@ -344,9 +304,9 @@ def _gathered(
         except DataFileError as error:
             errors.append(error)
             continue
-        digests[position] = part.digest
-        sources.add(part.source)
-        arithmetics.add(part.arithmetic)
+        digests[position] = part.texts[CODE_DIGEST.name]
+        sources.add(part.texts["source"])
+        arithmetics.add(part.texts[ARITHMETIC.name])
         columns = np.searchsorted(cycles, asked)
         for scalar in more:
             scalars[scalar.name] = scalar
@@ -430,10 +390,10 @@ def _write(
         comment = "; ".join(filter(None, comments))
         attributes = {**field.attributes, "comment": comment, "coordinates": beside}
         large[name] = (CYCLE.name, X.name), field.dtype, empty_value(field), attributes
-    for name in _HISTORIES:
+    for name in HISTORIES:
         large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, variables[name].attrs
     steps = max(steps for _, steps in shapes)
-    each = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
+    each = steps * len(HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
     size = sum(about.values.nbytes for about in variables.values()) + 8 * number * each
     with new_netcdf(path, size) as file:
         for dim in sizes:
@@ -484,7 +444,7 @@ def _rows(
             every = slice(None)
             where = (*place[:-1], slice(place[-1], place[-1] + len(cases)))
         steps = max(shapes[index][1] for index in cases)
-        histories = np.full((len(_HISTORIES), len(cases), steps), math.nan)
+        histories = np.full((len(HISTORIES), len(cases), steps), math.nan)
         size = len(cases), cycles.size, positions.size
         profiles = {
             name: np.full(size, empty_value(field), dtype=field.dtype)
@@ -494,7 +454,7 @@ def _rows(
             width, length = shapes[index]
             columns = np.searchsorted(cycles, done[index][1].output_cycles)
             cells = read(width)
-            histories[:, row, :length] = read(len(_HISTORIES), length)
+            histories[:, row, :length] = read(len(HISTORIES), length)
             inside = positions_inside(cells, positions)
             for name, field in MERGED_PROFILES.items():
                 stored = read(columns.size, width).astype(field.dtype)
@@ -502,7 +462,7 @@ def _rows(
                 values[columns] = field.outside
                 profile = resampled(stored, cells, positions[inside], axis=1)
                 values[np.ix_(columns, inside)] = profile
-        for name, of_cases in zip(_HISTORIES, histories, strict=True):
+        for name, of_cases in zip(HISTORIES, histories, strict=True):
             yield f"{HISTORY_GROUP}/{name}", (*where, slice(0, steps)), of_cases[every]
         for name, block in profiles.items():
             yield name, where, block[every]
