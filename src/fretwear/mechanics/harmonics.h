@@ -337,8 +337,9 @@ static Index solve_on_rings(const Field<const float> &matrices, const Field<cons
         for (Index step = 0; step < most && product(left, left) > enough; step++) {
             taken = std::max(taken, step + 1);
             waves.displace(inverses, nullptr, left.data(), force.data());
-            for (Index i = 0; i < size; i++)
-                force[i] = inside.data[i] * (force[i] + added.data[i % n] * left[i]);
+            for (Index row = 0; row < size; row += n)
+                for (Index i = 0; i < n; i++)
+                    force[row + i] = inside.data[row + i] * (force[row + i] + added.data[i] * left[row + i]);
             const double before = energy;
             energy = product(left, force);
             const float ratio = step ? static_cast<float>(energy / before) : 0.0f;
