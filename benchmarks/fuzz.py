@@ -33,7 +33,9 @@ import numpy as np
 import yaml
 
 with atheris.instrument_imports(include=["fretwear", "ruamel"]):
+    from fretwear.data import files
     from fretwear.data.effects import results_table
+    from fretwear.data.excerpts import Excerpt, ExcerptError
     from fretwear.data.export import WRITERS, ExportError
     from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
     from fretwear.data.merge import merge_study
@@ -67,7 +69,7 @@ BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuz
 LONGEST_SECONDS = 20
 UNKNOWN = "a syntax of YAML 1.2 that PyYAML does not know"
 ENDINGS = ("accepted", "refused", "traceback", "differs", "unknown", "crash")
-REFUSALS = (DataFileError, StudyError)
+REFUSALS = (DataFileError, ExcerptError, StudyError)
 
 # fmt: off
 ODD = (
@@ -193,6 +195,13 @@ def read_case(file: Path) -> str:
         case.load()
         history.load()
     return ""
+
+
+def read_excerpt(file: Path) -> str:
+    """Read the excerpt at the end of a case file, which merging takes."""
+    excerpt = Excerpt.from_bytes(file.read_bytes())
+    again = Excerpt.from_bytes(excerpt.to_bytes())
+    return "" if again.to_bytes() == excerpt.to_bytes() else "another excerpt"
 
 
 def read_summary(file: Path) -> str:
@@ -380,6 +389,7 @@ def kinds(
     fatigue.fatigue = _computed_again
     fits = [(folder / "fit.nc").read_bytes()[:-_LENGTH]]
     records = [(folder / "fit.json").read_bytes()]
+    excerpts = [files.read_excerpt(path).to_bytes() for path in (results / "cases").glob("*.nc")]
     kept = [path.read_bytes() for path in sorted((folder / "kept").glob("*.json"))[:3]]
     sealed = {
         name: [path.read_bytes()[:-_LENGTH] for path in results.glob(name)]
@@ -395,6 +405,7 @@ def kinds(
     yield "batches, index, records, tables, logs", read_records, small, 50_000, False, False
     yield "checkpoints", of_case, sealed["*.checkpoint"], 20_000, False, True
     yield "case files", read_case, sealed["cases/*.nc"], 10_000, False, True
+    yield "excerpts of case files", read_excerpt, excerpts, 20_000, False, False
     yield "summaries", read_summary, sealed["summary.nc"], 5_000, False, True
     yield "readings of a measurement", read_readings, [SCAR.encode()], 3_000, True, False
     yield "fits, record", of_report, records, 5_000, True, False

@@ -48,6 +48,9 @@ _TEXTS = CASE_ID.name, CODE_DIGEST.name, ARITHMETIC.name, "source"
 class ExcerptError(ValueError):
     """Bytes that are not an excerpt."""
 
+    def __init__(self) -> None:
+        super().__init__("no excerpt of a case")
+
 
 def _is_text(value: object) -> bool:
     return isinstance(value, str) and value.isprintable()
