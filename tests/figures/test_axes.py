@@ -49,6 +49,18 @@ def test_every_field_and_scalar_has_a_figure_under_its_name(smooth):
         drawn = getattr(figures, name)(smooth)
         assert drawn.axes[0].get_ylabel().startswith(label)
         assert drawn.caption.startswith(label.partition(" (")[0])
+    # What does not touch may move, but does not slip.
+    curves = [
+        line
+        for line in figures.slip_profiles(smooth).axes[0].get_lines()
+        if line.get_xdata().size > 9
+    ]
+    edges = 1e6 * smooth["contact_half_width_x"].values
+    assert len(curves) == len(edges)
+    for curve, edge in zip(curves, edges, strict=True):
+        x, slip = curve.get_data()
+        assert np.nanmax(slip) > 0.0
+        assert np.isnan(slip[x > edge + 4.0]).all()
     with pytest.raises(AttributeError, match="no attribute 'pressures'"):
         figures.pressures  # noqa: B018
     assert "after cycle 10." in figures.wear_map(smooth, cycle=10).caption
@@ -186,6 +198,10 @@ def test_curves_that_cannot_be_told_apart_share_a_label_and_those_without_room_h
         curves = [axes.plot(X, y)[0] for y in (X, X + 1e-4, 0.3 * X)]
         assert label_curves(axes, curves, ["7000", "30 000", "0"])
     assert {text.get_text() for text in axes.texts} == {"7000, 30 000", "0"}
+    axes.texts[0].remove()
+    with style_context():
+        assert label_curves(axes, curves, ["slip", "slip, in both directions", "0"])
+    assert "slip; slip, in both directions" in {text.get_text() for text in axes.texts}
     curves = [
         axes.plot(X[::20], X[::20] + shift, marker=marker)[0]
         for shift, marker in ((0.0, "s"), (0.02, "^"), (0.04, "s"))

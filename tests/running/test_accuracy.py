@@ -30,6 +30,7 @@ from fretwear.study.plan import (
     affordable_width,
     estimate,
 )
+from fretwear.study.spacing import WIDEST
 
 from ..studies import near
 from .conftest import make_case
@@ -282,7 +283,18 @@ def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     least, most = asked.ends
     assert least < asked.seconds < most
     start = SECONDS_TO_START + SECONDS_PER_CASE
-    assert 7.0 < (most - start) / (usual.seconds - start) <= 10.0
+    alone = estimate(last.replace(error_estimate=False))
+    assert most - start == near(10.0 * (alone.seconds - start))
     assert affordable_width(case, 1.0) == 1.0
     assert affordable_width(case, 10.0) < affordable_width(case, 3.0) < 1.0
     assert affordable_width(case, math.inf) < affordable_width(case, 10.0)
+
+
+def test_fields_of_rings_are_written_on_default_cells_however_wide_the_rings(smooth):
+    case, record, dataset = smooth
+    assert record.width == WIDEST
+    assert float(dataset["cell_x"]) == near(float(dataset.x.diff("x")[0])) == case.grid_spacing[0]
+    wide = case.on_cells(WIDEST)
+    assert (wide.cell, wide.tolerance) == (case.grid_spacing, near(WIDEST**2 * case.tolerance))
+    for apart, times in ((case, 0.5), (make(roughness=WAVES), 2.0), (make(accuracy="none"), 2.0)):
+        assert apart.on_cells(times).cell == tuple(times * width for width in apart.grid_spacing)

@@ -242,6 +242,7 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
     Call this last, when limits and labels of the axes are final.
     """
     root_figure(axes).draw_without_rendering()
+    between = "; " if any("," in label for label in labels) else ", "
     texts: list[Text] = []
     drawn: list[Array] = []
     for curve, label in zip(curves, labels, strict=True):
@@ -251,7 +252,7 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
             if max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= _INDISTINCT:
                 before = texts.pop()
                 before.remove()
-                label = f"{before.get_text()}, {label}"
+                label = f"{before.get_text()}{between}{label}"
                 points = np.concatenate([drawn.pop(), points])
         color = text_colour(to_hex(curve.get_color()))
         text = axes.text(0.5, 0.5, label, ha="center", va="center_baseline", fontsize=_LABEL_SIZE)

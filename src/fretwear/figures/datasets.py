@@ -89,6 +89,8 @@ def profiles_of(
     zones = np.full(values.shape, ContactState.OPEN, np.int8)
     if stored_name(picked, "contact_state") in picked:
         zones = _line(picked, "contact_state").values.astype(np.int8)
+    if field.name == "slip":  # of what does not touch, it wears nothing
+        values = np.where(zones == ContactState.OPEN, math.nan, values)
     tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
     is_even = np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True)
     if x[0] < 0.0 and is_even and not both_sides:

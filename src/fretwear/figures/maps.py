@@ -41,7 +41,7 @@ _SQUARE_ROOT = 0.5
 _MOST_CELLS = 1000
 _CORNERS_OF_A_CIRCLE = 181
 # Arrows of slip along the diameter of a contact.
-_ARROWS = 15
+_ARROWS = 11
 _EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
 

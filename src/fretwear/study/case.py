@@ -282,14 +282,22 @@ class Case(Draft):
         enough = min(STEPS_PER_ACCURACY * self.asked_accuracy, WIDEST**2 * self.tolerance)
         return max(wider, enough)
 
+    def times_written(self, times: float) -> float:
+        """How many times wider the cells are on which a run on cells some times wider is written.
+
+        Rings and strips are written on the default cells, at least, where an accuracy is asked for.
+        """
+        is_apart = self.is_graded and self.asked_accuracy is not None
+        return min(times, 1.0) if is_apart else times
+
     def on_cells(self, times: float) -> Self:
         """The case on cells some times wider, with the tolerance that belongs to them."""
         tolerance = self.tolerance_on(times)
         if times == 1.0 and tolerance == self.tolerance:
             return self
         dx, dy = self.grid_spacing
-        cell = times * dx, times * dy
-        case = self.of(vars(self) | {"cell": cell, "tolerance": tolerance})
+        wider = self.times_written(times)
+        case = self.of(vars(self) | {"cell": (wider * dx, wider * dy), "tolerance": tolerance})
         # Only these, among all that a case keeps, follow from cell and tolerance.
         kept = {n: value for n, value in vars(self).items() if n not in _OF_CELLS}
         vars(case).update({**kept, **vars(case), "accuracy": self.accuracy})

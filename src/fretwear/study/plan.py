@@ -215,7 +215,8 @@ class _Runs:
         """
         case, sides_x, sides_y = self.case, self._sides_x, self._sides_y
         (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
-        dx, dy = width * dx, width * dy
+        wider = case.times_written(width)
+        dx, dy = wider * dx, wider * dy
         cells_x = sides_x * math.ceil(self._reach_x / dx)
         cells_y = 1 if geometry is Strips else sides_y * math.ceil(self._reach_y / dy)
         steps, convolutions = self._work(cells_x * cells_y, case.tolerance_on(width))
