@@ -14,7 +14,7 @@ from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, we
 from fretwear.study import yamlfile
 from fretwear.study.case import Case, read_snapshots
 from fretwear.study.doubts import doubts
-from fretwear.study.plan import estimate
+from fretwear.study.plan import WINDOW_MARGIN, estimate
 from fretwear.study.spacing import (
     MOST_CELLS,
     greatest_contact_radius,
@@ -228,6 +228,32 @@ def test_waves_without_tips_and_tips_of_a_contact_that_slides_are_resolved_as_th
     case = steel(load="20 N", roughness=SHALLOW, plastic_limit="4500 MPa", **slides)
     assert case.tangential_ratio >= 1.0
     assert [*zones_of_tip(case)] == ["contact of a tip"]
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.8])
+def test_the_band_of_a_tip_that_yields_is_within_its_annulus_of_slip(ratio):
+    """Soft tips yield on all of it, hard ones on a small part."""
+    slipping = 1.0 - (1.0 - ratio) ** (1 / 6)
+    shares = []
+    for limit in (2e9, 9e9):
+        zones = zones_of_tip(steel(roughness=WAVES, plastic_limit=limit, tangential_ratio=ratio))
+        (band, _), (widths, _) = zones["band that yields"], zones["contact of a tip"]
+        along_x, along_y = (part / (0.5 * whole) for part, whole in zip(band, widths, strict=True))
+        assert along_x == near(along_y)
+        shares.append(along_x)
+    assert shares[0] == near(slipping)
+    assert 0.0 < shares[1] < 0.1 * slipping
+
+
+def test_the_window_of_a_stroke_covers_its_scar_and_little_more():
+    stroke = {"tangential_ratio": None, "sliding_amplitude": "25 um", "cycles": 100}
+    case = steel(wear_coefficient=["1e-14 / Pa", "2e-14 / Pa"], **stroke)
+    expected, (dx, dy) = estimate(case), case.grid_spacing
+    reaches = {WINDOW_MARGIN * case.scar_half_width: expected.cells_y * dy}
+    reaches[WINDOW_MARGIN * greatest_contact_radius(case)] = expected.cells_x * dx
+    for reach, covered in reaches.items():
+        assert reach <= covered <= reach + max(dx, dy)
+    assert expected.cells_x > expected.cells_y
 
 
 def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
