@@ -254,7 +254,7 @@ def text_pulsating(data: Data) -> str:
 The two campaigns above have 23 tests in which the load rose and fell in phase with the motion, from
 its largest value to R_P times it: 20 of Fouvry, Arnaud, Mignot and Neubauer (2017), and three of
 van Peteghem, Fouvry and Petit (2011, tests 5, 10 and 12) in which the contact opened once a cycle.
-Nothing is fitted here. Friction is that of the measured energy and of the mean load,
+Nothing is fitted here. Friction follows from the measured energy and the mean load,
 E_d/(4 P s N), P being (1 + R_P)/2 of the largest load: 0.43 to 0.46 at R_P = 0.1 and 0.54 to 0.60
 at 0.75, less than the ratio of forces, which the authors found the same in all tests. A rig that
 gives way slides more where the load is small.

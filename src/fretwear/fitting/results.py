@@ -65,7 +65,7 @@ class Fit:
     degrees: int  # of freedom
     p_value: float  # of a χ² as large, if noise and model are right
     runs: int  # runs that it needs
-    computed: int  # those of them that no folder had kept
+    computed: int  # runs that no folder had kept
     warnings: tuple[str, ...]
     advice: str  # which further measurement would narrow it most; may be empty
     fitted: Mapping[str, object]  # plain content of a study of the best values

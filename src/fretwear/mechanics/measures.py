@@ -418,8 +418,9 @@ def _of_vectors(
 ) -> tuple[Array, Array, float]:
     """The curve of friction in two directions from that in one, and its place at half the force.
 
-    Force, N, and displacement, m, end at those of the tractions. The depth of the curve below its
-    chord is scaled so that the area below it is their energy, of which δ is the derivative by Q.
+    It ends at the force, N, and the displacement, m, of the tractions. The depth of the curve below
+    its chord is scaled so that the area below it is their energy, of which δ is the derivative by
+    Q.
     """
     end = sheared.displacement if sheared.stick.any() else float(displacement[-1])
     chord, force = displacement[-1] / force[-1] * force, sheared.force / force[-1] * force

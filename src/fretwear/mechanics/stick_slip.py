@@ -105,7 +105,7 @@ class Sheared:
         return replace(self, rates=np.stack([turned, beyond]) / cycles)
 
     def ahead(self, cycles: float) -> Sheared:
-        """The tractions expected so many cycles later; the others are those of now."""
+        """These tractions and slips, with values expected so many cycles later."""
         if self.rates is None:
             return self
         spare = np.clip(self.spare + cycles * self.rates[1], 0.0, self.bound)
@@ -116,7 +116,7 @@ class Sheared:
 
     @property
     def _way(self) -> NDArray[np.complex128]:
-        """The direction of traction as a complex number, beside the contact that of slip."""
+        """The direction, as a complex number, of traction or, where there is none, of slip."""
         x, y = np.where(self.bound > 0.0, self.traction, self.slip)
         length = np.hypot(x, y)
         way = np.where(length > 0.0, x + 1j * y, 1.0) / np.where(length > 0.0, length, 1.0)

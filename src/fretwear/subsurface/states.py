@@ -76,8 +76,7 @@ class LoadedSurface:
     def vectors_over_half_a_loop(self, count: int) -> tuple[Array, Array | None]:
         """Shear along x and, if there is any, y as of `over_half_a_loop`.
 
-        On the way back slip zones turn a little against those of the loading; a traction beyond
-        friction is cut to it.
+        Slip turns a little between the two ways; a traction beyond friction is cut to it.
         """
         if self.across is None:
             return self.over_half_a_loop(count), None

@@ -204,7 +204,7 @@ class Geometry(ABC):
 
     @property
     def ways(self) -> list[list[tuple[Way, Array]]]:
-        """Lines of cells as `along` has them, by whose edges `zone` knows those of a zone."""
+        """Lines of cells as `along` has them, on which `zone` looks for the edges of a zone."""
         return [self.along(0)]
 
     @abstractmethod
