@@ -39,7 +39,7 @@ MERGED_PROFILES: dict[str, Variable] = {
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
 
-HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
+MERGED_HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 """Histories in a merged study."""
 
 _TEXTS = CASE_ID.name, CODE_DIGEST.name, ARITHMETIC.name, "source"
@@ -63,7 +63,7 @@ class Excerpt:
     texts: dict[str, str]  # case id, code digest, arithmetic and source
     cycles: NDArray[np.float64]  # of the snapshots, (cycle,)
     cells: NDArray[np.float64]  # m, (x,)
-    history: NDArray[np.float64]  # of `HISTORIES`, in their order, (history, step)
+    history: NDArray[np.float64]  # of `MERGED_HISTORIES`, in their order, (history, step)
     scalars: dict[str, NDArray[np.float64]]  # by name, (cycle,)
     profiles: list[NDArray[np.generic]]  # of `MERGED_PROFILES`, in their order, (cycle, x)
 
@@ -83,7 +83,7 @@ class Excerpt:
             {name: str(about.get(name, "")) for name in _TEXTS},
             variables[CYCLE.name][:],
             variables[X.name][:],
-            np.stack([histories.variables[name][:] for name in HISTORIES]),
+            np.stack([histories.variables[name][:] for name in MERGED_HISTORIES]),
             scalars,
             [variables[f.name][row].astype(f.dtype) for f in MERGED_PROFILES.values()],
         )
@@ -119,7 +119,7 @@ class Excerpt:
         )
         if not is_sound:
             raise ExcerptError
-        shapes = [("<f8", (cycles,)), ("<f8", (cells,)), ("<f8", (len(HISTORIES), steps))]
+        shapes = [("<f8", (cycles,)), ("<f8", (cells,)), ("<f8", (len(MERGED_HISTORIES), steps))]
         shapes += [("<f8", (cycles,)) for _ in names]
         shapes += [(np.dtype(f.dtype).str, (cycles, cells)) for f in MERGED_PROFILES.values()]
         sizes = [math.prod(shape) * np.dtype(dtype).itemsize for dtype, shape in shapes]

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.excerpts import HISTORIES, MERGED_PROFILES, Excerpt
+from fretwear.data.excerpts import MERGED_HISTORIES, MERGED_PROFILES, Excerpt
 from fretwear.data.files import (
     COMPRESSION,
     HISTORY_GROUP,
@@ -390,10 +390,10 @@ def _write(
         comment = "; ".join(filter(None, comments))
         attributes = {**field.attributes, "comment": comment, "coordinates": beside}
         large[name] = (CYCLE.name, X.name), field.dtype, empty_value(field), attributes
-    for name in HISTORIES:
+    for name in MERGED_HISTORIES:
         large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, variables[name].attrs
     steps = max(steps for _, steps in shapes)
-    each = steps * len(HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
+    each = steps * len(MERGED_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
     size = sum(about.values.nbytes for about in variables.values()) + 8 * number * each
     with new_netcdf(path, size) as file:
         for dim in sizes:
@@ -444,7 +444,7 @@ def _rows(
             every = slice(None)
             where = (*place[:-1], slice(place[-1], place[-1] + len(cases)))
         steps = max(shapes[index][1] for index in cases)
-        histories = np.full((len(HISTORIES), len(cases), steps), math.nan)
+        histories = np.full((len(MERGED_HISTORIES), len(cases), steps), math.nan)
         size = len(cases), cycles.size, positions.size
         profiles = {
             name: np.full(size, empty_value(field), dtype=field.dtype)
@@ -454,7 +454,7 @@ def _rows(
             width, length = shapes[index]
             columns = np.searchsorted(cycles, done[index][1].output_cycles)
             cells = read(width)
-            histories[:, row, :length] = read(len(HISTORIES), length)
+            histories[:, row, :length] = read(len(MERGED_HISTORIES), length)
             inside = positions_inside(cells, positions)
             for name, field in MERGED_PROFILES.items():
                 stored = read(columns.size, width).astype(field.dtype)
@@ -462,7 +462,7 @@ def _rows(
                 values[columns] = field.outside
                 profile = resampled(stored, cells, positions[inside], axis=1)
                 values[np.ix_(columns, inside)] = profile
-        for name, of_cases in zip(HISTORIES, histories, strict=True):
+        for name, of_cases in zip(MERGED_HISTORIES, histories, strict=True):
             yield f"{HISTORY_GROUP}/{name}", (*where, slice(0, steps)), of_cases[every]
         for name, block in profiles.items():
             yield name, where, block[every]
