@@ -201,7 +201,7 @@ def test_contact_of_an_ellipsoid_is_that_of_hertz(intervals):
 @pytest.mark.parametrize(
     ("poisson", "ratio", "along", "across", "moved", "work"),
     [
-        (0.2, 0.3, 0.895, 1.107, 0.9999, None),
+        (0.2, 0.3, 0.895, 1.107, 0.9999, 0.00591),
         (0.2, 0.6, 0.902, 1.099, 0.9998, 0.02990),
         (0.2, 0.9, 0.917, 1.081, 0.9997, 0.10215),
         (0.3, 0.5, 0.839, 1.161, 0.9996, None),
@@ -227,7 +227,9 @@ def test_a_sphere_slips_as_other_codes_say(poisson, ratio, along, across, moved,
     assert np.sqrt(stuck / np.pi) == near(reduced.contact_radius, rel=1e-3)
     if work is not None:
         friction = cells.integral(bound * result.amplitude)
-        assert friction / (whole * displacement) == near(work, rel=0.001)
+        # The work at the least ratio is known to three digits.
+        digits = 0.001 if ratio > 0.3 else 0.002
+        assert friction / (whole * displacement) == near(work, rel=digits)
     # A loop of a traction that is a minimum: 4 (Q δ − 2 E)
     loop = result.force * result.displacement - 2.0 * result.energy
     assert loop == near(cells.integral(bound * result.amplitude), rel=1e-5)
@@ -384,3 +386,32 @@ def test_a_displacement_solved_by_newton_meets_the_condition_of_each_contact():
             problem.loading.displacement(FRICTION, COUPLING, HERTZ), rel=1e-9
         )
         assert 0.0 < sheared.force < FRICTION * LOAD
+
+
+@pytest.mark.slow
+def test_contacts_that_stick_for_a_while_take_hardly_more_steps_than_in_one_direction():
+    """Bodies that yield begin to slide, stick as the slip zone wears, and slide again.
+
+    A displacement of 1.03 times that of the onset, ν = 0.47, 4.1 p0, half as many rings.
+    """
+    coupling = coupling_ratio(1.0, 0.47, 1.0, 0.47)
+    slides = DisplacementRatio(displacement_ratio=1.03).plain(FRICTION, coupling, HERTZ)
+    found = []
+    for model, geometry in ((Jaeger(), Rings), (Coupled(), Polar)):
+        problem = fretting(
+            bodies=Elastic(coupling=coupling),
+            limit=4.1,
+            loading=slides,
+            slip_model=model,
+            geometry=geometry,
+            coarseness=2.0,
+        )
+        states = [*evolve(problem, [cycles_of(problem, 17.0)])]
+        loads = np.array([state.reduced.load for state in states])
+        assert loads[0] == loads[-1] == 0.0 < loads.max()
+        assert states[-1].plastic.any()
+        found.append([len(states), states[-1].geometry.integral(states[-1].wear)])
+    (steps, volume), (steps_of_both, volume_of_both) = found
+    assert steps_of_both <= 1.2 * steps
+    # As without a limit at this ratio: up to 1.3 % less.
+    assert volume_of_both == near(volume, rel=0.02)

@@ -44,7 +44,7 @@ SECONDS_PER_CELL_OF_LOOP = 9e-7
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 # A run with friction in two directions over one without, on whole windows and on quarters; and on
 # rings, at several angles each.
-TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), 16.0
+TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), 8.0
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
