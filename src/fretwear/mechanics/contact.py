@@ -61,8 +61,10 @@ class Accuracy:
     def within(self, error: float) -> Accuracy:
         """Contacts between requested cycles as accurate as a relative error of results calls for.
 
-        They change wear, dissipation and areas by a twentieth of that error at most.
+        They change wear, dissipation and areas by a twentieth of that error at most; beyond 2 %
+        they are as accurate as for 2 %.
         """
+        error = min(error, 0.02)
         between = {
             "contact_between": max(self.contact_between, 5e-3 * error),
             "first_stage": max(self.first_stage, 5e-3 * error),

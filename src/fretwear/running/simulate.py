@@ -394,8 +394,8 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     if problem.normal.pulsating_load < 1.0:
         return pulsate(problem, stops, case.tolerance, start)
     accuracy = Accuracy()
-    if problem.geometry is Grid and case.asked_accuracy is not None:
-        accuracy = accuracy.within(case.asked_accuracy)
+    if problem.geometry is Grid and math.isfinite(case.accuracy):
+        accuracy = accuracy.within(case.accuracy)
     return evolve(problem, stops, case.tolerance, start, accuracy)
 
 
