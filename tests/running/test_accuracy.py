@@ -154,7 +154,17 @@ def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(
     for budget, width in ((1.001 * needed, near(0.5)), (0.999 * needed, None)):
         case = make(roughness=WAVES, budget=budget)
         assert next_width(case, [wide, usual]) == width
-    assert unreached(case, [wide, usual]).times == near(needed)
+        told = unreached(case, [wide, usual])
+        assert told.times == near(needed)
+        # More budget is the remedy only where it lacks.
+        assert (f"write budget: {math.ceil(1.1 * needed)}" in str(told.doubt())) == (width is None)
+        assert (told.cell is None) == (width is None)
+    dx, dy = case.grid_spacing
+    last = finished(0.9, 1.5, at=0.029, growth=growth)
+    told = unreached(make(roughness=WAVES, budget=250.0), [wide, usual, last])
+    assert told.cell[0] / dx == near(told.cell[1] / dy)
+    assert told.cell[0] < 0.9 * dx
+    assert "write cell: [" in str(told.doubt())
 
 
 def test_errors_that_do_not_fall_call_for_no_narrower_cells():
@@ -164,6 +174,10 @@ def test_errors_that_do_not_fall_call_for_no_narrower_cells():
         each.errors["contact_half_width_x"] = 0.14
     assert next_width(case, [wide]) == 1.0
     assert next_width(case, [wide, usual]) is None
+    doubt = str(unreached(case, [wide, usual]).doubt())
+    assert "narrower cells have not reduced the error of the contact half-width along x" in doubt
+    assert doubt.endswith("accept an accuracy of 15 %")
+    assert "budget" not in doubt
     wide.errors["contact_half_width_x"], usual.errors["contact_half_width_x"] = 0.019, 0.024
     assert next_width(case, [wide, usual]) is None
     wide.errors["contact_half_width_x"] = 0.03

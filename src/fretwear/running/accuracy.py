@@ -99,16 +99,23 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
         return 1.0
     if not last.errors:
         return None
-    order, before = measured_order(rounds), rounds[-2].errors
+    order = measured_order(rounds)
     narrowest = max(
         (_left(case, rounds) / last.work) ** (-1.0 / _growth(rounds)),
         affordable_width(case, math.inf),
         1.0 / _MOST_RATIO,
     )
     width = 1.0 / max((last.error / (_AIM * accuracy)) ** (1.0 / order), LEAST_RATIO)
-    missed = {name: error for name, error in last.errors.items() if error > accuracy}
-    falls = all(_FALLING * error <= before.get(name, math.inf) for name, error in missed.items())
-    return width if falls and width >= narrowest else None
+    return width if width >= narrowest and not _unfallen(rounds, accuracy) else None
+
+
+def _unfallen(rounds: Sequence[Round], accuracy: float) -> list[str]:
+    """The results whose error is beyond the accuracy and has not fallen from the run before."""
+    if len(rounds) < 2:
+        return []
+    before, last = rounds[-2].errors, rounds[-1].errors
+    missed = ((name, error) for name, error in last.items() if error > accuracy)
+    return [name for name, error in missed if _FALLING * error > before.get(name, math.inf)]
 
 
 def _left(case: Case, rounds: Sequence[Round]) -> float:
@@ -154,7 +161,13 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     times = (sum(before) + last.work * narrower ** _growth(rounds)) / before[-1]
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
-    return Unreached(accuracy, words, last.error, times)
+    unfallen = [RESULTS[each].words for each in _unfallen(rounds, accuracy)]
+    cell = None
+    if times <= (case.budget or USUAL_BUDGET):
+        # Not for want of budget: it was not begun, or was the last run of all.
+        dx, dy = case.grid_spacing
+        cell = last.width / narrower * dx, last.width / narrower * dy
+    return Unreached(accuracy, words, last.error, times, unfallen, cell)
 
 
 def on_same_tips(

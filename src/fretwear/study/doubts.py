@@ -6,7 +6,7 @@ Each comes with the numbers of the case and a remedy.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fretwear.mechanics.geometry.grid import Grid
@@ -73,12 +73,22 @@ class Unreached:
     result: str  # words of the result with the largest estimated error
     error: float  # this error, relative
     times: float  # time of a run that would reach it, over the time on default cells
+    # Results whose errors narrower cells have not reduced.
+    unfallen: Sequence[str] = ()
+    # Cells that would reach it, m, unless the budget is what lacks.
+    cell: tuple[float, float] | None = None
 
     def doubt(self) -> Doubt:
         """Say what was reached, and how to go on."""
         reached = f"{self.result}: {number_text(100.0 * self.error, 2)} %"
         accept = f"accept an accuracy of {math.ceil(100.0 * self.error)} %"
-        if self.times < GREATEST_BUDGET:
+        if self.unfallen:
+            reached += f"; narrower cells have not reduced the error of the {self.unfallen[0]}"
+        elif self.cell is not None:
+            reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
+            cell = cell_text([rounded_down(each) for each in self.cell])
+            accept = f"write cell: {cell}, or {accept}"
+        elif self.times < GREATEST_BUDGET:
             reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
             accept = f"write budget: {math.ceil(1.1 * self.times)}, or {accept}"
         else:
@@ -349,7 +359,7 @@ def finer(case: Case, error: float) -> str:
     chosen its cells within its budget.
     """
     if case.asked_accuracy is not None:
-        return "the warning of the case, which fretwear show prints, states what budget would do"
+        return "the warning of the case, which fretwear show prints, states what can be done"
     of_scar = case.loading.stroke and case.geometry is Grid
     least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
     smaller = max(SMALL_ERROR / error, least)
