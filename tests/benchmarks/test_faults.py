@@ -60,7 +60,7 @@ def test_every_reader_takes_changed_files_or_refuses_them_by_a_sentence():
     command = [sys.executable, "-m", "benchmarks.fuzz", "--share", "0.001"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     rows = re.findall(r"^\| (.+?) \| (\d+) \|((?: [\d.]+ \|)+)$", done.stdout, re.MULTILINE)
-    assert len(rows) == 11, done.stdout + done.stderr
+    assert len(rows) == 12, done.stdout + done.stderr
     for name, tried, ends in rows:
         accepted, refused, tracebacks, differ, *_ = ends.replace("|", "").split()
         assert tracebacks == differ == "0", done.stdout
