@@ -192,7 +192,7 @@ def rough_rows(coarser: float = 1.0, *, halved: bool = False) -> Iterator[Row]:
     run = timed_run(case)
     yield Row("rough_run", job, run.units.cpu, "CE", 3000, 1500, note=run.note())
     run = timed_run(case, USUAL_ACCURACY)
-    asked = f"{job}: with the steps and contacts of {USUAL_ACCURACY:.0%}"
+    asked = f"{job}: with the steps and contacts of {100 * USUAL_ACCURACY:g} %"
     yield Row("rough_asked", asked, run.units.cpu, "CE", 1500, 1000, note=run.note())
     yield _share("rough_share", job, case, 3)
     if halved:
