@@ -17,7 +17,7 @@ from fretwear.study.overrides import override
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.points import LatinHypercube
 from fretwear.study.problems import StudyError, as_cell
-from fretwear.study.reading import load_study, select_case
+from fretwear.study.reading import load_plan, load_study, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 
@@ -77,7 +77,7 @@ def test_a_study_of_many_points_is_planned_quickly_in_little_memory(studies, con
         path = studies.write({"title": "Many", "base": base | smooth, "vary": vary})
         profile = cProfile.Profile()
         tracemalloc.start(1)
-        plan = profile.runcall(lambda: Plan.of_file(path))
+        plan = profile.runcall(lambda: load_plan(path))
         assert len(profile.runcall(lambda: plan.estimates)) == points
         kept = tracemalloc.get_traced_memory()[0]
         tracemalloc.stop()
@@ -100,8 +100,8 @@ def test_points_are_planned_while_their_rules_are_checked(studies, content, desi
     assert load_study(path, visit=lambda point: visited.append(point.id)).invalid == study.invalid
     assert 0 < len(study.invalid) < study.size
     assert visited == [point.id for point in study.points() if point.id]
-    assert Plan.of_file(path).estimates == Plan(study).estimates
-    assert Plan.of_file(path).doubts == Plan(study).doubts
+    assert load_plan(path).estimates == Plan(study).estimates
+    assert load_plan(path).doubts == Plan(study).doubts
 
 
 def test_a_job_checks_the_rules_of_its_points_only(studies, content, monkeypatch):

@@ -202,11 +202,11 @@ def plan(
     Times are for this machine, whose speed is measured briefly.
     """
     from fretwear.running import resources
-    from fretwear.study.plan import Plan
+    from fretwear.study.reading import load_plan
     from fretwear.units import duration_text, size_text
 
     _collect_rarely()
-    planned = Plan.of_file(file, set_ or ())
+    planned = load_plan(file, set_ or ())
     speed = resources.machine_speed(planned.estimates.values())
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few

@@ -31,6 +31,7 @@ from fretwear.problems import Problem
 from fretwear.running.resources import Batch, batches, seconds_after
 from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError, few_of
+from fretwear.study.reading import load_plan
 from fretwear.study.study import Study
 from fretwear.units import duration_text
 from fretwear.version import code_digest
@@ -129,7 +130,7 @@ class StudyJobs:
                 problems.append(Problem(key, given[key], rule))
         if problems:
             raise StudyError(Path("--config"), problems)
-        plan = Plan.of_file(study_file(texts["study"]))
+        plan = load_plan(study_file(texts["study"]))
         return cls(plan, texts["keep_older"].lower() == "true", int(texts["threads"]))
 
     @property

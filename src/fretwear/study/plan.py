@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +22,6 @@ from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate, value_text
 from fretwear.study.problems import as_cell
-from fretwear.study.reading import load_study
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
     LEAST_RATIO,
@@ -314,7 +313,7 @@ class _Runs:
 
 
 @dataclass
-class _OfCases:
+class PlannedCases:
     """Estimates, doubts with their details, wear coefficients and Dundurs' β of all cases."""
 
     estimates: dict[str, Estimate] = field(default_factory=dict)
@@ -345,14 +344,8 @@ class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
-
-    @classmethod
-    def of_file(cls, path: str | Path, assignments: Sequence[str] = ()) -> Plan:
-        """Read a study as `load_study` does, and plan each point while its rules are checked."""
-        planned = _OfCases()
-        plan = cls(load_study(path, assignments, visit=planned.add))
-        vars(plan)["_of_cases"] = planned
-        return plan
+    #: Its cases, if they were planned while the study was read.
+    planned: PlannedCases | None = None
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -370,9 +363,11 @@ class Plan:
         return dict(self._of_cases.doubts.values())
 
     @cached_property
-    def _of_cases(self) -> _OfCases:
+    def _of_cases(self) -> PlannedCases:
         """What is planned of all cases; each is made once and not kept, for it takes kilobytes."""
-        planned = _OfCases()
+        if self.planned is not None:
+            return self.planned
+        planned = PlannedCases()
         for point in self.points:
             planned.add(point)
         return planned

@@ -13,6 +13,7 @@ from fretwear.problems import Problem, Problems
 from fretwear.study.case import Case, read_snapshots
 from fretwear.study.fits import FitRequest, read_free, with_sought
 from fretwear.study.overrides import OPTION, assign, override
+from fretwear.study.plan import Plan, PlannedCases
 from fretwear.study.points import Combinations, read_axes
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.sections import SEEDS, read_base, read_sections
@@ -55,6 +56,12 @@ def load_study(
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
     return _checked(file, document.data, assignments, problems, document.lines, points, visit)
+
+
+def load_plan(path: str | Path, assignments: Sequence[str] = ()) -> Plan:
+    """Read a study as `load_study` does, and plan each point while its rules are checked."""
+    planned = PlannedCases()
+    return Plan(load_study(path, assignments, visit=planned.add), planned)
 
 
 def select_case(
