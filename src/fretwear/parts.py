@@ -21,9 +21,10 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
+from types import MappingProxyType
 from typing import Any, ClassVar, Generic, Self, TypeGuard, TypeVar, get_type_hints, overload
 
-from fretwear.problems import Problems
+from fretwear.problems import Problems, in_words
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
@@ -482,10 +483,13 @@ class Part:
         return declared(cls)
 
     @classmethod
-    def such(cls, names: Collection[str]) -> str:
-        """A mapping of this kind with examples of some parameters, as in a study file."""
-        given = (f", {n}: {about.example}" for n, about in cls.parameters().items() if n in names)
-        return f"{{kind: {cls.kind}{''.join(given)}}}"
+    def such(
+        cls, names: Collection[str], given: Mapping[str, object] = MappingProxyType({})
+    ) -> str:
+        """A mapping of this kind with some parameters, as in a study file: given, or examples."""
+        examples = {name: about.example for name, about in cls.parameters().items()}
+        fields = (f", {n}: {in_words(given.get(n, examples[n]))}" for n in examples if n in names)
+        return f"{{kind: {cls.kind}{''.join(fields)}}}"
 
     @property
     def problem(self) -> tuple[str, str] | None:

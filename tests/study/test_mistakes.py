@@ -62,6 +62,21 @@ base/roughness: smooth
 base/roughness: {kind: fractal}
     base.roughness.kind = fractal: must be wavy, self_affine or measured
     did you mean 'self_affine'?
+base/roughness: {rms_height: 0.1 um}
+    base.roughness = {rms_height: 0.1 um}: lacks its kind: rms_height belongs to kind self_affine
+    write {kind: self_affine, rms_height: 0.1 um, hurst: 0.8, rolloff_wavelength: 80 um,
+    ... shortest_wavelength: 8 um, seed: 7}
+base/roughness: {kind: wavy, rms_height: 0.1 um, hurst: 0.7}
+    base.roughness = {kind: wavy, rms_height: 0.1 um, hurst: 0.7}: is not of kind wavy: rms_height
+    ... and hurst belong to kind self_affine
+    write {kind: self_affine, rms_height: 0.1 um, hurst: 0.7, rolloff_wavelength: 80 um,
+    ... shortest_wavelength: 8 um, seed: 7}
+base/tangential_ratio: 80
+    base.tangential_ratio = 80: is gross sliding: Q/(µP) must be less than 1
+    did you mean '80 %'?
+base/debris: 0.85
+    base.debris = 0.85: is not a case parameter
+    write debris_fraction
 base/indenter: ball | without base/radius
     base.indenter = ball: must be an indenter
     such as indenter: {kind: sphere, radius: 10 mm}

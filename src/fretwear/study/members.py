@@ -150,12 +150,27 @@ class PartOf(Parameter):
             words = () if meant else (*self.kinds,)
             raise QuantityError(rule, inside=[Problem(".kind", name, rule, remedy, None, words)])
         kind = self.kinds[name]
+        self._check_kind(value, kind, usual)
         fields = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
         part = kind.unchecked(**read_fields(value, fields, needed, units_required))
         if not self.varied and part.problem is not None:
             raise QuantityError("", inside=[Problem("", None, *part.problem)])
         return part
+
+    def _check_kind(
+        self, given: Mapping[str, object], kind: type[Part], kinds: Iterable[type[Part]]
+    ) -> None:
+        """Raise an error if a mapping has keys of another kind, and no others."""
+        keys = [name for name in given if name != "kind"]
+        other = next((meant for meant in kinds if {*keys} <= meant.parameters().keys()), kind)
+        foreign = [name for name in keys if name not in kind.parameters()]
+        if not foreign or other is kind:
+            return
+        belong = f"{listed(foreign)} belong{'' if foreign[1:] else 's'} to kind {other.kind}"
+        rule = f"is not of kind {kind.kind}" if "kind" in given else "lacks its kind"
+        remedy = f"write {other.such(required(other) | {*keys}, given)}"
+        raise QuantityError("", inside=[Problem("", given, f"{rule}: {belong}", remedy)])
 
     def _meant(self, word: object) -> type[Part] | None:
         """The kind that people also call by a word, if any."""

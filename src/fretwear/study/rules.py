@@ -42,6 +42,8 @@ GREATEST_CONTACT = 0.2
 LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 
+# The least ratio, refused as a fraction, that is likely to be meant in per cent.
+_LEAST_PERCENT = 5.0
 _PARTIAL_SLIP = "partial slip needs a ratio between 0 and 1, such as 0.8"
 _GROSS_SLIP = "for gross slip write displacement_amplitude or sliding_amplitude instead"
 _CONTACT = "indenter bodies normal "
@@ -291,7 +293,9 @@ def _ratio_slides(case: Draft) -> Iterator[Problem]:
         ratio = case.loading.tangential_ratio
         if ratio >= 1.0:
             rule = "is gross sliding: Q/(µP) must be less than 1"
+            is_percent = _LEAST_PERCENT <= ratio < 100.0
             hint = f"{_PARTIAL_SLIP}; {_GROSS_SLIP}"
+            hint = f"did you mean '{ratio:g} %'?" if is_percent else hint
             yield Problem(case.loading.kind, f"{ratio:.6g}", rule, hint)
         yield from _all_sticks(case, ratio)
 
