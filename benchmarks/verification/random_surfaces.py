@@ -7,7 +7,7 @@ from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.speed.cases import LIMIT, study_case
 
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry import Region, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import CONTACT_GAP
 from fretwear.running.simulate import wear_problem
@@ -40,7 +40,7 @@ def run() -> Data:
                 {
                     "seed": seed,
                     "spacing": dx,
-                    "area": grid.zone(touching, 0.0).area,
+                    "area": grid.zone(Region(touching, 0.0)).area,
                     "counted": grid.integral(touching.astype(float)),
                 }
             )

@@ -12,7 +12,7 @@ from scipy.special import ellipe
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.edges import half_width
-from fretwear.mechanics.geometry import Workspace, strips
+from fretwear.mechanics.geometry import Region, Workspace, strips
 from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.geometry.strips import Strips
@@ -508,9 +508,8 @@ def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():
         shape = ((strips.x - middle) ** 2 / (2.0 * RADIUS))[:, None]
         found = solve_contact(ContactProblem(strips.half_space(MODULUS), shape, load))
         closed = found.pressure > 0.0
-        return strips.zone(
-            closed, half_width(strips.along(0), closed, found.gap, plane_strain=True)
-        )
+        edge = half_width(strips.along(0), closed, found.gap, plane_strain=True)
+        return strips.zone(Region(closed, edge))
 
     # Two ridges share the load.
     for half in (12.0 + np.arange(24) / 24.0) * width:

@@ -7,6 +7,7 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 from fretwear.mechanics.contact import Accuracy, ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Region
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
@@ -365,14 +366,15 @@ def test_zones_and_their_cells_have_the_area_of_an_ellipse():
     radii = 1.0 / np.sqrt(np.cos(cells.angles) ** 2 + 0.8 * np.sin(cells.angles) ** 2)
     inside = cells.x[:, None] < radii
     area = np.pi / np.sqrt(0.8)
-    assert cells.zone(inside, radii).area == near(area, rel=2e-3)
+    region = Region(inside, radii)
+    assert cells.zone(region).area == near(area, rel=2e-3)
     plane = cells.plane((0.05, 0.05))
-    covered = cells.covered(inside, radii, plane)
-    assert plane.integral(covered) == near(cells.zone(inside, radii).area, rel=1e-9)
+    covered = cells.covered(region, plane)
+    assert plane.integral(covered) == near(cells.zone(region).area, rel=1e-9)
     exact = (plane.x[:, None] ** 2 + 0.8 * plane.y**2) < 1.0
     assert np.abs(covered - exact).mean() < 0.02
     assert np.abs(covered[5:10, 5:10] - 1.0).max() < 1e-12
-    assert not cells.covered(np.zeros_like(inside), 0.0 * radii, plane).any()
+    assert not cells.covered(Region(np.zeros_like(inside), 0.0 * radii), plane).any()
 
 
 def test_a_displacement_solved_by_newton_meets_the_condition_of_each_contact():

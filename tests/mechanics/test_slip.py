@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.edges import deviation, half_width, stick_half_width
-from fretwear.mechanics.geometry import Beside
+from fretwear.mechanics.geometry import Beside, Region
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
@@ -360,9 +360,10 @@ def test_areas_of_round_contacts_follow_their_edges_within_cells(across, within)
         problem = ContactProblem(grid.half_space(modulus), 0.5 * squares / radius, load)
         found = solve_contact(problem, tolerance=1e-7)
         beside = Beside(found.pressure, np.where(found.pressure > 0.0, 0.0, found.gap))
-        area = grid.zone(found.pressure > 0.0, 0.0, beside).area
+        region = Region(found.pressure > 0.0, 0.0, beside)
+        area = grid.zone(region).area
         assert area == near(np.pi * contact_radius**2, rel=within), (x, y)
-        covered = grid.covered(found.pressure > 0.0, 0.0, grid, beside)
+        covered = grid.covered(region, grid)
         assert grid.integral(covered) == near(area, rel=1e-12)
 
 

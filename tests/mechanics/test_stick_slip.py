@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Region
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.shear import shear_influence, shear_space
 from fretwear.mechanics.stick_slip import shear
@@ -235,7 +236,7 @@ def test_a_sphere_slips_as_other_codes_say(poisson, ratio, along, across, stick,
     displacement = FRICTION * coupling * (hertz.approach - reduced.approach)
     assert result.displacement / displacement == near(moved, rel=1e-3)
     if stick is not None:
-        zone = grid.zone(result.stick, 1.0).area
+        zone = grid.zone(Region(result.stick, 1.0)).area
         assert np.sqrt(zone / np.pi) == near(stick, rel=0.005)
         friction = grid.integral(bound * result.amplitude)
         assert friction / (whole * displacement) == near(work, rel=0.003)

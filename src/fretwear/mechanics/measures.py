@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.edges import Lines, deviation, half_width, stick_half_width
-from fretwear.mechanics.geometry import Beside, Workspace
+from fretwear.mechanics.geometry import Beside, Region, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
@@ -84,13 +84,13 @@ def measure(problem: WearProblem, state: State) -> Measures:
     the mean of both sides if the contact is not even.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
-    integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
+    integral, stick = geometry.integral, reduced.stick
     follows = problem.slip_model.follows_shape
     (contact_x, stick_x), (contact_y, stick_y) = (
         half_widths(state, geometry.along(axis)) for axis in (0, 1)
     )
-    contact_edges, stick_edges = _edges(state)
-    zone = geometry.zone(stick, stick_edges, _beside_stick(state, follows_shape=follows))
+    contact, stuck = _regions(problem, state)
+    zone = geometry.zone(stuck)
     # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
     # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
     # worn the surface beside.
@@ -120,7 +120,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         contact_half_width_y=contact_y,
         stick_half_width_x=stick_x,
         stick_half_width_y=stick_y,
-        contact_area=geometry.zone(closed, contact_edges, _beside_contact(state)).area,
+        contact_area=geometry.zone(contact).area,
         stick_area=zone.area,
         mean_stick_pressure=stick_load / zone.area if zone.area else nan,
         stick_load_share=stick_load / carried if zone.area and carried else nan,
@@ -145,19 +145,20 @@ def half_widths(state: State, lines: Lines) -> tuple[float, float]:
     return contact, stick_half_width(lines, reduced.spare_pressure(1.0))
 
 
-def _edges(state: State) -> Array:
-    """Distances of the edges of contact and of stick by which a geometry knows its zones, m."""
-    return np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
+def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
+    """The regions of contact and of stick."""
+    contact, stick = np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
+    beside = _beside_stick(state, follows_shape=problem.slip_model.follows_shape)
+    return (
+        Region(in_contact(state), contact, _beside_contact(state)),
+        Region(state.reduced.stick, stick, beside),
+    )
 
 
 def fractions(problem: WearProblem, state: State, plane: Grid) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
-    covered, (contact, stick) = state.geometry.covered, _edges(state)
-    beside = _beside_stick(state, follows_shape=problem.slip_model.follows_shape)
-    return (
-        covered(in_contact(state), contact, plane, _beside_contact(state)),
-        covered(state.reduced.stick, stick, plane, beside),
-    )
+    contact, stick = (state.geometry.covered(r, plane) for r in _regions(problem, state))
+    return contact, stick
 
 
 def _beside_contact(state: State) -> Beside:
@@ -196,7 +197,7 @@ def scatter(state: State) -> dict[str, float]:
         "stick": (state.reduced.stick, state.reduced.gap, of_stick),
     }
     for zone_name, (cells, gap, beside) in zones.items():
-        zone = geometry.zone(cells, geometry.extent[0], beside)
+        zone = geometry.zone(Region(cells, geometry.extent[0], beside))
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis, axis_name in enumerate("xy"):
             name = f"{zone_name}_half_width_{axis_name}"
@@ -288,7 +289,7 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
         ]
         is_singular = any(bool(p[-1] > _RESOLVED * p.mean()) for p in insides)
     else:
-        beside = geometry.zone(stick, geometry.extent[0]).outside
+        beside = geometry.zone(Region(stick, geometry.extent[0])).outside
         opened, gap = (field.ravel()[beside] for field in (state.opening, reduced.gap))
         is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)

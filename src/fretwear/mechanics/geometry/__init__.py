@@ -74,6 +74,16 @@ class Beside:
     worn: Array | None = None  #: how far wear has opened it, m; None if it has not beside the edge
 
 
+@dataclass(frozen=True)
+class Region:
+    """The cells of a zone, and what is known of where its edges cut them."""
+
+    cells: Mask
+    radii: Array | float  #: distances of its outermost edges on `ways`, m
+    #: Without it, edges lie anywhere in equal cells.
+    beside: Beside | None = None
+
+
 class CellProblem(Protocol):
     """The part of a problem by which a geometry chooses its cells; in SI units."""
 
@@ -182,17 +192,12 @@ class Geometry(ABC):
         """Integral of a field over the whole contact (field unit times m²)."""
 
     @abstractmethod
-    def zone(self, cells: Mask, radii: Array | float, beside: Beside | None = None) -> Zone:
-        """The zone of some cells, whose outermost edges on `ways` are at distances, m.
-
-        What lies beside it tells where edges cut equal cells; without it they are anywhere.
-        """
+    def zone(self, region: Region) -> Zone:
+        """The zone of a region: its area, and the cells at its edges."""
 
     @abstractmethod
-    def covered(
-        self, cells: Mask, radii: Array | float, plane: Grid, beside: Beside | None = None
-    ) -> Array:
-        """The fraction of each cell of a grid within a zone, given as for `zone`."""
+    def covered(self, region: Region, plane: Grid) -> Array:
+        """The fraction of each cell of a grid within a region; together its area by `zone`."""
 
     @abstractmethod
     def largest_mean(self, field: Array, width: float) -> float:

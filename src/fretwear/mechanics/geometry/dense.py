@@ -29,12 +29,12 @@ from fretwear.mechanics.geometry import (
     ANYWHERE,
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
-    Beside,
     CellProblem,
     Geometry,
     HalfSpace,
     Index,
     Parts,
+    Region,
     Way,
     Workspace,
     Zone,
@@ -138,18 +138,13 @@ class DenseCells(Geometry):
         """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, self.influence(modulus))
 
-    def zone(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        beside: Beside | None = None,  # noqa: ARG002
-    ) -> Zone:
-        """The zone of some cells that reaches as far as a distance, m.
+    def zone(self, region: Region) -> Zone:
+        """The zone of a region, which ends at its distance.
 
         Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
         """
-        edges, radius = np.asarray(self.edges), float(np.mean(radii))
-        cells = cells & (edges[:-1, None] < radius)
+        edges, radius = np.asarray(self.edges), float(np.mean(region.radii))
+        cells = region.cells & (edges[:-1, None] < radius)
         inner, outer = self._sides(cells[:, 0])
         area = self.integral(self._counted(cells[:, 0])[:, None])
         if cells.any():
@@ -162,19 +157,10 @@ class DenseCells(Geometry):
         deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
         return Zone(area, inner, outer, deviations)
 
-    def covered(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        plane: Grid,
-        beside: Beside | None = None,  # noqa: ARG002
-    ) -> Array:
-        """The fraction of each cell of a grid in the zone of some cells that ends at a distance, m.
-
-        The fractions, times the area of a cell, sum up to the area from `zone`.
-        """
-        edges, radius = np.asarray(self.edges), float(np.mean(radii))
-        cells = cells[:, 0] & (edges[:-1] < radius)
+    def covered(self, region: Region, plane: Grid) -> Array:
+        """The fraction of each cell of a grid within a region, which ends at its distance."""
+        edges, radius = np.asarray(self.edges), float(np.mean(region.radii))
+        cells = region.cells[:, 0] & (edges[:-1] < radius)
         last = int(np.flatnonzero(cells).max(initial=-1))
         if last < 0:
             return np.zeros(plane.shape)

@@ -29,6 +29,7 @@ from fretwear.mechanics.geometry import (
     HalfSpace,
     Index,
     Parts,
+    Region,
     Way,
     Workspace,
     Zone,
@@ -129,37 +130,27 @@ class Grid(Geometry):
         """Integral of a field over the whole contact (field unit times m²)."""
         return float(field.sum()) * self.unit_area
 
-    def zone(
-        self,
-        cells: Mask,
-        radii: Array | float,  # noqa: ARG002
-        beside: Beside | None = None,
-    ) -> Zone:
-        """The zone of some cells, its area corrected for the open parts of cells at its edge."""
-        inner, outer, border = self._sides(cells)
-        area = self.unit_area * (float(cells.sum()) - float(self._open(inner, outer, beside).sum()))
+    def zone(self, region: Region) -> Zone:
+        """The zone of a region, its area corrected for the open parts of cells at its edge."""
+        inner, outer, border = self._sides(region.cells)
+        parts = self._open(inner, outer, region.beside)
+        area = self.unit_area * (float(region.cells.sum()) - float(parts.sum()))
         area -= OPEN_PER_SIDE * border.size * self.unit_area
-        deviation = (1.0 if beside is None else 0.5) * ANYWHERE * self.unit_area
+        deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
-    def covered(
-        self,
-        cells: Mask,
-        radii: Array | float,  # noqa: ARG002
-        plane: Grid,  # noqa: ARG002
-        beside: Beside | None = None,
-    ) -> Array:
-        """The fraction of each cell in the zone of some cells.
+    def covered(self, region: Region, plane: Grid) -> Array:  # noqa: ARG002 - these cells
+        """The fraction of each cell in a region.
 
         A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
         the cell beyond gains it.
         """
-        inner, outer, border = self._sides(cells)
-        fractions = cells.astype(np.float64).ravel()
-        parts = self._open(inner, outer, beside)
+        inner, outer, border = self._sides(region.cells)
+        fractions = region.cells.astype(np.float64).ravel()
+        parts = self._open(inner, outer, region.beside)
         np.subtract.at(fractions, np.where(parts > 0.0, inner, outer), parts)
         np.subtract.at(fractions, border, OPEN_PER_SIDE)
-        return fractions.reshape(cells.shape)
+        return fractions.reshape(region.cells.shape)
 
     def _open(self, inner: Places, outer: Places, beside: Beside | None) -> Array:
         """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).

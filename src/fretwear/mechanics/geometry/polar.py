@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Single
 from fretwear.mechanics.contact import Contact, ContactProblem
-from fretwear.mechanics.geometry import Beside, CellProblem, Parts, Real, Way, Zone
+from fretwear.mechanics.geometry import CellProblem, Parts, Real, Region, Way, Zone
 from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.harmonics import RingHarmonics
@@ -92,17 +92,12 @@ class Polar(Rings):
         """Cells at each angle."""
         return [[((slice(None), angle), self.x)] for angle in range(self.intervals + 1)]
 
-    def zone(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        beside: Beside | None = None,  # noqa: ARG002
-    ) -> Zone:
-        """The zone of some cells that reaches as far as a distance, m, at each angle."""
+    def zone(self, region: Region) -> Zone:
+        """The zone of a region, which ends at its distance at each angle."""
         rings, count = self.rings, self.intervals + 1
-        radii, zones = np.broadcast_to(radii, count), []
+        radii, zones = np.broadcast_to(region.radii, count), []
         for angle, share in enumerate(self.shares):
-            zone = rings.zone(cells[:, angle, None], float(radii[angle]))
+            zone = rings.zone(Region(region.cells[:, angle, None], float(radii[angle])))
             inside, outside = (count * rows + angle for rows in (zone.inside, zone.outside))
             # An edge cuts the same cells at neighbouring angles.
             deviations = math.sqrt(count) * share * zone.deviations
@@ -111,20 +106,13 @@ class Polar(Rings):
         inside, outside, deviations = map(np.concatenate, places)
         return Zone(float(sum(areas)), inside, outside, deviations)
 
-    def covered(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        plane: Grid,
-        beside: Beside | None = None,
-    ) -> Array:
-        """The fraction of each cell of a grid in the zone of some cells, up to its edge.
+    def covered(self, region: Region, plane: Grid) -> Array:
+        """The fraction of each cell of a grid within a region.
 
-        The edge has a radius, m, at each angle, and nearly so between them. The fractions, times
-        the area of a cell, sum up to the area from `zone`.
+        Its edge lies at its distance at each angle, and nearly so between angles.
         """
-        radii = np.broadcast_to(radii, self.intervals + 1).astype(np.float64)
-        cells = cells & (np.asarray(self.edges[:-1])[:, None] < radii)
+        radii = np.broadcast_to(region.radii, self.intervals + 1).astype(np.float64)
+        cells = region.cells & (np.asarray(self.edges[:-1])[:, None] < radii)
         if not cells.any():
             return np.zeros(plane.shape)
         # Open parts within the zone.
@@ -135,7 +123,7 @@ class Polar(Rings):
             np.arange(n + 1.0) * side for n, side in zip(plane.shape, plane.spacing, strict=True)
         )
         sides = x[:-1, None], x[1:, None], y[None, :-1], y[None, 1:]
-        area, fractions = self.zone(cells, radii, beside).area, np.zeros(plane.shape)
+        area, fractions = self.zone(region).area, np.zeros(plane.shape)
         for _ in range(_ADJUSTMENTS):
             fractions = np.clip(self._within(sides, edge) - holes, 0.0, 1.0)
             edge *= math.sqrt(area / plane.integral(fractions))

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask
+from fretwear.arrays import Array
 from fretwear.mechanics.geometry import (
     ANYWHERE,
     WITHIN_A_CELL,
-    Beside,
     CellProblem,
     Parts,
+    Region,
     Way,
     Zone,
 )
@@ -186,32 +186,22 @@ class Row(Grid):
         column = influence_of_cell(cells.size, self.spacing[0], self.reference, modulus)
         return DenseHalfSpace(self, column[np.abs(cells[:, None] - cells)])
 
-    def zone(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        beside: Beside | None = None,  # noqa: ARG002
-    ) -> Zone:
-        """The zone of some strips, whose edges are at a distance, m, in the mean of both sides."""
+    def zone(self, region: Region) -> Zone:
+        """The zone of a region, which ends at its distance in the mean of both sides."""
+        cells = region.cells
         steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
         inner = np.where(cells[steps, 0], steps, steps + 1)
         deviations = np.full(steps.size, ANYWHERE * self.unit_area)
         deviations[[0, -1] if steps.size else []] *= WITHIN_A_CELL / ANYWHERE
-        area = self.integral(self.covered(cells, radii, self))
+        area = self.integral(self.covered(region, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
-    def covered(
-        self,
-        cells: Mask,
-        radii: Array | float,
-        plane: Grid,  # noqa: ARG002
-        beside: Beside | None = None,  # noqa: ARG002
-    ) -> Array:
-        """The fraction of each strip in the zone of some strips, given as for `zone`."""
-        fractions, inside = cells.astype(np.float64), np.flatnonzero(cells)
+    def covered(self, region: Region, plane: Grid) -> Array:  # noqa: ARG002 - these strips
+        """The fraction of each strip in a region."""
+        fractions, inside = region.cells.astype(np.float64), np.flatnonzero(region.cells)
         if inside.size:
             ends = inside[[0, -1]]
-            beyond = 0.5 * (np.diff(ends)[0] + 1) - float(np.mean(radii)) / self.spacing[0]
+            beyond = 0.5 * (np.diff(ends)[0] + 1) - float(np.mean(region.radii)) / self.spacing[0]
             fractions[ends] = np.clip(1.0 - beyond, 0.0, 1.0)
         return fractions
 
