@@ -429,7 +429,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
 
 @logged
 def report(log: Log, file: StudyFile, results: Results = None) -> None:
-    """Write report.html, on a merged study and its figures, and its claims as answer.json."""
+    """Write the report of a merged study, report.html, and its claims in numbers, answer.json."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_summary
@@ -471,9 +471,9 @@ def animate(
 ) -> None:
     """Animate pressure, wear depth and contact zones of a case over its cycles.
 
-    Only the snapshots in the case file are shown, each for a time that grows with the distance to
-    the next on a logarithmic axis. About thirty give a smooth animation: 'output: {cycles: [0, 1,
-    2, 3, 5, 8, 10, ...]}' in the study file.
+    It shows the snapshots in the case file, each for a time that grows with the distance to the
+    next on a logarithmic axis. About thirty snapshots give a smooth animation: 'output: {cycles:
+    [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
     """
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")

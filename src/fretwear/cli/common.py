@@ -116,14 +116,12 @@ Assignments = Annotated[
     list[str] | None, option("--set", "NAME=VALUE", _ASSIGNMENTS, complete=assignments)
 ]
 _RESULTS = "Folder of the study's results, with its case files in cases/."
-Results = Annotated[
-    Path | None, option("--results", "FOLDER", _RESULTS, "results/ and the name of the study")
-]
+Results = Annotated[Path | None, option("--results", "FOLDER", _RESULTS, "results/STUDY")]
 KeepOlder = Annotated[
     bool, typer.Option("--keep-older", help="Keep cases computed by other versions of the code.")
 ]
 Processes = Annotated[
-    int, typer.Option("--processes", metavar="NUMBER", min=1, help="Processes side by side.")
+    int, typer.Option("--processes", metavar="NUMBER", min=1, help="Processes that run at once.")
 ]
 Threads = Annotated[
     int,

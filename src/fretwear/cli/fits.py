@@ -30,11 +30,9 @@ def fit_scar(
     log: Log,
     file: StudyFile,
     output: Annotated[
-        Path | None, option("-o/--output", "FIT.nc", _OUTPUT, "results/ and fit.nc")
+        Path | None, option("-o/--output", "FIT.nc", _OUTPUT, "results/STUDY/fit.nc")
     ] = None,
-    json_: Annotated[
-        Path | None, option("--json", "FIT.json", _JSON, "beside FIT.nc, .json")
-    ] = None,
+    json_: Annotated[Path | None, option("--json", "FIT.json", _JSON, "FIT.json")] = None,
     results: Results = None,
     processes: Processes = 1,
 ) -> None:

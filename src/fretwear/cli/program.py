@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import sys
@@ -149,9 +150,11 @@ app = typer.Typer(
 
 
 def _add(function: Callable[..., None], example: str, panel: str | None = None) -> None:
-    """Add a command under its name in the example."""
-    epilog = f"[dim]Example:[/dim] {example}"
-    app.command(example.split()[1], cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
+    """Add a command under its name in the example; its help is wrapped where it is shown."""
+    name, epilog = example.split()[1], f"[dim]Example:[/dim] {example}"
+    words = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
+    add = app.command(name, cls=_Command, help=words, rich_help_panel=panel, epilog=epilog)
+    add(function)
 
 
 _add(commands.init, "fretwear init my-study")

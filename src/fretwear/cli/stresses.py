@@ -30,11 +30,11 @@ _WHOLE = "Stresses on all cells at these depths; no parameters for cracks."
 _BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
-_DISTANCE = "Parameters by the point and the line method too, such as '40 um'."
+_DISTANCE = "Critical distance, such as '40 um'; adds the point and the line method."
 _DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
 _TO = "Format of the files."
-_EXPORTED = "File to write; several get names that begin like it."
-_EXPORTED_CYCLE = "A snapshot."
+_EXPORTED = "File to write; the names of several begin as this one does."
+_EXPORTED_CYCLE = "Snapshot to write."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
 _PHASES = "Steps of the force over a cycle."
@@ -100,8 +100,9 @@ def fatigue_of(
 ) -> None:
     """Report where a crack is expected at each snapshot, and whether wear or the crack comes first.
 
-    Prints the largest Smith-Watson-Topper parameter with its place and plane and, with constants of
-    the material, lives and Miner's sum of points that wear brings to the surface and removes.
+    Prints the largest Smith-Watson-Topper parameter with its place and plane. With the fatigue
+    constants of a material it also prints lives, and Miner's sum of points that wear uncovers and
+    then removes.
     """
     from fretwear.subsurface import fatigue
 
@@ -155,13 +156,13 @@ def export(
     file: CaseFile,
     to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
     output: Annotated[
-        Path | None, option("-o/--output", "OUT", _EXPORTED, "beside OUT.nc, .pvd, .csv or .inp")
+        Path | None, option("-o/--output", "OUT", _EXPORTED, "OUT.pvd, OUT.csv or OUT.inp")
     ] = None,
     cycle: Annotated[
         float | None, option("--cycle", "NUMBER", _EXPORTED_CYCLE, "all; abaqus: the last")
     ] = None,
 ) -> None:
-    """Write a case or its stresses as files of other programs.
+    """Write a case or its stresses in a format that other programs read.
 
     vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
     """
