@@ -177,14 +177,23 @@ class _Runs:
     def __init__(self, case: Case) -> None:
         self.case, self._by_width = case, dict[float, Estimate]()
         self._on_rings = issubclass(case.geometry, Rings)
+        self._dx, self._dy = case.grid_spacing
         reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
         wide, high = case.indenter.half_widths(case.hertz)
         self._reach_x, self._reach_y = wide * reach, high * reach
         self._sides_x, self._sides_y = (2 - is_even for is_even in case.even)
-        worn = case.cycles * case.wear_growth
-        self._folds = math.log2(1.0 + worn * case.hertz_pressure)
-        self._yielding_times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+        self._snapshots = len(case.output_cycles)
         self._contacts = CONTACTS_UNDER_SHEAR if case.slip_limit < case.plastic_limit else 1.0
+        worn, ratio = case.cycles * case.wear_growth, case.tangential_ratio
+        root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(ratio, 1.0))
+        self._wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root
+        if case.rough is not None:
+            self._wearing *= STEPS_ROUGH
+        between = max(self._snapshots - 2, 0)
+        self._at_snapshots = STEPS_PER_SNAPSHOT * min(root, 1.0) * between
+        self._yielding_times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+        # The narrower the slip annulus, the more often flow and wear settle in turn.
+        self._narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(ratio)
 
     def on_cells(self, width: float) -> Estimate:
         """The cost of a run on cells of a width over the default."""
@@ -213,33 +222,33 @@ class _Runs:
         Graded rings and strips have a `coarseness` of their own.
         """
         case, sides_x, sides_y = self.case, self._sides_x, self._sides_y
-        (dx, dy), stroke, geometry = case.grid_spacing, case.loading.stroke, case.geometry
+        stroke, geometry = case.loading.stroke, case.geometry
         wider = case.times_written(width)
-        dx, dy = wider * dx, wider * dy
+        dx, dy = wider * self._dx, wider * self._dy
         cells_x = sides_x * math.ceil(self._reach_x / dx)
         cells_y = 1 if geometry is Strips else sides_y * math.ceil(self._reach_y / dy)
         steps, convolutions = self._work(cells_x * cells_y, case.tolerance_on(width))
         if stroke and geometry is Grid:
             cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
         cells = cells_x * cells_y
-        arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
-        places = 1.0
-        if case.loading.travel > case.small_stroke:
-            places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
-        per_step = 0.0
+        arrays, per_step = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells, 0.0
         if self._on_rings:
             per_convolution, arrays = SECONDS_PER_SOLUTION, 0
             per_step = SECONDS_PER_STEP_ON_RINGS
             if case.slip_model.couples:
                 per_convolution *= TIMES_COUPLED_ON_RINGS
                 arrays = MEMORY_OF_ANGLES
-        elif stroke and geometry is Strips:
-            cubed = sides_x * (cells_x / sides_x) ** 3
-            per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
         elif stroke:
-            closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-            per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
-            arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
+            places = 1.0
+            if case.loading.travel > case.small_stroke:
+                places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
+            if geometry is Strips:
+                cubed = sides_x * (cells_x / sides_x) ** 3
+                per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
+            else:
+                closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+                per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+                arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
         elif geometry is Strips:
             # Rough contacts have matrices, for strips of equal width.
             squared = cells_x**2 if case.rough is not None else 0
@@ -257,11 +266,10 @@ class _Runs:
                 per_convolution *= TIMES_COUPLED[all(case.even)]
         if case.normal.pulsating_load < 1.0 and not stroke:
             per_convolution *= TIMES_IF_PULSATING
-        # A finer cell narrows rings and strips.
-        per_convolution *= coarseness**-POWER_OF_NARROW_RINGS
-        arrays += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
-        kept = cells * len(case.output_cycles)
-        per_cell = 0.0
+        if coarseness != 1.0:  # a finer cell narrows rings and strips
+            per_convolution *= coarseness**-POWER_OF_NARROW_RINGS
+            arrays += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
+        kept, per_cell = cells * self._snapshots, 0.0
         if self._on_rings:
             per_cell = SECONDS_PER_CELL_OF_SNAPSHOT
         elif geometry is Grid and case.slip_model.follows_shape:
@@ -274,7 +282,7 @@ class _Runs:
             convolutions=convolutions,
             seconds=SECONDS_TO_START + SECONDS_PER_CASE + working,
             memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
-            snapshots=len(case.output_cycles),
+            snapshots=self._snapshots,
             snapshot_bytes=MEMORY_PER_CELL_OF_SNAPSHOT * cells,
             file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
         )
@@ -288,26 +296,25 @@ class _Runs:
         bodies yield and slip follows the worn shape, a step lasts no longer than wear takes to free
         a cell at the limit p, 1/(β p) cycles at the default tolerance.
         """
-        case, rough, times = self.case, self.case.rough is not None, self._yielding_times
+        times = self._yielding_times
         finer = (TIGHTER_ON_RINGS if self._on_rings else 1.0) * 0.01 / tolerance
-        root = math.sqrt(self._folds * min(case.tangential_ratio, 1.0))
-        wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * (STEPS_ROUGH if rough else 1.0) * root
-        snapshots = len(case.output_cycles) - 1
-        elastic = wearing * finer**0.18 + STEPS_PER_SNAPSHOT * min(root, 1.0) * (snapshots - 1)
-        elastic = max(elastic, snapshots, 1.0)
+        elastic = self._wearing * finer**0.18 + self._at_snapshots
+        elastic = max(elastic, self._snapshots - 1)
         if self._on_rings:
-            yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-            # The narrower the slip annulus, the more often flow and wear settle in turn.
-            narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-            flowing = (narrow + SOLUTIONS_PER_YIELDING_TIME) * times * finer**0.28
             convolutions = SOLUTIONS_PER_STEP * elastic
+            if times == 0.0:
+                return elastic, convolutions
+            yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
+            flowing = (self._narrow + SOLUTIONS_PER_YIELDING_TIME) * times * finer**0.28
         else:
+            is_rough = self.case.rough is not None
+            larger = (cells / 1e4) ** GROWTH_WITH_CELLS
+            convolutions = CONVOLUTIONS_PER_STEP[is_rough] * elastic * larger
+            if times == 0.0:
+                return elastic, convolutions
             yielding = STEPS_PER_YIELDING_TIME * times * finer**0.5
             # Later and shorter steps change less and take fewer iterations.
-            flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * times**0.7 * finer**0.2
-            convolutions = (
-                CONVOLUTIONS_PER_STEP[rough] * elastic * (cells / 1e4) ** GROWTH_WITH_CELLS
-            )
+            flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[is_rough] * times**0.7 * finer**0.2
         # The shorter of both kinds of step is taken.
         return math.hypot(elastic, yielding), convolutions + self._contacts * flowing
 
