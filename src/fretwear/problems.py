@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
 
 from fretwear.units import QuantityError, did_you_mean
 
@@ -69,9 +68,17 @@ class Problems(list[Problem]):
         if self:
             raise QuantityError("has problems", inside=self)
 
-    def add(self, key: str, given: object, rule: str, remedy: str = "", **words: Any) -> None:
-        """Add a problem; `words` are its `valid_words` and the misspelt one that was `written`."""
-        self.append(Problem(key, given, rule, remedy, **words))
+    def add(
+        self,
+        key: str,
+        given: object,
+        rule: str,
+        remedy: str = "",
+        valid_words: Sequence[str] = (),
+        written: str = "",
+    ) -> None:
+        """Add a problem, which has no line yet."""
+        self.append(Problem(key, given, rule, remedy, None, valid_words, written))
 
     def unknown(
         self, place: str, keys: Mapping[str, object], valid: Sequence[str], rule: str = _NOT_KNOWN

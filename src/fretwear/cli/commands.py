@@ -139,7 +139,7 @@ def init(
     from fretwear.running.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
-    from fretwear.study.yamlfile import read_document
+    from fretwear.study.yamlfile import as_mapping, read_document
     from fretwear.units import did_you_mean
 
     all_studies = workspace() / "studies"
@@ -154,7 +154,8 @@ def init(
                 rows.append((name, load_study(path).title, extra))
             except StudyError as error:
                 if extra:  # which its surfaces need to be read
-                    rows.append((name, str(read_document(path).data["title"]), extra))
+                    title = as_mapping(read_document(path).data)["title"]
+                    rows.append((name, str(title), extra))
                 else:
                     typer.echo(f"fretwear: warning: not listed: {error}", err=True)
         for line in aligned(rows, str.ljust, indent=""):

@@ -6,7 +6,6 @@ import csv
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -103,7 +102,7 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
                 now = field.isel({along: number}) if along in field.dims else field
                 data[name] = np.asfortranarray(np.reshape(now.values, shape))
             write = hl.pointsToVTK if on_points else hl.gridToVTK
-            given: Any = {"data" if on_points else "pointData": data}
+            given = {"data" if on_points else "pointData": data}
             collection.addFile(write(f"{base}-{number:04d}", *places, **given), step)
         collection.save()
         written = [path.with_name(file.name) for file in sorted(base.parent.glob("*.vt?"))]

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from fretwear.study.problems import StudyError
 from fretwear.study.reading import case_of_content, content_of, load_study
 from fretwear.study.sections import MAX_TITLE
 from fretwear.study.study import Study
+from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError
 from fretwear.vocabulary import RESULTS
 
@@ -64,7 +64,7 @@ class _Tests:
 
     def start(self) -> Array:
         """The parameters to begin with: the values of `base`, or the middle of their ranges."""
-        base: Any = self.study.content["base"]
+        base = as_mapping(self.study.content["base"])
         given = [unknown.free.given_in(base) for unknown in self.unknowns]
         inside = [
             unknown.inner(
@@ -81,7 +81,7 @@ class _Tests:
         content = dict(self.contents[test])
         for unknown, inner in zip(self.unknowns, u, strict=True):
             if unknown.test in (None, test):
-                base: Any = content["base"]
+                base = as_mapping(content["base"])
                 sought = float(f"{float(unknown.value(inner)):.12g}")
                 key, value = unknown.free.placed(base, sought)
                 assign(content, key, value)
@@ -106,7 +106,7 @@ class _Tests:
         else:
             content = {key: v for key, v in self.study.content.items() if key != "fit"}
             for unknown, inner in zip(self.unknowns, u, strict=True):
-                base: Any = content["base"]
+                base = as_mapping(content["base"])
                 sought = float(f"{float(unknown.value(inner)):.5g}")
                 assign(content, *unknown.free.placed(base, sought))
         title = f"{self.study.title}: best values of a fit"[:MAX_TITLE]

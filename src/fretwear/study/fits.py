@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -395,7 +395,7 @@ def _read_range(name: str, given: object) -> FreeParameter:
 def _read_measurement(given: object) -> Measurement:
     if not isinstance(given, Mapping):
         raise QuantityError("must be a mapping", _EXAMPLE)
-    problems, read, fields = Problems(), dict[str, Any](), Measurement.parameters()
+    problems, read, fields = Problems(), dict[str, object](), Measurement.parameters()
     others = ("baseline", "value", "error")
     problems.unknown("", given, [*fields, *others], "is not known")
     with problems.at("", given):

@@ -340,7 +340,7 @@ def schema_required() -> list[dict[str, object]]:
             names = [*about.leading] if problem.key in about.leading else [problem.key]
         names += ["blocks"] if member == "cycles" else []
         by_material = [MATERIAL] if problem.key in PROPERTIES else []
-        places = [
+        places: list[dict[str, object]] = [
             {
                 "anyOf": [
                     {"required": [section], "properties": {section: {"required": [key]}}}
@@ -352,7 +352,7 @@ def schema_required() -> list[dict[str, object]]:
             }
             for name in (*names, *by_material)
         ]
-        condition: dict[str, Any] = places[0]
+        condition = places[0]
         if len(places) > 1:
             condition = {"anyOf" if by_material else "oneOf": places}
         if member in IN_BLOCKS:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fretwear.mechanics.surface_files import Located
 from fretwear.problems import Problem, Problems
@@ -125,7 +124,7 @@ def _checked(
     content, wrong = override(given, assignments)
     before, problems = [*problems, *wrong], Problems()
     content, fit = _with_fit(content, file.parent, problems)
-    sections = read_sections(_located(content, file.parent), problems)
+    sections = read_sections(as_mapping(_located(content, file.parent)), problems)
     axes = read_axes(sections.vary, sections.design, problems)
     fixed = read_base(sections, axes, content, problems)
     asked, snapshots = sections.output.get("cycles", "auto"), None
@@ -174,7 +173,7 @@ def _with_fit(
     return {**content, "base": with_sought(free, base, vary, problems)}, fit
 
 
-def _located(value: object, folder: Path) -> Any:
+def _located(value: object, folder: Path) -> object:
     """Mark all text as relative to a folder, in case it names a file."""
     if isinstance(value, dict):
         return {key: _located(item, folder) for key, item in value.items()}

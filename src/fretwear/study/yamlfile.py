@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
@@ -69,7 +68,7 @@ class Document:
             raise QuantityError(_TOO_DEEP) from error
         self.is_empty = node is None
         # Dict, list, str, int, float, bool or None.
-        self.data: Any = None if node is None else self._value(node, "", 0)
+        self.data: object = None if node is None else self._value(node, "", 0)
 
     def _count(self, nodes: int, depth: int) -> None:
         # Aliases are followed, so that the count and the depth bound what they expand to.

@@ -19,7 +19,7 @@ from fretwear.data.merge import Besides
 from fretwear.data.safe import DataFileError
 from fretwear.study.stresses import StressOutput
 from fretwear.subsurface.inputs import StressError, read_quantity, usual_depths
-from fretwear.subsurface.life import StrainLife, summed_damage
+from fretwear.subsurface.life import Damage, StrainLife, summed_damage
 from fretwear.subsurface.results import open_stresses, stress, write_stresses
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
@@ -247,7 +247,7 @@ def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
     return [*zip(*columns, strict=True)]
 
 
-def _outcomes(cycles: Array, damage: Any, rate_without_wear: Array) -> dict[str, Array]:
+def _outcomes(cycles: Array, damage: Damage, rate_without_wear: Array) -> dict[str, Array]:
     """Largest damage, first crack and outcome at each snapshot."""
     left = np.where(damage.removed, 0.0, damage.sums)
     cracked = (left >= 1.0).any(axis=(1, 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import EllipsisType
 from typing import Any
 
 import dask
@@ -304,7 +305,7 @@ def _filled(
     """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
     fields = {about.name: np.empty(shape, about.dtype) for about in STRESSES}
     for place, parts in chunks:
-        index: Any = (..., *place)
+        index: tuple[EllipsisType | int, ...] = (..., *place)
         tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
         values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
         for about, field in zip(STRESSES, values, strict=True):

@@ -16,7 +16,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -123,7 +122,7 @@ class Tractions:
         loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
         if not loaded.any():
             return _summed(stresses)
-        box: Any = tuple(slice(at.min(), at.max() + 1) for at in np.nonzero(loaded))
+        box = tuple(slice(at.min(), at.max() + 1) for at in np.nonzero(loaded))
         columns = [fields[:, *box].reshape(len(fields), -1).T for fields in kinds]
         x, y = (
             (np.arange(part.start, part.stop + 1.0) - half) * step
