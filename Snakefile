@@ -190,7 +190,6 @@ rule merge:
         f"{RESULTS}/logs/merge.log",
     benchmark:
         f"{RESULTS}/benchmarks/merge.tsv"
-    threads: workflow.resource_settings.cores or 1
     params:
         version=__version__,
         code=JOBS.code,
@@ -199,7 +198,7 @@ rule merge:
     message:
         "Merging {JOBS.study.name}"
     shell:
-        "exec {FRETWEAR} merge {STUDY:q} {KEEP_OLDER} --processes {threads} >{log:q} 2>&1"
+        "exec {FRETWEAR} merge {STUDY:q} {KEEP_OLDER} >{log:q} 2>&1"
 
 
 # Only a study with the section fit has this job. Its runs depend on each other: they share the cores

@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 try:
     import fcntl
@@ -25,12 +25,7 @@ HAS_FORK = hasattr(os, "fork")
 CAN_FLUSH_FOLDERS = HAS_FORK  # which Windows cannot open like files
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing.connection import Connection
-
-_Item = TypeVar("_Item")
-_Result = TypeVar("_Result")
 
 STOPPING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -65,56 +60,9 @@ def pool_of(processes: int) -> ProcessPoolExecutor:
 
 
 def _serve(parent: int) -> None:
-    _end_at_ctrl_c()
     end_with_parent(parent)
-
-
-def _end_at_ctrl_c() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def side_by_side(
-    function: Callable[[_Item], _Result], items: Sequence[_Item], processes: int
-) -> Generator[_Result, None, None]:
-    """Yield the result of each item in order; several processes are each a few items ahead.
-
-    Raises a `BrokenExecutor` if one of them ends. They end with this process.
-    """
-    if processes < 2:
-        yield from map(function, items)
-        return
-    from concurrent.futures import BrokenExecutor
-    from multiprocessing import get_context
-
-    context, started = get_context("spawn"), []
-    try:
-        for first in range(processes):
-            receiver, sender = context.Pipe(duplex=False)
-            work = function, items[first::processes], sender
-            process = context.Process(target=_send_results, args=work)
-            process.start()
-            started.append((process, receiver))
-            sender.close()
-        for index in range(len(items)):
-            try:
-                yield started[index % processes][1].recv()
-            except (EOFError, OSError) as cause:
-                raise BrokenExecutor from cause
-    finally:
-        for process, receiver in started:
-            receiver.close()
-            process.kill()
-            process.join()
-
-
-def _send_results(
-    function: Callable[[_Item], object], items: Sequence[_Item], sender: Connection
-) -> None:
-    _end_at_ctrl_c()
-    with suppress(BrokenPipeError):  # nobody waits for more
-        for item in items:
-            sender.send(function(item))
 
 
 def lock_file(descriptor: int) -> None:

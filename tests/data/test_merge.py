@@ -298,17 +298,6 @@ def test_what_the_library_loses_without_a_word_is_found_out(
     assert list(tmp_path.glob("*summary*")) == []
 
 
-def test_several_processes_merge_to_the_same_file(make_study, loads, tmp_path, monkeypatch):
-    monkeypatch.setattr("fretwear.data.merge._CASES_WORTH_A_PROCESS", 3)
-    merge_study(make_study(LOADS), loads / "cases", tmp_path / "summary.nc", processes=2)
-    for group in (None, "history"):
-        with (
-            xr.open_dataset(loads / "summary.nc", group=group) as alone,
-            xr.open_dataset(tmp_path / "summary.nc", group=group) as side_by_side,
-        ):
-            assert alone.assign_attrs(history="").identical(side_by_side.assign_attrs(history=""))
-
-
 def _as_written(_: dict[str, object], excerpt: bytes) -> bytes:
     return excerpt
 
@@ -369,11 +358,9 @@ def test_merging_takes_excerpts_and_opens_files_that_have_none(
             assert first.assign_attrs(history="").identical(second.assign_attrs(history=""))
 
 
-@pytest.mark.parametrize("processes", [1, 2])
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
-    make_study, loads, tmp_path, monkeypatch, processes
+    make_study, loads, tmp_path
 ):
-    monkeypatch.setattr("fretwear.data.merge._CASES_WORTH_A_PROCESS", 3)
     study, cases = make_study(LOADS), tmp_path / "cases"
     shutil.copytree(loads / "cases", cases)
     short, flipped, another, source, fewer, older = (cases / f"{name}.nc" for name in study.cases())
@@ -385,7 +372,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     with open_case(older) as case, open_history(older) as history:
         write_case(case.assign_attrs(code_digest="0"), history, older)
     with pytest.raises(DataFileError) as error:
-        merge_study(study, cases, tmp_path / "summary.nc", processes=processes)
+        merge_study(study, cases, tmp_path / "summary.nc")
     wrong = {
         short: "cut short",
         flipped: "its checksum does not match",

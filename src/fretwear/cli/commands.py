@@ -22,7 +22,6 @@ from fretwear.cli.common import (
     CaseFile,
     CommandError,
     KeepOlder,
-    Processes,
     Results,
     Status,
     StudyFile,
@@ -361,7 +360,6 @@ def merge(
     file: StudyFile,
     results: Results = None,
     keep_older: KeepOlder = False,
-    processes: Processes = 1,
 ) -> None:
     """Merge the finished cases into summary.nc and results.csv, and write the table points.csv."""
     study, folder = study_and_results(file, results)
@@ -385,7 +383,6 @@ def merge(
         command=log.typed,
         keep_older=keep_older,
         besides=besides,
-        processes=processes,
     )
     for remark in tally.remarks.splitlines():
         log.note(remark)

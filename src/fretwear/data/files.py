@@ -108,9 +108,18 @@ _OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name, ARITHMETIC.name)
 def add_checksum(path: Path) -> None:
     """Append the checksum to a file, which must not be changed afterwards."""
     with path.open("r+b") as stream:
-        line = _checksum_line(stream, path.stat().st_size)
+        checksum = _checksum(stream, path.stat().st_size)
         stream.seek(0, os.SEEK_END)
-        stream.write(line)
+        stream.write(_checksum_line(checksum))
+
+
+def _insert_before_checksum(path: Path, addition: bytes) -> None:
+    """Append bytes to the content of a file with a checksum, which then covers them as well."""
+    with path.open("r+b") as stream:
+        end = stream.seek(-_LENGTH, os.SEEK_END)
+        checksum = int(stream.read().removeprefix(_MARK), 16)
+        stream.seek(end)
+        stream.write(addition + _checksum_line(zlib.crc32(addition, checksum)))
 
 
 def damage(path: Path, kind: str) -> str:
@@ -125,17 +134,21 @@ def damage(path: Path, kind: str) -> str:
             if not last_line.startswith(_MARK):
                 return f"it is not a complete {kind}: {_NO_CHECKSUM}"
             stream.seek(0)
-            is_whole = last_line == _checksum_line(stream, content)
+            is_whole = last_line == _checksum_line(_checksum(stream, content))
     except OSError as cause:
         return f"it cannot be read ({cause.strerror or cause})"
     return "" if is_whole else "it is damaged: its checksum does not match"
 
 
-def _checksum_line(stream: BinaryIO, content: int) -> bytes:
+def _checksum(stream: BinaryIO, content: int) -> int:
     checksum = 0
     while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
         checksum = zlib.crc32(block, checksum)
         content -= len(block)
+    return checksum
+
+
+def _checksum_line(checksum: int) -> bytes:
     return _MARK + f"{checksum:08x}\n".encode()
 
 
@@ -271,10 +284,8 @@ def write_case(
                 excerpt = Excerpt.of(file, file[HISTORY_GROUP]).to_bytes()
         except DataFileError as cause:
             raise RuntimeError(READS_BACK) from cause
-        with temporary.open("r+b") as stream:
-            stream.truncate(stream.seek(-_LENGTH, os.SEEK_END))
-            stream.write(excerpt + _EXCERPT_MARK + f"{len(excerpt):010d}".encode())
-        add_checksum(temporary)
+        ending = _EXCERPT_MARK + f"{len(excerpt):010d}".encode()
+        _insert_before_checksum(temporary, excerpt + ending)
 
 
 def read_excerpt(path: str | PathLike[str]) -> Excerpt:

@@ -6,7 +6,7 @@ import json
 import math
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -43,7 +43,6 @@ from fretwear.data.stack import (
     resampled,
     window,
 )
-from fretwear.platform import side_by_side
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
     ARITHMETIC,
@@ -72,7 +71,6 @@ Besides = Callable[[Path, NDArray[np.float64]], Mapping[Variable, NDArray[np.flo
 _Done = tuple[tuple[int, ...], "Case", Path]
 """The position of a point whose case file exists, its case and the file."""
 
-_CASES_WORTH_A_PROCESS = 100
 _BLOCK_BYTES = 1 << 22
 """Largest size of what is written, or read back, at a time, unless a case has more."""
 _MOST_SOURCES = 10
@@ -188,7 +186,6 @@ def merge_study(
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
     besides: Besides | None = None,
-    processes: int = 1,
 ) -> Tally:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
@@ -199,7 +196,7 @@ def merge_study(
     done or has no snapshot at a cycle. The group ``history`` holds the cycle, the `HEADLINES` and
     the tangential force at every accepted step (…, step), NaN after the last; the attribute
     ``history`` holds the `command`. Memory grows by about 1 kB for each point; fields are read one
-    case at a time, by several `processes` if there are many.
+    case at a time.
 
     `besides` gives more results over the cycles of the case in a file, from what else is known.
 
@@ -223,17 +220,14 @@ def merge_study(
     with suppress(OSError):
         # A power failure may leave temporary files beside finished cases, which no run rewrites.
         remove_stale_temporaries(Path(cases))
-    read = partial(_read_case, scalars=_scalars(done), keep_older=keep_older)
-    wanted = [(file, case.case_id, case.output_cycles) for _, case, file in done]
-    processes = min(processes, len(done) // _CASES_WORTH_A_PROCESS)
     with (
         atomic_path(Path(path)) as temporary,
         # Opening every case file again, once the common positions are known, would take longer than
         # the rest of the merge, so an unnamed file keeps the profiles on disk.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
-        closing(side_by_side(read, wanted, processes)) as parts,
     ):
-        dataset, shapes = _gathered(study, status, done, parts, spool, command, besides)
+        read = partial(_read_case, scalars=_scalars(done), keep_older=keep_older)
+        dataset, shapes = _gathered(study, status, done, read, spool, command, besides)
         _write(temporary, dataset, done, shapes, spool)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
@@ -246,42 +240,33 @@ def _scalars(done: Sequence[_Done]) -> list[Variable]:
     return [*expected, *(scalar.error for scalar in expected), *coupling]
 
 
-def _read_case(
-    wanted: tuple[Path, str, Sequence[int]], *, scalars: Sequence[Variable], keep_older: bool
-) -> Excerpt | DataFileError:
-    """Read the excerpt of a case at the snapshots asked for, or return why it cannot be used.
-
-    `wanted` are the file, the id of the case and the cycles of its snapshots.
-    """
-    path, case_id, cycles = wanted
-    asked = np.array(cycles, np.float64)
-    try:
-        excerpt = read_excerpt(path)
-        if (other := excerpt.texts[CASE_ID.name]) != case_id:
-            raise unusable(path, f"it holds another case, {other}")
-        if lacking := sorted(set(asked) - set(excerpt.cycles)):
-            numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-            raise unusable(path, f"it has no snapshot at cycle {numbers}")
-        if excerpt.texts[CODE_DIGEST.name] != code_digest() and not keep_older:
-            raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
-        at = np.searchsorted(excerpt.cycles, asked)
-        kept = dict[str, NDArray[np.float64]]()
-        for scalar in scalars:
-            if (values := excerpt.scalars.get(scalar.name)) is not None:
-                kept[scalar.name] = values[at]
-                if not scalar.allows(kept[scalar.name]):
-                    raise unusable(path, f"{scalar.name} holds values that are not finite")
-        profiles = [profile[at] for profile in excerpt.profiles]
-        return replace(excerpt, cycles=asked, scalars=kept, profiles=profiles)
-    except DataFileError as error:
-        return error
+def _read_case(path: Path, case: Case, *, scalars: Sequence[Variable], keep_older: bool) -> Excerpt:
+    """Read the excerpt of a case at its snapshots; `DataFileError` if it cannot be used."""
+    asked = np.array(case.output_cycles, np.float64)
+    excerpt = read_excerpt(path)
+    if (other := excerpt.texts[CASE_ID.name]) != case.case_id:
+        raise unusable(path, f"it holds another case, {other}")
+    if lacking := sorted(set(asked) - set(excerpt.cycles)):
+        numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
+        raise unusable(path, f"it has no snapshot at cycle {numbers}")
+    if excerpt.texts[CODE_DIGEST.name] != code_digest() and not keep_older:
+        raise DataFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
+    at = np.searchsorted(excerpt.cycles, asked)
+    kept = dict[str, NDArray[np.float64]]()
+    for scalar in scalars:
+        if (values := excerpt.scalars.get(scalar.name)) is not None:
+            kept[scalar.name] = values[at]
+            if not scalar.allows(kept[scalar.name]):
+                raise unusable(path, f"{scalar.name} holds values that are not finite")
+    profiles = [profile[at] for profile in excerpt.profiles]
+    return replace(excerpt, cycles=asked, scalars=kept, profiles=profiles)
 
 
 def _gathered(
     study: Study,
     status: NDArray[np.int8],
     done: Sequence[_Done],
-    parts: Iterable[Excerpt | DataFileError],
+    read: Callable[[Path, Case], Excerpt],
     spool: IO[bytes],
     command: str,
     besides: Besides | None,
@@ -295,19 +280,17 @@ def _gathered(
     scalars = {scalar.name: scalar for scalar in _scalars(done)}
     values = {name: np.full((*status.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, shapes = set(), [], list[_Shape]()
-    for (position, case, path), part in zip(done, parts, strict=True):
+    for position, case, path in done:
         try:
-            if isinstance(part, DataFileError):
-                raise part
-            asked = np.array(case.output_cycles, np.float64)
-            more = {} if besides is None else besides(path, asked)
+            part = read(path, case)
+            more = {} if besides is None else besides(path, part.cycles)
         except DataFileError as error:
             errors.append(error)
             continue
         digests[position] = part.texts[CODE_DIGEST.name]
         sources.add(part.texts["source"])
         arithmetics.add(part.texts[ARITHMETIC.name])
-        columns = np.searchsorted(cycles, asked)
+        columns = np.searchsorted(cycles, part.cycles)
         for scalar in more:
             scalars[scalar.name] = scalar
             values.setdefault(scalar.name, np.full((*status.shape, cycles.size), math.nan))
