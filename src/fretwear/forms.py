@@ -26,7 +26,7 @@ from fretwear.parts import (
     read_fields,
     required,
 )
-from fretwear.problems import Problems
+from fretwear.problems import Problems, in_words
 from fretwear.units import QuantityError
 
 
@@ -179,6 +179,12 @@ class PerBody(Either):
     may_be_drawn = False
     places = ("1", "of body I"), ("2", "of body II")
     expected = "one value, or two for two bodies"
+
+    def read(self, value: object, units_required: bool) -> Any:
+        if isinstance(value, Mapping):
+            of_bodies = in_words([*value.values()]) if len(value) == 2 else "[body I, body II]"
+            raise QuantityError(f"must be {self.expected}", f"two are a list: {of_bodies}")
+        return super().read(value, units_required)
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
         """Yield one coordinate if both bodies are alike, else two."""

@@ -37,6 +37,7 @@ from fretwear.units import (
     Unit,
     format_quantity,
     listed,
+    nearest,
     number_text,
     parse_quantity,
     with_unit,
@@ -53,6 +54,7 @@ _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _WHOLE_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
 _WITH_COMMAS = re.compile(r"\s*\d{1,3}(,\d{3})+\s*")
+_THOUSANDS = re.compile(r"\s*(\d+(?:\.\d{1,3})?)\s*[kK]\s*")
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
@@ -223,14 +225,21 @@ class Quantity(Parameter):
             share = 0.01 * number if is_percent else math.nan
             meant = all(holds(share, bound) for _, holds, _, bound in self._bounds)
             hint = f"did you mean '{number:g} %'?" if meant else ""
+            if number < 0.0 and all(holds(-number, bound) for _, holds, _, bound in self._bounds):
+                hint = f"did you mean '{str(value).strip(' -')}'?"
             raise QuantityError(f"must be {self.range_text()}", hint)
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
 
     def _parsed(self, value: object, units_required: bool) -> float:
-        if self.at_least == 0.0 and type(value) in (int, float) and value == 0:
-            return 0.0  # nothing is nothing in any unit
+        is_zero = type(value) in (int, float) and value == 0  # nothing is nothing in any unit
+        if is_zero and self.at_least == 0.0:
+            return 0.0
+        if is_zero and self.above == 0.0:
+            raise QuantityError(f"must be {self.range_text()}")
+        if value == "none" and self.at_least == 0.0 and not self.infinite:
+            raise QuantityError(self.dimension.expectation, "write 0 for none")
         per_length = self.in_frame(LINE_CONTACT)
         if per_length is self:
             return parse_quantity(value, self.dimension, units_required=units_required)
@@ -311,6 +320,8 @@ class WholeNumber(Plain):
             hint = error.hint
         if isinstance(value, str) and _WITH_COMMAS.fullmatch(value):
             hint = f"write {value.replace(',', '')}, without separators"
+        if isinstance(value, str) and (thousands := _THOUSANDS.fullmatch(value)):
+            hint = f"write {1000.0 * float(thousands[1]):.0f}"
         if not number.is_integer() or (isinstance(value, str) and "%" in value):
             raise QuantityError(f"must be a whole number such as {self.example}", hint)
         if not self.at_least <= number <= self.at_most:
@@ -332,7 +343,9 @@ class Flag(Plain):
         """Return a bool; the number stored as a coordinate is accepted as well."""
         if value in (0, 1) and (isinstance(value, bool) or not units_required):
             return bool(value)
-        raise QuantityError("must be true or false")
+        meant = {"yes": "true", "on": "true", "no": "false", "off": "false", "none": "false"}
+        hint = f"write {meant[value]}" if isinstance(value, str) and value in meant else ""
+        raise QuantityError("must be true or false", hint)
 
     def schema(self) -> Schema:
         return {"type": "boolean"}
@@ -354,7 +367,9 @@ class Choice(Plain):
     def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - a word has none
         if value in self.options:
             return str(value)
-        raise QuantityError(f"must be {listed(self.options, 'or')}")
+        short = [option for option in self.options if in_words(value).casefold().startswith(option)]
+        hint = f"did you mean {short[0]!r}?" if short else ""
+        raise QuantityError(f"must be {listed(self.options, 'or')}", hint, self.options)
 
     def schema(self) -> Schema:
         return {"enum": [*self.options]}
@@ -389,18 +404,26 @@ def read_fields(
     `rule` is the message for unknown names.
     """
     problems, values = Problems(), dict[str, object]()
-    unknown, missing = [n for n in raw if n not in fields], [n for n in needed if n not in raw]
-    if misnamed := len(unknown) == len(missing) == 1:
-        remedy = f"write {missing[0]} for it"
-        problems.add(f".{unknown[0]}", raw[unknown[0]], rule, remedy)
+    unknown = [name for name in raw if name not in fields]
+    missing = [name for name in fields if name in needed and name not in raw]
+    # A key that is not known and one that is missing are one mistake.
+    for name in unknown[:]:
+        if meant := nearest(name, missing) or (missing[0] if len(unknown) == len(missing) else ""):
+            problems.add(f".{name}", raw[name], rule, f"write {meant} for it")
+            missing.remove(meant)
+            unknown.remove(name)
+    if unknown and missing:
+        such = ", ".join(filter(None, (f"{n}: {fields[n].example}".rstrip(": ") for n in missing)))
+        lacking = f"{listed(missing)} {'are' if missing[1:] else 'is'} missing, such as {such}"
+        problems.add(f".{unknown[0]}", raw[unknown.pop(0)], rule, lacking)
+        missing.clear()
     for name, form in fields.items():
         with problems.at(f".{name}", raw.get(name)):
             if name in raw:
                 values[name] = form.read_given(name, raw[name], units_required)
-            elif name in needed and not misnamed:
+            elif name in missing:
                 raise QuantityError("is missing", form.such_as(name))
-    if not misnamed:
-        problems.unknown("", raw, [*fields], rule)
+    problems.unknown("", {name: raw[name] for name in unknown}, [*fields], rule)
     problems.raise_any()
     return values
 

@@ -35,7 +35,8 @@ meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz
 radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J = Nm, watt = joule / second = W, bar = 1e5 * pascal
-inch = 0.0254 * meter = in, pound_force = 4.4482216152605 * newton = lbf
+micron = 1e-6 * meter = microns, inch = 0.0254 * meter = in
+pound_force = 4.4482216152605 * newton = lbf
 psi = pound_force / inch ** 2
 ksi = 1000 * psi, kilogram_force = {_GRAVITY} * newton = kgf
 """
@@ -363,10 +364,14 @@ def _likely_meaning(given: str, unit: str, dimension: Dimension) -> str:
     """Return a hint for a value in a unit of another dimension; empty if none is likely."""
     above, _, below = (part.strip() for part in unit.partition("/"))
     # Everything after a stroke may be meant as the denominator, as in mm3/N m; or the inverse.
-    for meant in (f"{above}/({below})", f"{below}/{above}") if below else (f"/ {unit}",):
+    first, _, others = above.partition(" ")
+    alone = (f"{first}/({others})",) if others else (f"/ {unit}",)
+    for meant in (f"{above}/({below})", f"{below}/{above}") if below else alone:
         with suppress(QuantityError):
-            # Without a stroke only a plain name is looked up: pint takes its time.
-            if (below or meant in _PLAIN_UNITS) and _unit(meant)[1].si_unit == dimension.si_unit:
+            # A plain name is only looked up: pint takes its time.
+            if (below or others or meant in _PLAIN_UNITS) and _unit(meant)[
+                1
+            ].si_unit == dimension.si_unit:
                 return f"did you mean '{given} {meant}'?"
     if unit in _MASSES and dimension.si_unit == FORCE.si_unit:
         weight = _GRAVITY * _MASSES[unit] * float(given)

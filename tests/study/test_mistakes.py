@@ -77,6 +77,68 @@ base/tangential_ratio: 80
 base/debris: 0.85
     base.debris = 0.85: is not a case parameter
     write debris_fraction
+base/roughness: {Ra: 0.4 um}
+    base.roughness.Ra = 0.4 um: is not known
+    amplitude, slope_x and slope_y are missing, such as amplitude: 0.2 um, slope_x: 5.7 deg,
+    ... slope_y: 1 deg
+base/roughness: {amplitud: 0.4 um, slope_x: 3 deg, slope_y: 1 deg}
+    base.roughness.amplitud = 0.4 um: is not known
+    write amplitude for it
+base/friction: {cycle: [0, 500], values: [0.2, 0.6]}
+    base.friction.cycle = [0, 500]: is not known
+    write cycles for it
+base/friction: [[0, 0.2], [500, 0.6]]
+    base.friction = [[0, 0.2], [500, 0.6]]: must be a plain number such as 0.5
+    write {cycles: [0, 500], values: [0.2, 0.6]}
+base/friction: {cycles: [500, 0], values: [0.2, 0.6]}
+    base.friction.cycles[0] = 500: must be 0, where a table starts
+    list the cycles, with their values, in ascending order
+base/youngs_modulus: {indenter: 208 GPa, flat: 70 GPa}
+    base.youngs_modulus = {indenter: 208 GPa, flat: 70 GPa}: must be one value, or two for two
+    ... bodies
+    two are a list: [208 GPa, 70 GPa]
+base/cycles: 7k
+    base.cycles = 7k: must be a whole number such as 30000
+    write 7000
+base/load: -50 N
+    base.load = -50 N: must be larger than 0
+    did you mean '50 N'?
+base/load: 50 N/mm | without vary
+    base.load = 50 N/mm: is a force per length, but the load of this sphere is a force
+    such as load: 50 N
+output: {snapshots: 10}
+    output.snapshots = 10: is not known
+    write cycles, a list of those at which fields are kept
+design: {kind: sobol, points: 8}, vary/load: {from: 5 N, to: 9 N, scale: logarithmic}
+    vary.load.scale = logarithmic: must be linear or log
+    did you mean 'log'?
+base/wear_coefficient: 0
+    base.wear_coefficient = 0: must be larger than 0
+base/wear_coefficient: 7e-4 mm3 N m
+    base.wear_coefficient = 7e-4 mm3 N m: must be an inverse pressure such as 7e-13 / Pa, but 'mm3 N
+    ... m' is another quantity
+    did you mean '7e-4 mm3/(N m)'?
+base/junction_growth: none
+    base.junction_growth = none: must be a plain number such as 9
+    write 0 for none
+base/coupled: true
+    base.coupled = true: is not a case parameter
+    write slip_model: coupled
+base/error_estimate: 'yes'
+    base.error_estimate = yes: must be true or false
+    write true
+base/material: [tool steel, titan] | without base/youngs_modulus, base/poisson_ratio
+    base.material[1] = titan: is not in the table of materials
+    did you mean 'titanium'?
+base/radius: [10, 20] | without vary
+    base.radius = [10, 20]: must be a length such as 10 mm
+    a list of values, each a case, belongs under vary: vary.radius
+vary/load: [20, 50]
+    vary.load = [20, 50]: needs a unit: it is a force such as 50 N
+    did you mean [20 N, 50 N]?
+vary/roughness: [none, wavy] | without base/roughness
+    vary.roughness[1] = wavy: needs amplitude, slope_x and slope_y
+    such as roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
 base/indenter: ball | without base/radius
     base.indenter = ball: must be an indenter
     such as indenter: {kind: sphere, radius: 10 mm}

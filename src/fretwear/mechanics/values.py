@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from fretwear.forms import Either, Mapped, Several
-from fretwear.parts import Coordinates, Parameter, Quantity, QuantityError, WholeNumber
-from fretwear.problems import Problems
+from fretwear.parts import Coordinates, Parameter, Quantity, QuantityError, WholeNumber, is_list
+from fretwear.problems import Problems, in_words
 
 _CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)
 
@@ -33,11 +33,14 @@ class OverCycles:
             raise QuantityError(rule, "give a value for each cycle")
         problems = Problems()
         if self.cycles[0] != 0.0:
-            problems.add(".cycles[0]", f"{self.cycles[0]:g}", "must be 0, where a table starts")
+            hint = "list the cycles, with their values, in ascending order"
+            rule, hint = "must be 0, where a table starts", hint if 0.0 in self.cycles else ""
+            problems.add(".cycles[0]", f"{self.cycles[0]:g}", rule, hint)
         for position, (before, cycle) in enumerate(pairwise(self.cycles), start=1):
             if cycle <= before:
                 rule = "must be larger than the cycle before"
                 problems.add(f".cycles[{position}]", f"{cycle:g}", rule)
+        del problems[1:]  # the others follow from the first
         problems.raise_any()
 
     @classmethod
@@ -64,12 +67,22 @@ class _Table(Mapped):
 
     quantity: Quantity
 
+    def takes(self, value: object) -> bool:
+        """Whether a value is a table, or a list of pairs, which is refused with the table meant."""
+        return super().takes(value) or (is_list(value) and bool(value) and all(map(is_list, value)))
+
     @property
     def fields(self) -> Mapping[str, Parameter]:
         return {"cycles": Several(_CYCLE), "values": Several(self.quantity)}
 
     def read(self, value: object, units_required: bool) -> float | OverCycles:
         """Return a float if all values are equal."""
+        if is_list(value):
+            columns = [in_words([*column]) for column in zip(*value, strict=False)]
+            meant = (
+                "{{cycles: {}, values: {}}}".format(*columns) if len(columns) == 2 else "a table"
+            )
+            raise QuantityError(f"{self.quantity.dimension.expectation}", f"write {meant}")
         table: OverCycles = super().read(value, units_required)
         return table if len(set(table.values)) > 1 else table.values[0]
 

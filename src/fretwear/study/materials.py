@@ -12,7 +12,7 @@ from functools import cache
 from importlib.resources import files
 
 from fretwear.parts import is_list
-from fretwear.problems import Problem, Problems
+from fretwear.problems import Problems
 from fretwear.units import listed
 
 MATERIAL = "material"
@@ -46,18 +46,18 @@ def with_materials(
     if MATERIAL not in given:
         return dict(given)
     value, table = given[MATERIAL], material_table()
-    names = [*value] if is_list(value) and len(value) == 2 else [value]
+    is_pair = is_list(value) and len(value) == 2
+    names = [*value] if is_pair else [value]
     rows = []
-    for name in names:
+    for position, name in enumerate(names):
         listed_as = {row.casefold(): row for row in table}.get(str(name).casefold())
         rows.append(table[listed_as or next(iter(table))])
         if listed_as is None:
             rule = "must be a material of the table, or a pair of them"
             remedy = "give youngs_modulus and poisson_ratio"
-            place, words = f"{prefix}{MATERIAL}", (*table,)
-            problems.append(
-                Problem(place, value, rule, remedy, valid_words=words, written=str(name))
-            )
+            place = f"{prefix}{MATERIAL}{f'[{position}]' if is_pair else ''}"
+            rule = "is not in the table of materials" if is_pair else rule
+            problems.add(place, name, rule, remedy, valid_words=(*table,), written=str(name))
     columns = {name: [row[name] for row in rows] for name in PROPERTIES}
     constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
     if all(row["hardness"] for row in rows):

@@ -153,6 +153,10 @@ class PartOf(Parameter):
         self._check_kind(value, kind, usual)
         fields = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
+        if len(needed) > 1 and not {*value} - {"kind"}:
+            such = f"such as {self.words.replace(' ', '_')}: {kind.such(needed)}"
+            rule = f"needs {listed([n for n in kind.parameters() if n in needed])}"
+            raise QuantityError("", inside=[Problem("", kind.kind, rule, such)])
         part = kind.unchecked(**read_fields(value, fields, needed, units_required))
         if not self.varied and part.problem is not None:
             raise QuantityError("", inside=[Problem("", None, *part.problem)])
@@ -165,7 +169,8 @@ class PartOf(Parameter):
         keys = [name for name in given if name != "kind"]
         other = next((meant for meant in kinds if {*keys} <= meant.parameters().keys()), kind)
         foreign = [name for name in keys if name not in kind.parameters()]
-        if not foreign or other is kind:
+        is_complete = "kind" in given and required(kind) <= {*keys}
+        if not foreign or other is kind or is_complete:
             return
         belong = f"{listed(foreign)} belong{'' if foreign[1:] else 's'} to kind {other.kind}"
         rule = f"is not of kind {kind.kind}" if "kind" in given else "lacks its kind"

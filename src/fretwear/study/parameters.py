@@ -46,6 +46,7 @@ _OTHER_NAMES = {
         ("time duration test_duration", "cycles", "the duration times the frequency"),
         ("wear_rate specific_wear_rate", "wear_coefficient", ""),
         ("dx spacing mesh grid", "cell", ""),
+        ("coupled", "slip_model", "coupled"),
         ("debris third_body third_body_layer", "debris_fraction", ""),
     )
     for word in words.split()

@@ -29,6 +29,7 @@ from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
 
 MAX_POINTS = 200_000
 
+_MEANT = re.compile("did you mean '(.*)'\\?")
 _ENDS = re.compile(r"\s*(\d.*?)\s*(?:to|\.\.+|–|:)\s*(\d.*?)\s*")
 
 
@@ -267,6 +268,11 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
             if first != position and not isinstance(design, Zip):
                 rule = f"is the same value as vary.{name}[{first}], {raw[first]}"
                 raise QuantityError(rule, "leave one of them out")
+    if len(problems) == len(raw) > 1 and len({problem.rule for problem in problems}) == 1:
+        meant = [_MEANT.fullmatch(problem.hint) for problem in problems]
+        if all(meant):  # such as a unit, which all lack
+            hint = f"did you mean [{', '.join(match[1] for match in meant if match)}]?"
+            raise QuantityError(problems[0].rule, hint)
     problems.raise_any()
     return Axis(name, tuple(values), tuple(raw))
 

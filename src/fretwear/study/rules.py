@@ -85,7 +85,10 @@ def _loads_suit(case: Draft) -> Iterator[Problem]:
             if isinstance(value, Given) and value.si_unit != about.in_frame(case.frame).si_unit:
                 given = BY_SI_UNIT[value.si_unit].name
                 rule = f"is {given}, but the load of this {case.indenter.kind} is {load.name}"
-                yield Problem(name, about.text(value), rule, f"write {name}: {load.example}")
+                hint = f"such as {name}: {load.example}"
+                if not case.frame.has_depth:
+                    hint += ", the force over the length of the contact"
+                yield Problem(name, about.text(value), rule, hint)
 
 
 @_needing("indenter normal loading")
@@ -469,15 +472,14 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
     # Problems of the base are reported under its keys.
     of_base = [rule.find(case) for rule in _OF_BLOCKS] if blocks else []
     for number, block in enumerate(blocks, start=1):
-        which = f"has a block number {number}"
         if block is None:
-            yield Problem("blocks", None, f"{which} that lacks a parameter of its loading")
+            yield Problem("blocks", None, f"block {number} lacks a parameter of its loading")
             continue
         broken = next(filter(None, (rule.find(block) for rule in _OF_BLOCKS)), None)
         if broken is not None and broken not in of_base:
-            yield Problem(
-                "blocks", None, f"{which} whose {broken.key} {broken.rule}", broken.remedy
-            )
+            value = f" = {broken.value}" if broken.value else ""
+            rule = f"{broken.key}{value} in block {number} {broken.rule}"
+            yield Problem("blocks", None, rule, broken.remedy)
 
 
 RULES = (*_OF_BLOCKS, _snapshots_are_within_run, _blocks_are_sound)

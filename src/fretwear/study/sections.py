@@ -27,6 +27,7 @@ from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError
 
+_OF_SNAPSHOTS = {"snapshots", "frames", "every", "times"}
 _OF_DESIGNS = ("points", "samples", "n_samples")
 SEEDS = "roughness.seed"
 """The parameter that the section `seeds` varies."""
@@ -76,7 +77,11 @@ def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
         elif name not in ("seeds", "fit"):
             with problems.at(name, given):
                 sections[name] = _read_section(name, given)
-    problems.unknown("output", sections.get("output", {}), ("cycles", "stress"))
+    output = dict(sections.get("output", {}))
+    for name in _OF_SNAPSHOTS & output.keys():
+        hint = "write cycles, a list of those at which fields are kept"
+        problems.add(f"output.{name}", output.pop(name), "is not known", hint)
+    problems.unknown("output", output, ("cycles", "stress"))
     vary = sections.get("vary", {})
     if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
         rule = f"would vary the same as vary.{twice[0]}"
