@@ -245,7 +245,7 @@ MISTAKES = {
     "another file format": ("run studies/tiny.yaml --case P25 -o a.h5", "such as a.nc"),
     "a folder that is not there": ("run studies/tiny.yaml --case P25 -o no/a.nc", "mkdir -p no"),
     "a study that does not come": ("init --study dmeo", "did you mean 'demo'"),
-    "points that are not two": ("batch studies/tiny.yaml --points 1:2", "such as 1-12"),
+    "points that are not two": ("batch studies/tiny.yaml --points 1:2", "such as 1-2"),
     "a folder to write to": ("run studies/tiny.yaml --case P25 -o results", "results/x.nc"),
     "a file as a folder": ("plot results/tiny/cases/good.nc -o note.txt/a.png", "is not a folder"),
     "another picture format": ("plot results/tiny/cases/good.nc -o a.bmp", "such as a.png"),

@@ -315,7 +315,9 @@ def batch(
     first, last = (int(match[1]), int(match[2])) if match else (1, MAX_POINTS)
     study, folder = study_and_results(file, results, (first, last))
     if points is not None and not (match and first <= last <= study.size):
-        rule = f"must be two of the points 1 to {study.size} of {study.file}, such as 1-12"
+        rule = (
+            f"must be two of the points 1 to {study.size} of {study.file}, such as 1-{study.size}"
+        )
         raise CommandError(f"--points {points}: {rule}")
     last = min(last, study.size)
     if supervised:

@@ -126,7 +126,10 @@ def _tell(error: BaseException, call: Call) -> int:
 def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
     """Return the problem of a call that cannot be parsed, and where to read its correct form."""
     path = getattr(getattr(error, "ctx", None), "command_path", "fretwear")
-    message = error.format_message().rstrip(".").replace("Value error, ", "")
+    if path == "fretwear" and error.__class__.__name__ == "BadOptionUsage":  # has no context
+        path = " ".join(["fretwear", *(a for a in arguments[:1] if not a.startswith("-"))])
+    message = error.format_message().rstrip(".,").replace("Value error, ", "")
+    message = " ".join(message.replace("Input should be", "must be").split())
     lines = [f"{message[:1].lower()}{message[1:]}"]
     if "unexpected extra" in message and "--set" in arguments:
         lines.append("put a value with a space in quotes, such as --set 'load=30 N'")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
@@ -38,6 +39,8 @@ _EXPORTED_CYCLE = "Snapshot to write."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
 _PHASES = "Steps of the force over a cycle."
+# An argument of a function with its value, in a message: an option here.
+_OF_OPTION = re.compile("([a-z]+(?:_[a-z]+)?) = '?([^']*)'?: ")
 
 
 def stress_below(
@@ -145,7 +148,9 @@ def _written(
         try:
             computed = compute(case)
         except StressError as error:
-            raise CommandError(f"{file}: {error}") from error
+            wrong = _OF_OPTION.match(reason := str(error))
+            place = f"--{wrong[1].replace('_', '-')} {wrong[2]}" if wrong else file
+            raise CommandError(f"{place}: {reason[wrong.end() :] if wrong else reason}") from error
         write_stresses(computed, path)
     for warning in computed.attrs["warnings"].splitlines():
         typer.echo(f"fretwear: warning: {warning}", err=True)

@@ -91,7 +91,7 @@ _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study'
 _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
 _RUN_AGAIN = "Remove the file and run the case again"
 _MERGE_AGAIN = "Merge the study again"
-_RUN_STUDY = "Run the study first: snakemake --cores 2 --config study=NAME"
+_RUN_STUDY = "Run the study first: snakemake --cores 2 --config study="
 
 # Fields usually compress to a half, and to a tenth if the bodies hardly touch.
 _MOST_EXPANSION = 100
@@ -351,7 +351,9 @@ def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
     """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
     path = Path(path)
     if not path.exists():
-        raise DataFileError(path, "there is no such file", _RUN_STUDY)
+        *_, above, study = ("", "", *path.resolve().parent.parts)
+        name = study if above == "results" else "NAME"
+        raise DataFileError(path, "there is no such file", f"{_RUN_STUDY}{name}")
     with opened_parts(path, "merged study", _MERGE_AGAIN) as file:
         for obstacle in _summary_problems(file):
             raise DataFileError(path, obstacle, _MERGE_AGAIN)

@@ -46,8 +46,8 @@ def with_materials(
     if MATERIAL not in given:
         return dict(given)
     value, table = given[MATERIAL], material_table()
-    is_pair = is_list(value) and len(value) == 2
-    names = [*value] if is_pair else [value]
+    pair = value if is_list(value) and len(value) == 2 else ()
+    names = [*pair] or [value]
     rows = []
     for position, name in enumerate(names):
         listed_as = {row.casefold(): row for row in table}.get(str(name).casefold())
@@ -55,8 +55,8 @@ def with_materials(
         if listed_as is None:
             rule = "must be a material of the table, or a pair of them"
             remedy = "give youngs_modulus and poisson_ratio"
-            place = f"{prefix}{MATERIAL}{f'[{position}]' if is_pair else ''}"
-            rule = "is not in the table of materials" if is_pair else rule
+            place = f"{prefix}{MATERIAL}{f'[{position}]' if pair else ''}"
+            rule = "is not in the table of materials" if pair else rule
             problems.add(place, name, rule, remedy, valid_words=(*table,), written=str(name))
     columns = {name: [row[name] for row in rows] for name in PROPERTIES}
     constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}

@@ -152,11 +152,11 @@ def read_document(file: Path) -> Document:
             raise QuantityError("is not a regular file")
         with file.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise QuantityError(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
         if content.startswith(_NETCDF):
             rule = "is a netCDF file, not a study file"
             raise QuantityError(rule, f"fretwear show {file} describes it")
+        if len(content) > MAX_BYTES:
+            raise QuantityError(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
         text = content.decode("utf-8-sig")
         document = Document(text)
         if document.is_empty:

@@ -289,7 +289,9 @@ def _life(
             raise StressError(f"{name}: must be a constant and an exponent, {example}")
         constant, exponent = read_quantity(name, pair[0], unit), read_quantity(name, pair[1], "1")
         if not constant > 0.0 or not exponent < 0.0:
-            raise StressError(f"{name}: the constant must be positive, the exponent negative")
+            given = ", ".join(map(str, pair))
+            rule = "the constant must be positive, the exponent negative"
+            raise StressError(f"{name} = {given!r}: {rule}")
         read += [constant, exponent]
     if manson_coffin is not None and basquin is None:
         raise StressError("manson_coffin: give basquin too, the elastic part of a life")
