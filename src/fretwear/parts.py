@@ -20,9 +20,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from types import MappingProxyType
-from typing import Any, ClassVar, Generic, Self, TypeGuard, TypeVar, get_type_hints, overload
+from typing import Any, ClassVar, Self, TypeGuard, TypeVar, get_type_hints
 
 from fretwear.problems import Problems, in_words
 from fretwear.units import (
@@ -428,32 +428,6 @@ def read_fields(
     return values
 
 
-class kept(Generic[_Value]):  # noqa: N801 - a decorator
-    """A property that is found once, then kept with its object.
-
-    `functools.cached_property` takes a lock before Python 3.12, which plans of many points feel.
-    """
-
-    def __init__(self, function: Callable[[Any], _Value]) -> None:
-        self._function, self.__doc__ = function, function.__doc__
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, of: None, owner: type) -> Self: ...
-
-    @overload
-    def __get__(self, of: object, owner: type) -> _Value: ...
-
-    def __get__(self, of: object, owner: type) -> Self | _Value:
-        if of is None:
-            return self
-        value = self._function(of)
-        vars(of)[self._name] = value
-        return value
-
-
 class Part:
     """A part of a case: a frozen dataclass whose fields are annotated by a `Parameter`.
 
@@ -544,7 +518,7 @@ class Part:
         said = {n: about.canonical(v) for n, about, v in values if v is None or v != about.unsaid}
         return {"kind": self.kind, **said}
 
-    @kept
+    @cached_property
     def entries(self) -> Mapping[str, str]:
         """The parameters as entries of a JSON object, by name, in the ids of cases."""
         values = self.canonical().items()
@@ -556,7 +530,7 @@ class Part:
         content = self.canonical()
         return content if len(content) > 1 else content["kind"]
 
-    @kept
+    @cached_property
     def text_under_key(self) -> str:
         """The same as JSON, in the ids of cases."""
         return _text(self.under_key)

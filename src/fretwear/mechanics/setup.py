@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, isfinite, sqrt
 from typing import Any, Self, TypeVar
 
@@ -22,7 +23,7 @@ from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import Means, WearLaw
-from fretwear.parts import Part, kept
+from fretwear.parts import Part
 from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame
 
@@ -61,7 +62,7 @@ class Setup:
         """The setup alone, without what a case or a problem adds."""
         return Setup(**{name: getattr(self, name) for name in _MEMBERS})
 
-    @kept
+    @cached_property
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
         return {n: part for n in _MEMBERS if isinstance(part := getattr(self, n, None), Part)}
@@ -99,17 +100,17 @@ class Setup:
         """E* in Pa."""
         return self.bodies.composite_modulus
 
-    @kept
+    @cached_property
     def coupling(self) -> float:
         """κ = E*/G*, tangential compliance of the bodies relative to the normal one."""
         return self.indenter.coupling(self.bodies)
 
-    @kept
+    @cached_property
     def hertz(self) -> HertzContact:
         """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.composite_modulus)
 
-    @kept
+    @cached_property
     def small_stroke(self) -> float:
         """Sliding amplitude, m, up to which bodies need not be seen to move.
 
@@ -118,19 +119,19 @@ class Setup:
         half_width, _ = self.indenter.half_widths(self.hertz)
         return SMALL_STROKE * min(half_width, self.indenter.edge(self.hertz))
 
-    @kept
+    @cached_property
     def rough(self) -> Roughness | None:
         """The roughness of the surfaces: of one body or of both together."""
         if self.roughness is not None and self.counterface is not None:
             return BothRough(self.roughness, self.counterface)
         return self.roughness or self.counterface
 
-    @kept
+    @cached_property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
         """The parts that make up the unworn gap, by member."""
         return {n: part for n, part in self.parts.items() if isinstance(part, _SURFACES)}
 
-    @kept
+    @cached_property
     def even(self) -> Even:
         """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
         x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
@@ -178,13 +179,13 @@ class Setup:
         """The condition on the reduced contact of the unworn smooth contact."""
         return self.sliding(self.hertz.load, self.hertz.approach)
 
-    @kept
+    @cached_property
     def stick_load(self) -> float:
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
         stuck = self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
         return max(0.0, stuck - self.pulsation(self.hertz.load))
 
-    @kept
+    @cached_property
     def stick_radius(self) -> float:
         """Stick radius c, m, of the unworn smooth contact: the radius of a contact under P*."""
         load = self.stick_load
@@ -202,7 +203,7 @@ class Setup:
         most = friction * pressure
         return np.clip(friction * (pressure - reduced.pressure), -most, most)
 
-    @kept
+    @cached_property
     def slip_limit(self) -> float:
         """Largest pressure where the bodies slip, Pa: p_lim/√(1 + αµ²), as q = µp there."""
         growth = self.junction_growth * self.friction_law.coefficient**2
@@ -244,7 +245,7 @@ class Setup:
 
     # Wear.
 
-    @kept
+    @cached_property
     def combined_wear_coefficient(self) -> float:
         """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
         law = self.wear_law
@@ -276,7 +277,7 @@ class Setup:
         law = self.wear_law.under(means, self.frequency)
         return self if law is self.wear_law else self.changed(wear_law=law)
 
-    @kept
+    @cached_property
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from fretwear.forms import Mapped
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.materials import Friction
 from fretwear.mechanics.values import OfBodies
-from fretwear.parts import Part, Quantity, kept
+from fretwear.parts import Part, Quantity
 
 # The least part of a mean that is left when a change is extrapolated.
 _LEAST_LEFT = 0.1
@@ -311,7 +312,7 @@ class _OfCoefficient(WearLaw):
         value: float | OfBodies | Coefficient = vars(self)[name]
         return value
 
-    @kept
+    @cached_property
     def _following(self) -> list[Coefficient]:
         value = self._value
         parts: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)

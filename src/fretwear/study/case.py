@@ -12,12 +12,12 @@ import inspect
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from itertools import islice
 from typing import Any, NamedTuple, Self
 
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list, kept
+from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, with_materials
 from fretwear.study.members import Inline, PartOf
@@ -228,12 +228,12 @@ class Case(Draft):
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
 
-    @kept
+    @cached_property
     def grid_spacing(self) -> tuple[float, float]:
         """(dx, dy) in m: `cell` or, if it is None, the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
 
-    @kept
+    @cached_property
     def coarseness(self) -> float:
         """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
         return self.coarseness_on(1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
@@ -22,7 +22,7 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import Flag, Parameter, Quantity, WholeNumber, declared, kept
+from fretwear.parts import Flag, Parameter, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, LINE_CONTACT, format_quantity
@@ -206,7 +206,7 @@ class Draft(Setup):
         """The case with other members, not checked against each other."""
         return self.of(vars(self) | members)
 
-    @kept
+    @cached_property
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry that no waves or stroke break.
 
@@ -218,12 +218,12 @@ class Draft(Setup):
             return Grid
         return Polar if self.slip_model.couples else Rings
 
-    @kept
+    @cached_property
     def is_graded(self) -> bool:
         """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
         return self._is_plain and self.geometry is not Grid
 
-    @kept
+    @cached_property
     def _is_plain(self) -> bool:
         return self.rough is None and not self.loading.stroke
 
@@ -259,14 +259,14 @@ class Draft(Setup):
     def _unworn(self) -> tuple[float, float, HertzContact]:
         return self.friction_law.coefficient, self.coupling, self.hertz
 
-    @kept
+    @cached_property
     def plain_loading(self) -> Loading:
         """The loading along x in SI units, however it was given."""
         if self.blocks or (self.loading.is_force and not self.force_is_held):
             return self.loading
         return self.loading.plain(*self._unworn)
 
-    @kept
+    @cached_property
     def force_is_held(self) -> bool:
         """Whether P and Q stay as they are, and Q/(µP) with them."""
         constant = self.at(self.cycles) is self and not self.blocks
