@@ -238,8 +238,8 @@ shear_traction_y | Pa | $q_y$ | MPa | shear traction along y | odd | at the tang
     "float32",
 )
 FIELDS, BODY_FIELDS, VECTOR_FIELDS = _FIELDS[:-5], _FIELDS[-5:-3], _FIELDS[-3:]
-"""Fields of every case, those that need a wear coefficient for each body, and those of friction in
-two directions."""
+"""Fields of every case, fields of each body, which need a wear coefficient for each, and fields of
+friction in two directions."""
 
 _SCALARS = _rows(
     r"""

@@ -112,7 +112,7 @@ def labelled_case(
     `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the available `BODY_FIELDS` and
     `VECTOR_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole contact,
     and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by the names of
-    the scalars, or empty; `coupling_errors` are those of a slip model of one direction; `trouble`
+    the scalars, or empty; `coupling_errors` are due to a slip model of one direction; `trouble`
     says why they are missing although the case asks for them, and `beyond_friction` is the share of
     the stick zone in which shear had to be cut. A case that asks for an accuracy was `computed` on
     cells of its own, and may not have reached it.

@@ -515,8 +515,8 @@ def _bearing(
         caption(panels[0], "Bearing area before and after wear.")
         caption(
             panels[0],
-            "Share of the contact that lies above each height. Heights are those of the roughness "
-            "less wear and plastic depth; 0 is their mean before wear.",
+            "Share of the contact that lies above each height. A height is the roughness "
+            "less wear and plastic depth; 0 is the mean before wear.",
         )
         unit = readable_unit(np.concatenate([h for of in contents for h in of.values()]), "m")
         for panel, heights in zip(panels, contents, strict=True):

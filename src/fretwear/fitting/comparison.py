@@ -137,7 +137,7 @@ class Comparison:
         return fitted
 
     def residuals(self, signal: Array, nuisances: Array) -> Array:
-        """Whitened residuals, shape (n + k,); the last k are those of numerical errors."""
+        """Whitened residuals, shape (n + k,); the last k stand for numerical errors."""
         of, names = self.measurement, self.names
         priors = dict(zip(("depth", "width"), self.deviations, strict=True))
         of_errors = [

@@ -410,7 +410,7 @@ class Fitter:
         return np.array(allowed) / variances(taken)
 
     def split_all(self, changes: Array, place: int) -> list[Array]:
-        """Changes of the signal of one measurement, from those of all as columns."""
+        """Changes of the signal of one measurement, from columns with the changes of all."""
         return [self.split(change)[place] for change in changes.T]
 
     def emulator(self, u: Array) -> Emulator:

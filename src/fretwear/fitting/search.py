@@ -314,7 +314,7 @@ def _sampled(
             raise FitError(f"sampler: ensemble needs the library emcee: {remedy}")
         return None, [f"{why}: intervals of an ensemble sampler would be better, {remedy}"]
     draws = sampled(fitter, emulator.best, covariance, spread, seed)
-    doubts = [f"{why}: intervals are those of an ensemble sampler"] if why else []
+    doubts = [f"{why}: intervals come from an ensemble sampler"] if why else []
     if not draws.is_checked:
         doubts.append(
             f"runs at draws from the posterior miss the χ² of its emulator by {draws.missed:.2g}: "

@@ -94,8 +94,8 @@ class Rubbing:
     Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
     and then of the indenter, while a contact off the middle of the stroke needs both sides along x;
     so does the wear under a load that changes over the stroke. Between cells, the wear of the
-    indenter is interpolated linearly; pressure acts on it by the transpose. ``shape`` is that of
-    the wear of a body, with one cell along y in a line contact.
+    indenter is interpolated linearly; pressure acts on it by the transpose. The wear of a
+    body has the ``shape``, with one cell along y in a line contact.
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:

@@ -106,7 +106,7 @@ class ShearSpace(ABC, Generic[Real]):
 class GridShear(ShearSpace[Real]):
     """The elastic bodies on a window of equal cells.
 
-    The spectra are those of the `shear_influence`.
+    Spectra are transforms of the `shear_influence`.
     """
 
     def __init__(
@@ -160,8 +160,9 @@ def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
 class QuarterShear(GridShear[Real]):
     """Cosine transforms of q_x and sine transforms of q_y, of a contact even along both axes.
 
-    The transform of sines II at the frequency k is that of cosines at n − k of the field with
-    alternating signs, likewise IV at n − 1 − k, so that both components are transformed at once.
+    The transform of sines II at the frequency k equals the transform of cosines at n − k of the
+    field with alternating signs, likewise IV at n − 1 − k, so that both components are transformed
+    at once.
     """
 
     @cached_property

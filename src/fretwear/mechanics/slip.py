@@ -305,9 +305,9 @@ class Coupled(Jaeger):
     """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.stick_slip`.
 
     Displacements along x and y are coupled, so that traction turns away from x and slip is less
-    along the x axis than along the y axis. The ratio of slip to that of `Jaeger` is smooth away
-    from the stick edge and changes slowly; so wear grows by the latter within a stage, times the
-    ratio. A line contact has a single direction, in which both models are the same.
+    along the x axis than along the y axis. The ratio of slip to the slip by `Jaeger` is smooth
+    away from the stick edge and changes slowly; so wear grows by the latter within a stage, times
+    the ratio. A line contact has a single direction, in which both models are the same.
     """
 
     kind: Literal["coupled"] = "coupled"  # type: ignore[assignment]

@@ -67,7 +67,7 @@ class Sheared:
     #: µp*, Pa, the unused friction of a single direction, from which guesses are made, shape
     #: (nx, ny); zero if it is not known.
     single: Array | float = 0.0
-    #: How the direction, rad, and the unused friction beyond that of a single direction, Pa,
+    #: How the direction, rad, and the unused friction beyond `single`, Pa,
     #: changed per cycle in the last step: a guess for the next one, shape (2, nx, ny).
     rates: Array | None = None
 
@@ -298,9 +298,9 @@ class _Descent:
         return result
 
     def rigid(self, moved: Array) -> Array:
-        """Displacement of distant points along x and y from that of the cells that stick.
+        """Displacement of distant points along x and y, from how far cells that stick have moved.
 
-        They count by their spare friction, as cells that slip may be hardly below the bound.
+        Cells count by their spare friction, as cells that slip may be hardly below the bound.
         """
         if self.total is None:
             return np.array([self.given - self.series * self.summed(self.traction[0]), 0.0])

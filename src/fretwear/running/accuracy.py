@@ -209,8 +209,8 @@ def estimated_errors(
     Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
     times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
     standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
-    between; k^order takes the place of k, where `order` is that of all results or a `lower` one of
-    a result by its name.
+    between; k^order takes the place of k, where `order` holds for all results but the `lower` ones
+    by name.
 
     The difference of two runs at one snapshot may be small by chance: the median over the
     snapshots of the difference relative to the value counts if it is larger. It is the median of

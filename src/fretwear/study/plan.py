@@ -217,7 +217,7 @@ class _Runs:
         return _WIDTHS[bisect_left(_WIDTHS, True, lo=1, key=is_beyond) - 1]
 
     def alone(self, width: float, coarseness: float) -> Estimate:
-        """The cost of a run on cells of a width over that of the case.
+        """The cost of a run on cells that are `width` times as wide as the case's.
 
         Graded rings and strips have a `coarseness` of their own.
         """

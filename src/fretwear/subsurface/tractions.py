@@ -82,8 +82,8 @@ class Tractions:
     def layer(self, depth: float) -> tuple[Array, Array]:
         """Stresses at the cells at one depth, m, at the positions `x` and `y`.
 
-        Those of each pressure, Pa, shape (m, 6, nx, ny), and of each shear traction, shape
-        (k, 6, nx, ny), in the order of `COMPONENTS`. σ_xy and σ_yz are odd along y if the fields
+        Two arrays, Pa, in the order of `COMPONENTS`: by each pressure, shape (m, 6, nx, ny), and by
+        each shear traction, shape (k, 6, nx, ny). σ_xy and σ_yz are odd along y if the fields
         are even, the other components even.
         """
         if self.plane_strain:
@@ -115,7 +115,7 @@ class Tractions:
     def at(self, points: Array) -> tuple[Array, Array]:
         """Stresses at points (x, y, z), m, shape (n, 3), by the sum over all loaded cells.
 
-        Those of each pressure, Pa, shape (m, 6, n), and of each shear traction, shape (k, 6, n).
+        Two arrays, Pa: by each pressure, shape (m, 6, n), and by each shear traction, (k, 6, n).
         """
         kinds = [self.on_both_sides(fields, odd=n > 1) for n, fields in enumerate(self._kinds)]
         stresses = [np.zeros((len(fields), 6, len(points))) for fields in kinds]
@@ -159,7 +159,7 @@ class Tractions:
     def _of_kinds(
         self, of_cells: Callable[..., Array], x: Array, y: Array, depth: Array | float
     ) -> Array:
-        """Kernels of the kinds, shape (kinds, 6, ...): those of y have x and y exchanged."""
+        """Kernels of the kinds, shape (kinds, 6, ...); x and y are exchanged for shear along y."""
         kernels = of_cells(x, y, depth, self.poisson_ratio)
         if self.across is None:
             return kernels

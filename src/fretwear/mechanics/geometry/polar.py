@@ -1,9 +1,9 @@
 """Rings at several angles: a smooth contact that friction in two directions stretches along y.
 
-A sphere with friction as a vector keeps the symmetry about both axes, not that of rotation. Fields
+A sphere with friction as a vector keeps the symmetry about both axes, but not by rotation. Fields
 have a value on each ring at angles that divide a quarter evenly, both axes included, and vary
 between them like the waves cos 2kθ and sin 2kθ that these values determine. The influence of waves
-is that of `fretwear.mechanics.geometry.harmonics`: one wave of pressure causes one of displacement,
+comes from `fretwear.mechanics.geometry.harmonics`: one wave of pressure causes one of displacement,
 and waves of shear couple in pairs. So a displacement takes a product of small matrices for each
 wave, and a few conjugate gradients, preconditioned by the problem of uniform rings, solve the
 linear problem of the free cells.
