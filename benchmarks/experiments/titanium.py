@@ -95,8 +95,8 @@ def text_laws(data: Data) -> str:
 Ti-6Al-4V wears seven times more per energy in slow motion than in fast motion. Two laws describe
 it: a coefficient that falls with the mean density of friction power, and a rim that oxygen reaches
 with a core inside. Their coefficients are fitted to the volumes of seven tests of Fouvry, Arnaud,
-Mignot and Neubauer (2017), f_1 to f_8, alone. Width and exponent of the rim, 1.56 mm and −0.71, come
-from an earlier fit of all four numbers to the same volumes. The debris fractions come from the
+Mignot and Neubauer (2017), f_1 to f_8, alone. Width and exponent of the rim, 1.56 mm and −0.71,
+come from an earlier fit of all four numbers to the same volumes. The debris fractions come from the
 profiles of two scars [below](#u-and-w-scars-arnaud-2021): 0.94 fits the U, 0.9 serves both.
 Coefficients are totals of both bodies.
 
