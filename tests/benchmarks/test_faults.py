@@ -21,7 +21,7 @@ ROW = re.compile(r"^\| (.+?) \| (\d+)(?: of \d+)? \|((?: \d+ \|)+)$", re.MULTILI
 @pytest.mark.slow
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes rights that are not given here")
 def test_after_a_fault_or_a_power_failure_the_same_command_gives_the_same_bits():
-    few = "--every 499 --commands 2 --power 2 --cuts 1 --only ^(?!start)".split()
+    few = ("--every=499", "--commands=2", "--power=2", "--cuts=1", "--only=^(?!start)")
     command = [sys.executable, "-m", "benchmarks.faults", *few]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     rows = ROW.findall(done.stdout)

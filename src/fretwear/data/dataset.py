@@ -246,7 +246,7 @@ class Accessor:
         if {*sizes} - {CYCLE.name} != {X.name, Y.name}:
             variables = self._dataset.data_vars.items()
             dims = {X.name, Y.name}
-            fields = [str(each) for each, of in variables if {*of.dims} - {CYCLE.name} == dims]
+            fields = [str(field) for field, of in variables if {*of.dims} - {CYCLE.name} == dims]
             if not fields:
                 raise KeyError(f"{name!r} is no field over x and y alone; select one case first")
             raise KeyError(f"{name!r} is no field over x and y; the dataset has {listed(fields)}")

@@ -435,7 +435,7 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: boo
         # Files saved by xarray have no history.
         steps = (*of_steps(scalars_of(contact_frame(file.variables))), *_OF_STEPS)
         history = file[HISTORY_GROUP].variables
-        lacking += [f"{HISTORY_GROUP}/{each.name}" for each in steps if each.name not in history]
+        lacking += [f"{HISTORY_GROUP}/{of.name}" for of in steps if of.name not in history]
     elif by_us:
         lacking.append(HISTORY_GROUP)
     if lacking:

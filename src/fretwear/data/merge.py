@@ -376,8 +376,10 @@ def _write(
     for name in MERGED_HISTORIES:
         large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, variables[name].attrs
     steps = max(steps for _, steps in shapes)
-    each = steps * len(MERGED_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(MERGED_PROFILES)
-    size = sum(about.values.nbytes for about in variables.values()) + 8 * number * each
+    per_case = steps * len(MERGED_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(
+        MERGED_PROFILES
+    )
+    size = sum(about.values.nbytes for about in variables.values()) + 8 * number * per_case
     with new_netcdf(path, size) as file:
         for dim in sizes:
             file.createDimension(dim, sizes[dim])
@@ -389,7 +391,7 @@ def _write(
                 name, dtype, (*points, *dims), chunksizes=chunk, fill_value=empty, **COMPRESSION
             )
             variable.setncatts(attrs)
-        for name, where, values in _rows(dataset, done, shapes, spool, 8 * each):
+        for name, where, values in _rows(dataset, done, shapes, spool, 8 * per_case):
             file[name][where] = values
         write_group(file, dataset)
     with netCDF4.Dataset(path) as file:
@@ -397,7 +399,7 @@ def _write(
         check_group(file, dataset)
         for name, (*_, attrs) in large.items():
             check_attributes(file[name], attrs)
-        for name, where, values in _rows(dataset, done, shapes, spool, 8 * each):
+        for name, where, values in _rows(dataset, done, shapes, spool, 8 * per_case):
             if file[name][where].tobytes() != values.tobytes():
                 raise RuntimeError(READS_BACK)
 

@@ -173,9 +173,9 @@ class Window(Protocol):
         """Convolve a field on all cells of the window by its factors into another."""
 
     def convolve_pair(self, team: Team, pair: Real, factors: Sequence[Real], result: Real) -> None:
-        """Convolve two fields into two, by factors of either and of one by the other in turn.
+        """Convolve two fields into two, by factors of the first, of the second and between them.
 
-        The last is odd along both axes, and its spectrum is given with the opposite sign.
+        Factors between them are odd along both axes; their spectrum has the opposite sign.
         """
 
 

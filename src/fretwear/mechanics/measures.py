@@ -249,8 +249,8 @@ def coupling_errors(
         }
         of_edges = most["contact"], 1.0 if state.plastic.any() else most["stick"]
         for axis, name in enumerate("xy"):
-            found = half_widths(state, state.geometry.along(axis))
-            widths = zip(("contact", "stick"), found, of_edges, strict=True)
+            both = half_widths(state, state.geometry.along(axis))
+            widths = zip(("contact", "stick"), both, of_edges, strict=True)
             row |= {f"{zone}_half_width_{name}": share * wide for zone, wide, share in widths}
         rows.append(row)
     errors = {name: part * np.array([row[name] for row in rows]) for name in rows[0]}

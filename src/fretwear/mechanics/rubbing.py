@@ -195,7 +195,7 @@ class Rubbing:
         return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
 
     def _inverse(self, place: int, cells: Places) -> Array:
-        """Inverse of the influence of some cells on each other; each position keeps its last."""
+        """Inverse of the influence of some cells on each other; the last of each place is kept."""
         from scipy.linalg.lapack import dpotrf, dpotri
 
         inverted, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))

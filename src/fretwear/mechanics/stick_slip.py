@@ -219,8 +219,8 @@ class _Descent:
         # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
         self.balances_y = force is not None and not bodies.is_even
         self.single, self.spent = bodies.single, 0.0
-        own = np.broadcast_to(bodies.own, self.shape).ravel()[self.cells]
-        self.own = own / bodies.self_influence
+        influence = np.broadcast_to(bodies.own, self.shape).ravel()[self.cells]
+        self.own = influence / bodies.self_influence
         # The first step from a guess corrects its force, and leaves cells that slip at the bound.
         self.guessed = start is not None
         if start is None:
@@ -280,7 +280,7 @@ class _Descent:
             missing = total - self.summed(result[axes])
             if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
                 break
-            # Within the disc a cell follows the shift; beyond it turns.
+            # Within the disc a cell follows the shift; beyond it, traction turns.
             moved = traction + shift[:, None] * softness
             length = np.maximum(np.sqrt((moved**2).sum(axis=0)), np.finfo(float).tiny)
             ways = (moved / length * (factor < 1.0))[axes]

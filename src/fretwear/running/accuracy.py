@@ -161,7 +161,7 @@ def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
     times = (sum(before) + last.work * narrower ** _growth(rounds)) / before[-1]
     name = max(last.errors, key=lambda name: last.errors[name], default="")
     words = RESULTS[name].words if name else "no estimate"
-    unfallen = [RESULTS[each].words for each in _unfallen(rounds, accuracy)]
+    unfallen = [RESULTS[result].words for result in _unfallen(rounds, accuracy)]
     cell = None
     if times <= (case.budget or USUAL_BUDGET):
         # Not for want of budget: it was not begun, or was the last run of all.
@@ -252,8 +252,8 @@ def measured_order(rounds: Sequence[Round]) -> float:
     not three runs.
     """
     of_each = _orders(rounds)
-    known = [of_each[name] for name in ASKED if name in of_each]
-    return float(np.median(known)) if known else _USUAL_ORDER
+    orders = [of_each[name] for name in ASKED if name in of_each]
+    return float(np.median(orders)) if orders else _USUAL_ORDER
 
 
 def lower_orders(rounds: Sequence[Round]) -> dict[str, float]:
@@ -262,8 +262,8 @@ def lower_orders(rounds: Sequence[Round]) -> dict[str, float]:
     A plastic band of a few cells widens them slowly; where edges fall in cells has no such order.
     """
     order = measured_order(rounds)
-    of_steps = ((n, own) for n, own in _orders(rounds).items() if any(w in n for w in _OF_STEPS))
-    return {name: own for name, own in of_steps if own < order}
+    of_steps = ((n, low) for n, low in _orders(rounds).items() if any(w in n for w in _OF_STEPS))
+    return {name: low for name, low in of_steps if low < order}
 
 
 def _orders(rounds: Sequence[Round]) -> dict[str, float]:
@@ -282,14 +282,14 @@ def _orders(rounds: Sequence[Round]) -> dict[str, float]:
     orders = np.linspace(_LEAST_ORDER, _MOST_ORDER, 61)
     powers = [run.width**orders for run in (wide, middle, narrow)]
     expected = (powers[0] - powers[1]) / (powers[1] - powers[2])
-    found = {}
+    measured = {}
     for name, values in fine.items():
         size = np.nan_to_num(np.abs(values))
         counts = (size > _TRACE * size.max()) & (before[name] > 0.0) & (now[name] > 0.0)
         if counts.any():
             ratio = float(np.exp(np.median(np.log(before[name][counts] / now[name][counts]))))
-            found[name] = float(np.interp(ratio, expected, orders))
-    return found
+            measured[name] = float(np.interp(ratio, expected, orders))
+    return measured
 
 
 def _differences(

@@ -107,8 +107,8 @@ class RunRecord:
         if isinstance(state, StrokeState):
             self.work += len(state.pressures) * float(np.count_nonzero(state.pressure)) ** 3
         else:
-            each = float(state.pressure.size) ** (1 if type(geometry) is Grid else 3)
-            self.work += max(1, state.convolutions - spent) * each
+            work = float(state.pressure.size) ** (1 if type(geometry) is Grid else 3)
+            self.work += max(1, state.convolutions - spent) * work
         numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
         self.history.append(numbers | vars(step.measures))
@@ -424,10 +424,10 @@ def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, fl
 def _wear_of_each(problem: WearProblem, state: State) -> dict[str, NDArray[np.float64]]:
     """Wear depth of indenter and flat, m, if they are known."""
     if isinstance(state, StrokeState):
-        each = [state.wear_indenter, state.wear_flat] if problem.wear_law.is_of_each else []
+        depths = [state.wear_indenter, state.wear_flat] if problem.wear_law.is_of_each else []
     else:
-        each = [share * state.wear for share in problem.wear_law.shares or ()]
-    return dict(zip(("indenter", "flat"), each, strict=False))
+        depths = [share * state.wear for share in problem.wear_law.shares or ()]
+    return dict(zip(("indenter", "flat"), depths, strict=False))
 
 
 def wear_problem(

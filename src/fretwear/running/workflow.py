@@ -288,8 +288,8 @@ class Progress:
     def _seconds_left(self) -> float:
         """Time, s, until the report is written.
 
-        Jobs that are left share the cores, but none is shorter than its cases, so that a last one
-        keeps one core only. Every case that runs counts as half done.
+        Jobs that are left share the cores, but the cases of a job follow each other, so that the
+        last job keeps a single core busy. Every case that runs counts as half done.
         """
         waiting = [
             [self._left[case_id] for case_id in case_ids if case_id in self._left]

@@ -86,7 +86,7 @@ class Unreached:
             reached += f"; narrower cells have not reduced the error of the {self.unfallen[0]}"
         elif self.cell is not None:
             reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
-            cell = cell_text([rounded_down(each) for each in self.cell])
+            cell = cell_text([rounded_down(side) for side in self.cell])
             accept = f"write cell: {cell}, or {accept}"
         elif self.times < GREATEST_BUDGET:
             reached += f"; reaching it would take about {self.times:.0f} times as long as usual"

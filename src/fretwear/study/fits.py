@@ -174,12 +174,12 @@ class Measurement(Part):
     noise: Annotated[
         float | None,
         Quantity("m", "$σ$", "noise", "um", "50 nm", above=0.0),
-        "Standard deviation of the readings; by default that beside the scar.",
+        "Standard deviation of the readings; by default as measured beside the scar.",
     ] = None
     correlation_length: Annotated[
         float | None,
         Quantity("m", "", "correlation length", "um", "10 um", at_least=0.0),
-        "Distance over which the noise is correlated; by default that beside the scar.",
+        "Distance over which the noise is correlated; by default as measured beside the scar.",
     ] = None
     force_noise: Annotated[
         Given | None,

@@ -37,7 +37,7 @@ SECONDS_TO_START = 1.3
 SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 2.7e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 9e-9
-# Of the work between convolutions, and of the loop of forces at a snapshot.
+# For the work between convolutions, and for the loop of forces at a snapshot.
 SECONDS_PER_CELL_AND_STEP = 7.5e-7
 SECONDS_PER_CELL_OF_LOOP = 9e-7
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
@@ -146,7 +146,7 @@ def estimate(case: Case) -> Estimate:
         ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
         return usual._replace(
             seconds=start + (ends[0] if ends_early else beside + first + default),
-            ends=tuple(start + each for each in ends),
+            ends=tuple(start + end for end in ends),
             memory_bytes=largest.memory_bytes,
             snapshot_bytes=largest.snapshot_bytes,
         )
@@ -197,11 +197,11 @@ class _Runs:
 
     def on_cells(self, width: float) -> Estimate:
         """The cost of a run on cells of a width over the default."""
-        if (known := self._by_width.get(width)) is None:
+        if (cost := self._by_width.get(width)) is None:
             case = self.case
-            known = self.alone(width, width * case.coarseness if case.is_graded else 1.0)
-            self._by_width[width] = known
-        return known
+            cost = self.alone(width, width * case.coarseness if case.is_graded else 1.0)
+            self._by_width[width] = cost
+        return cost
 
     def affordable_width(self, budget: float) -> float:
         """Width of the narrowest cells over the default, as for `affordable_width`."""
@@ -335,8 +335,8 @@ class PlannedCases:
         cost, stress = estimate(case), point.study.stress
         if stress is not None:
             snapshots = len({0, *(stress.cycles or case.output_cycles)})
-            each = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
-            cost = cost._replace(seconds=cost.seconds + snapshots * each)
+            seconds = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
+            cost = cost._replace(seconds=cost.seconds + snapshots * seconds)
         self.estimates[case_id] = cost
         for doubt in doubts(case):
             _, details = self.doubts.setdefault(doubt.what, (doubt, {}))
@@ -421,7 +421,7 @@ class Plan:
                 continue
             cost = self.estimates[point.id]
             cells = f"{cost.cells_x} x {cost.cells_y}"
-            time = span((each / speed for each in cost.ends or (cost.seconds,)), duration_text)
+            time = span((end / speed for end in cost.ends or (cost.seconds,)), duration_text)
             yield (point.id, *labels, cells, time, size_text(cost.memory_bytes))
 
 

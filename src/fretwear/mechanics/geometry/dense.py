@@ -446,12 +446,12 @@ class DenseHalfSpace(HalfSpace):
         block = self.matrix[np.ix_(cells, cells)]
         if tangent is not None:
             block[np.diag_indices(cells.size)] += weights[free] * tangent[free]
-        found = np.linalg.solve(block, (weights * displacements)[:, free].T)
-        result[:, free] = found.T
+        pressures = np.linalg.solve(block, (weights * displacements)[:, free].T)
+        result[:, free] = pressures.T
         return result
 
     def _factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
-        """The solution by active sets from a start, Pa; None if they come back to earlier ones.
+        """The solution by active sets from a start, Pa; None if a set occurs again.
 
         Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
         semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of

@@ -277,14 +277,14 @@ class PolarHalfSpace(DenseHalfSpace):
         if tangent is not None:
             layer += np.where(free, tangent[:count], 0.0)
         mean = (layer @ shares) / np.maximum(free @ shares, 1e-12)
-        own = np.where(rings, areas[:, 0] * mean, _BOUND)
+        compliance = np.where(rings, areas[:, 0] * mean, _BOUND)
         if self._kept is None or not self._kept.suits(rings):
-            self._kept = _Inverse(rings, self._inverse(own))
+            self._kept = _Inverse(rings, self._inverse(compliance))
         freed = rings & ~self._kept.rings[:count]
-        added = freed / (self._matrices[0].diagonal()[:count] + own)
+        added = freed / (self._matrices[0].diagonal()[:count] + compliance)
         left = displacements[:, :count] * areas * free
         scale = np.maximum(np.abs(left).max(axis=(1, 2), keepdims=True), np.finfo(float).tiny)
-        found = _by_angles(left / scale).reshape(-1, count)
+        pressures = _by_angles(left / scale).reshape(-1, count)
         taken = kernels.solve_on_rings(
             self._matrices.reshape(-1, len(self._areas)),
             self._kept.matrices,
@@ -296,22 +296,22 @@ class PolarHalfSpace(DenseHalfSpace):
             _by_angles(free),
             _REDUCTION,
             _ITERATIONS,
-            found,
+            pressures,
         )
         if taken > _FEW:
             self._kept = None
         result = np.zeros_like(displacements)
-        result[:, :count] = found.reshape(len(left), -1, count).transpose(0, 2, 1) * scale
+        result[:, :count] = pressures.reshape(len(left), -1, count).transpose(0, 2, 1) * scale
         return result
 
-    def _inverse(self, own: Array) -> Single:
+    def _inverse(self, compliance: Array) -> Single:
         """Inverse of the influence of each wave between rings that have compliances of their own.
 
         The matrices of all waves stand below each other.
         """
-        count = own.size
+        count = compliance.size
         inverse = self._matrices[:, :count, :count].copy()
-        inverse[:, np.arange(count), np.arange(count)] += own.astype(np.float32)
+        inverse[:, np.arange(count), np.arange(count)] += compliance.astype(np.float32)
         inverse = inverse.reshape(-1, count)
         kernels.invert(inverse)
         return inverse
@@ -353,8 +353,11 @@ class PolarShear(ShearSpace[Real]):
         #: j = 1 … m, then 0 … 1 − m, shape (2 m n, n).
         self._influence: tuple[Real, Real] = along, across
         last, count = geometry.intervals, len(geometry.edges) - 1
-        own: Array = np.asarray(along[:count].diagonal()[:, None], np.float64)
-        self._own, self.self_influence = np.broadcast_to(own, geometry.shape), float(own.max())
+        diagonal: Array = np.asarray(along[:count].diagonal()[:, None], np.float64)
+        self._own, self.self_influence = (
+            np.broadcast_to(diagonal, geometry.shape),
+            float(diagonal.max()),
+        )
         order = np.concatenate([1 + np.arange(last), -np.arange(last), [-last]])
         number = np.abs(order)
         # Components along x and y of these waves at the angles, shape (2, waves, angles).
@@ -391,7 +394,7 @@ class PolarShear(ShearSpace[Real]):
     def single(self) -> PolarShear[Single]:
         """The same in single precision, for displacements in units of the self-influence."""
         unit = self.self_influence
-        along, across = ((each / unit).astype(np.float32) for each in self._influence)
+        along, across = ((influence / unit).astype(np.float32) for influence in self._influence)
         return PolarShear(self.geometry, along, across)
 
     @cached_property

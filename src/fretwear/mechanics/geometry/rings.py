@@ -52,7 +52,7 @@ _SAMPLES = 2001
 # Stick radius over the contact radius, below which rings are graded as for a contact that slides as
 # a whole: less than a part in 10⁷ of its area sticks.
 _LEAST_STICK = 3e-4
-# Ratio of two radii, below which a series gives the influence of discs on each other.
+# Ratio of two radii below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
 # Width of the narrower of two rings over the radius of the larger one below which differences of
 # discs lose more digits than its width changes, if that is less than such a part of its own radius.
