@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from fretwear.forms import PerBody, pair
 from fretwear.mechanics.values import OverCycles
@@ -15,20 +15,9 @@ from fretwear.theory import composite_modulus, coupling_ratio
 class Bodies(Part):
     """The elastic bodies, represented by one half-space."""
 
-    if TYPE_CHECKING:  # fields of some kinds
-
-        @property
-        def composite_modulus(self) -> float:
-            """E*, Pa."""
-
-        @property
-        def coupling(self) -> float:
-            """κ = E*/G*, tangential compliance relative to the normal one."""
-
-    @property
-    def dundurs_beta(self) -> float:
-        """|β|, which couples normal and tangential directions; neglected."""
-        return 0.0
+    composite_modulus: float  # E*, Pa
+    coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
+    dundurs_beta = 0.0  # |β|, which couples normal and tangential directions; neglected
 
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - a single κ
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
@@ -64,12 +53,12 @@ class ElasticBodies(Bodies):
         return moduli[0], ratios[0], moduli[1], ratios[1]
 
     @cached_property
-    def composite_modulus(self) -> float:
+    def composite_modulus(self) -> float:  # type: ignore[override]
         """E* in Pa, from 1/E* = (1−ν1²)/E1 + (1−ν2²)/E2."""
         return composite_modulus(*self._constants)
 
     @cached_property
-    def coupling(self) -> float:
+    def coupling(self) -> float:  # type: ignore[override]
         """κ = E*/G*, with 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2)."""
         return coupling_ratio(*self._constants)
 
@@ -78,7 +67,7 @@ class ElasticBodies(Bodies):
         return coupling_ratio(*self._constants, weight)
 
     @cached_property
-    def dundurs_beta(self) -> float:
+    def dundurs_beta(self) -> float:  # type: ignore[override]
         """½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies."""
         modulus1, nu1, modulus2, nu2 = self._constants
         first, second = (1.0 + nu1) / modulus1, (1.0 + nu2) / modulus2
