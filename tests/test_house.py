@@ -76,6 +76,19 @@ def test_a_public_name_of_a_module_means_one_thing_in_the_package():
     assert not {name: files for name, files in places.items() if len(files) > 1}
 
 
+def test_functions_of_the_mechanics_can_be_read_at_once():
+    """At most 70 lines, docstring included."""
+    lengths = {
+        f"{module}.{node.name}": node.end_lineno - node.lineno + 1
+        for module, file in MODULES.items()
+        if module.startswith("fretwear.mechanics")
+        for node in ast.walk(parsed(file))
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert len(lengths) > 500
+    assert not {name: lines for name, lines in lengths.items() if lines > 70}
+
+
 def assigned(node):
     """Names that a statement of a module gives a value."""
     targets = getattr(node, "targets", [getattr(node, "target", None)])

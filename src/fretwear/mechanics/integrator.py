@@ -257,10 +257,9 @@ def first_loading(
             zeros if before is None else before.geometry.resized(getattr(before, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
         )
+        shape = bodies.unworn + opening + plastic
         contact = solve_contact(
-            problem.contact(
-                bodies.half_space, bodies.unworn + opening + plastic, limit=limit.value
-            ),
+            problem.contact(bodies.half_space, shape, limit=limit.value),
             start,
             tolerance=accuracy.contact,
         )
@@ -426,10 +425,21 @@ class Evolution(Integrator[State]):
             self._move_to(fitting)
             return None
         second = self._sheared(second, before, last, output_step=output_step)
-        rates = [setup.wear_growth for setup in (now, midway, last)]
-        error, factor, accepted = self._assess(step, last, rates, first, second)
-        between = (1.0 - numbers.middle) * step
-        pressure_rate = cellwise(lambda p, q: (q - p) / between, p1, second.pressure)
+        return self._ended(step, end, first, second, (now, midway, last))
+
+    def _ended(
+        self, step: float, end: float, first: Stage, second: Stage, setups: Sequence[WearProblem]
+    ) -> Attempt[State]:
+        """The state after both stages, with rates that predict the next step, and its assessment.
+
+        The setups hold at the start of the step and at the end of each stage.
+        """
+        base, cellwise = self.state, self._cellwise
+        model, team = self.problem.slip_model, self.problem.team
+        rates = [setup.wear_growth for setup in setups]
+        error, factor, accepted = self._assess(step, setups[-1], rates, first, second)
+        between = (1.0 - TR_BDF2.middle) * step
+        pressure_rate = cellwise(lambda p, q: (q - p) / between, first.pressure, second.pressure)
         source_rate = cellwise(np.divide, second.source_since(first, model, team), between)
         reduced = second.reduced.since(base.reduced, step)
         if step < _SHORT * base.next_step:
@@ -438,7 +448,7 @@ class Evolution(Integrator[State]):
         state = State(
             **vars(replace(second, reduced=reduced)),
             cycle=end,
-            geometry=geometry,
+            geometry=base.geometry,
             next_step=step,
             pressure_rate=pressure_rate,
             source_rate=source_rate,
