@@ -248,7 +248,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
     assert [*map(str.strip, pressure[-2:])] == [f"{case.hertz_pressure * 1e-9:.4g}", "GPa"]
     assert any(
-        line.startswith("Friction along y is neglected, which slip_model: coupled")
+        line.startswith("Friction along y is neglected; slip_model: coupled includes it.")
         for line in lines
     )
     assert mark.startswith("† In a single cell")
@@ -256,7 +256,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert max(map(len, lines)) <= 80
     first = lines.index("Results") + 2
     results = lines[first : lines.index("", first)]
-    assert len(results) == 15
+    assert len(results) == 16
     units = {line.split()[-1] for line in results}
     assert units <= {"µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%"}
 

@@ -40,8 +40,9 @@ def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
     constants = ("--basquin", "1000 MPa, -0.1", "--manson-coffin", "0.5,-0.6")
     options = ("--phases", 4, "--depth", "0.2 mm")
     said = desk.call("fatigue", case_file, "-o", "fatigue.nc", *constants, *options).stdout
-    head, *rows, path = said.splitlines()
+    head, *rows, note, path = said.splitlines()
     assert head.split()[0] == "cycle"
+    assert note.endswith("–: not known")
     assert [row.split()[0] for row in rows] == ["0", "20", "200"]
     assert all(row.endswith("no crack") for row in rows)
     assert path == "fatigue.nc"

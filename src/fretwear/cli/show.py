@@ -31,8 +31,8 @@ from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointSta
 if TYPE_CHECKING:
     import xarray as xr
 
-_MORE_RESULTS = "contact_half_width_y contact_area stick_area approach tangential_displacement"
-_MORE_RESULTS += " plastic_volume central_pressure peak_pressure"
+_MORE_RESULTS = "contact_half_width_y stick_half_width_y contact_area stick_area approach"
+_MORE_RESULTS += " tangential_displacement plastic_volume central_pressure peak_pressure"
 _CASE_RESULTS = (*HEADLINES, *_MORE_RESULTS.split())
 _STUDY_RESULTS = {name: RESULTS[name].error.name for name in HEADLINES[:4]}  # with their errors
 _MARK = "† In a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
@@ -150,13 +150,14 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         about = RESULTS[name].in_units(result["units"])
         rows.append((about.marked, *_texts(values, about, [errors[0], errors[-1]])))
     yield from aligned(rows)
-    moved = []
+    moved: list[str] = []
     for name, errors in content["coupling_errors"].items():
         if (value := content["results"][name]["values"][-1]) and errors[-1]:
             share = number_text(100.0 * errors[-1] / abs(value), 2)
-            moved.append(f"{RESULTS[name].words} by {share} %")
+            up_to = "" if moved else "up to "
+            moved.append(f"{RESULTS[name].words} by {up_to}{share} %")
     if moved:
-        words = "Friction along y is neglected, which slip_model: coupled includes; it may change "
+        words = "Friction along y is neglected; slip_model: coupled includes it. It may change "
         words += f"{listed(moved)}."
         yield from ("", *wrap(words, 80))
     yield from ("", _MARK, _UNWORN)

@@ -21,6 +21,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
+from fretwear.units import cycle_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +39,11 @@ _EXPORTED = "File to write; the names of several begin as this one does."
 _EXPORTED_CYCLE = "Snapshot to write."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
+_LARGE = 100_000_000  # bytes of exported files
 _PHASES = "Steps of the force over a cycle."
+_TABLE = (
+    "tension: along x, of the surface at the edge of contact; damage: Miner's sum; –: not known"
+)
 # An argument of a function with its value, in a message: an option here.
 _OF_OPTION = re.compile("([a-z]+(?:_[a-z]+)?) = '?([^']*)'?: ")
 
@@ -84,6 +89,7 @@ def stress_below(
         command="fretwear stress",
     )
     path, stresses = _written(file, output, "stress", compute)
+    say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")
     for line in (*aligned([*results.largest_values(stresses)], str.ljust), str(path)):
         say(line)
 
@@ -121,7 +127,7 @@ def fatigue_of(
         command="fretwear fatigue",
     )
     path, lives = _written(file, output, "fatigue", compute)
-    for line in (*aligned(fatigue.fatigue_table(lives)), str(path)):
+    for line in (*aligned(fatigue.fatigue_table(lives)), _TABLE, str(path)):
         say(line)
 
 
@@ -190,3 +196,6 @@ def export(
             raise CommandError(f"{file}: {error}") from error
     for path in written:
         say(str(path))
+    if cycle is None and (size := sum(path.stat().st_size for path in written)) > _LARGE:
+        note = f"{size / 1e6:.0f} MB; --cycle NUMBER writes one snapshot alone"
+        typer.echo(f"fretwear: note: {note}", err=True)

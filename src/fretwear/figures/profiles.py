@@ -343,8 +343,9 @@ def mark_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
         axes.text(x, 0.95, text, transform=across, fontsize=6.0, va="top")
         caption(
             axes,
-            "Triangles: the pressure is singular at this edge of the stick zone, where it grows "
-            "without bound as cells get narrower; the number is the highest value of a cell.",
+            f"Triangles: the {profiles.field.words} is singular at this edge of the stick zone, "
+            "where it grows without bound as cells get narrower; the number is the highest value "
+            "of a cell.",
         )
 
 

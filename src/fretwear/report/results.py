@@ -176,10 +176,11 @@ def coupling_remark(summary: xr.Dataset) -> str:
     slip = float(np.nanmax(moved["slip"]))
     unit = readable_unit([slip], "m")
     depth = "maximum_wear_depth"
-    most = _percent([(moved[depth], summary[depth].values)])
+    most, last = _percent([(moved[depth], summary[depth].values)]), share(depth)
+    at_the_end = f" ({last} after the last cycle)" if last != most else ""
     return (
         "The slip model neglects friction along y, which may change the maximum wear depth by up "
-        f"to {most} ({share(depth)} after the last cycle), half-widths of {widths}, and local "
+        f"to {most}{at_the_end}, half-widths of {widths}, and local "
         f"slip by {number_text(unit.of(slip), 2)} {unit.name}"
     )
 
