@@ -84,7 +84,9 @@ def put(tree, path, module):
 
     changed = dict(codes(compile(ast.fix_missing_locations(tree), path, "exec")))
     for function in functions_of(module):
-        function.__code__ = changed[function.__code__.co_qualname]
+        # A dataclass has functions that no file has.
+        if (code := changed.get(function.__code__.co_qualname)) is not None:
+            function.__code__ = code
 
 
 class Trial:

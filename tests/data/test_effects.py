@@ -8,6 +8,7 @@ import xarray as xr
 from scipy.stats import qmc, spearmanr
 
 from fretwear.data.effects import Points, _terms, rank_correlations, sobol_indices
+from fretwear.vocabulary import PointStatus
 
 from ..studies import sampled
 
@@ -101,3 +102,28 @@ def test_an_effect_is_divided_by_the_parameter_on_which_its_factor_depends():
         },
     )
     assert Points.of(summary).effect("load", "wear_volume").divider == "friction"
+
+
+def test_an_effect_keeps_no_more_pairs_than_points_and_finds_those_of_any_two_levels():
+    """Of 300 levels, 45 000 pairs a line would be; the points of the middle level have no value."""
+    load, friction = np.linspace(10.0, 40.0, 300), np.array([0.3, 0.6])
+    points, volume = ("load", "friction"), load[:, None] * friction
+    status = np.where(np.arange(300) == 150, np.int8(PointStatus.INVALID), np.int8(0))
+    summary = xr.Dataset(
+        {
+            "status": (points, np.tile(status[:, None], 2)),
+            "wear_volume": ((*points, "cycle"), np.stack([0.0 * volume, volume], axis=-1)),
+        },
+        {
+            "case_id": (points, np.arange(600).reshape(300, 2).astype(str)),
+            "cycle": [0.0, 100.0],
+            "load": load,
+            "friction": friction,
+        },
+    )
+    effect = Points.of(summary).effect("load", "wear_volume")
+    assert effect.low.size == 2 * 298
+    assert effect.factors.max() == pytest.approx(4.0)
+    # Levels are those of finished points: the 200th is the 201st of the study.
+    assert effect.between(50, 200).factors == pytest.approx(load[201] / load[50])
+    assert effect.between(50, 200).low.size == 2

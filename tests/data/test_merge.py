@@ -320,13 +320,26 @@ def _of_words_that_no_file_has(head: dict[str, object], excerpt: bytes) -> bytes
     return json.dumps({**head, "texts": texts}).encode() + excerpt[excerpt.index(b"\n") :]
 
 
+def _with_an_axis_that_stands_still(head: dict[str, object], excerpt: bytes) -> bytes:
+    line, _, arrays = excerpt.partition(b"\n")
+    return line + b"\n" + arrays[:8] + arrays[:8] + arrays[16:]
+
+
 def _deeply_nested(*_: object) -> bytes:
     return b"[" * 90_000
 
 
 @pytest.mark.parametrize(
     "changed",
-    [_as_written, _missing, _cut, _of_another_size, _of_words_that_no_file_has, _deeply_nested],
+    [
+        _as_written,
+        _missing,
+        _cut,
+        _of_another_size,
+        _of_words_that_no_file_has,
+        _with_an_axis_that_stands_still,
+        _deeply_nested,
+    ],
 )
 def test_merging_takes_excerpts_and_opens_files_that_have_none(
     make_study, loads, tmp_path, monkeypatch, changed

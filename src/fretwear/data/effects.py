@@ -204,13 +204,27 @@ class Points:
         """Return the index of each point's level of a parameter."""
         return self.places[:, list(self.levels).index(name)]
 
+    @cached_property
+    def members(self) -> Mapping[str, tuple[Rows, Rows]]:
+        """The rows of all lines of a parameter, one line after another, and their lines' numbers.
+
+        A long line has far more pairs than points, so none are kept.
+        """
+        sizes = {name: [*map(len, lines)] for name, lines in self.lines.items()}
+        return {
+            name: (
+                np.array([row for line in lines for row in line], dtype=np.intp),
+                np.repeat(np.arange(len(lines)), sizes[name]),
+            )
+            for name, lines in self.lines.items()
+        }
+
     def effect(self, parameter: str, result: str) -> Effect:
-        """Return the effect of a parameter on a result, for every two points of its lines."""
-        lines = [np.array(line) for line in self.lines[parameter]]
-        ends = [np.triu_indices(len(line), 1) for line in lines]
-        pairs = [(line[i], line[j]) for line, (i, j) in zip(lines, ends, strict=True)]
-        low, high = np.hstack(pairs) if pairs else np.empty((2, 0), np.intp)
-        return Effect(self, parameter, result, low, high)
+        """Return the effect of a parameter on a result, from the first point of each line on."""
+        rows, lines = self.members[parameter]
+        first = rows[np.searchsorted(lines, lines)]
+        others = rows != first
+        return Effect(self, parameter, result, first[others], rows[others])
 
     def importance(self, parameter: str, result: str) -> tuple[float, float]:
         """Return how much a parameter changes a result, for comparison with other parameters.
@@ -326,10 +340,13 @@ class Effect:
         place = self.points.place(self.parameter)
         return place[self.low], place[self.high]
 
-    def between(self, low: int, high: int) -> NDArray[np.bool_]:
-        """Return which pairs go from one level to another, both given by index."""
-        first, second = self._ends
-        return np.equal(first, low) & np.equal(second, high)
+    def between(self, low: int, high: int) -> Effect:
+        """Return the effect from one level to another, both given by index, on all their pairs."""
+        rows, lines = self.points.members[self.parameter]
+        place = self.points.place(self.parameter)[rows]
+        before, after = place == low, place == high
+        _, i, j = np.intersect1d(lines[before], lines[after], return_indices=True)
+        return replace(self, low=rows[before][i], high=rows[after][j])
 
     def select(self, pairs: NDArray[np.bool_]) -> Effect:
         """Return the effect in some of the pairs."""

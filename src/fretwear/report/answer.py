@@ -189,18 +189,19 @@ class Chance(NamedTuple):
 
         Levels are null, since the order of seeds has no meaning.
         """
-        shares = np.concatenate([line / line.mean() for line in self._ensembles()] or [[]])
-        factors = self.effect.factors
+        ensembles, seeds = self._ensembles(), self.effect.points.lines[SEED]
+        shares = np.concatenate([line / line.mean() for line in ensembles] or [[]])
+        pairs, known = (sum(math.comb(len(of), 2) for of in lines) for lines in (seeds, ensembles))
         return {
             "result": self.effect.result,
             "parameter": SEED,
             "from": None,
             "to": None,
             "where": {},
-            "pairs": factors.size,
+            "pairs": pairs,
             "lowest_factor": float(shares.min()) if shares.size else None,
             "highest_factor": float(shares.max()) if shares.size else None,
-            "undefined": int(np.isnan(factors).sum()),
+            "undefined": pairs - known,
             "appears": 0,
             "vanishes": 0,
             "text": self.text,
@@ -355,7 +356,7 @@ def _of_levels(effect: Effect, low: int, high: int) -> Iterator[Claim]:
         if inside and inside[0] != inside[-1]:
             ends.add((inside[0], inside[-1]))
     for first, last in sorted(ends):
-        claim = Claim(effect.select(effect.between(first, last)))
+        claim = Claim(effect.between(first, last))
         parts = [] if claim.is_one_way else [*_divided(claim)]
         is_clear = 0 < len(parts) <= _MOST_PARTS and all(part.is_one_way for part in parts)
         yield from parts if is_clear else [claim]
@@ -430,7 +431,7 @@ def _by_ranks(points: Points, results: Array) -> str:
 
 
 def _proportion(effect: Effect) -> str:
-    """Return how a result is exactly proportional to the parameter in all pairs; else empty.
+    """Return how a result is exactly proportional to the parameter in all lines; else empty.
 
     Imposed quantities make it so: no integral over many steps is so exact by chance.
     """
