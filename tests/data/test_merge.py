@@ -320,7 +320,7 @@ def _of_words_that_no_file_has(head: dict[str, object], excerpt: bytes) -> bytes
     return json.dumps({**head, "texts": texts}).encode() + excerpt[excerpt.index(b"\n") :]
 
 
-def _with_an_axis_that_stands_still(head: dict[str, object], excerpt: bytes) -> bytes:
+def _with_an_axis_that_stands_still(_: dict[str, object], excerpt: bytes) -> bytes:
     line, _, arrays = excerpt.partition(b"\n")
     return line + b"\n" + arrays[:8] + arrays[:8] + arrays[16:]
 

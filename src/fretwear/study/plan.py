@@ -85,10 +85,8 @@ ARRAYS_OF_PADDED_WINDOW = 18
 MEMORY_PER_CELL_OF_SNAPSHOT = 110
 # Means of rings over cells, and writing them.
 SECONDS_PER_CELL_OF_SNAPSHOT = 1.9e-6
-# Contact and stick fractions, zero or one in most cells, compress to nearly nothing.
-BYTES_PER_FIELD_CELL = 7 * 4 + 2
-COMPRESSED_SHARE = 0.6
-
+# Of a file: the fields of a snapshot, compressed, twice as many if friction has two directions.
+BYTES_OF_FILE, BYTES_PER_CELL_OF_SNAPSHOT = 200_000, 10
 
 # Stresses of a cycle below one snapshot.
 SECONDS_PER_SNAPSHOT_STRESSED = 0.45
@@ -284,7 +282,8 @@ class _Runs:
             memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
             snapshots=self._snapshots,
             snapshot_bytes=MEMORY_PER_CELL_OF_SNAPSHOT * cells,
-            file_bytes=int(COMPRESSED_SHARE * BYTES_PER_FIELD_CELL * kept) + 100_000,
+            file_bytes=BYTES_OF_FILE
+            + BYTES_PER_CELL_OF_SNAPSHOT * kept * (1 + case.slip_model.couples),
         )
 
     def _work(self, cells: int, tolerance: float) -> tuple[float, float]:
