@@ -242,6 +242,16 @@ def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics(r
         np.testing.assert_array_equal(interpolated(places, values, others), expected)
 
 
+def test_rings_inside_a_stick_zone_beside_a_narrow_annulus_of_slip_are_as_narrow_as_those_in_it():
+    """A stick zone as wide as the unworn contact, of bodies that yield in a wide band."""
+    problem, annulus = fretting(limit=0.8, geometry=Rings), 0.02 * A
+    grading = Grading.of(problem, A, A + annulus, yields=True)
+    edges = np.asarray(Rings.graded(grading, 1.3 * A).edges)
+    beside = np.searchsorted(edges, A - 1e-9 * A)
+    assert edges[beside] == near(A)
+    assert np.diff(edges[beside - 5 : beside + 6]).max() < 1.01 * annulus / 40
+
+
 def test_a_capped_contact_meets_its_conditions(rings):
     limit, bodies, unworn = 0.7 * P0, rings.half_space(MODULUS), fretting().unworn(rings)
     problem = ContactProblem(bodies, unworn, SPHERE_LOAD, limit)

@@ -29,7 +29,7 @@ _COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])
 def crack_map(cracks: xr.Dataset, *, columns: Columns = 2) -> Figure:
     """Draw the Smith–Watson–Topper parameter through the thickness, first and last snapshot.
 
-    `found` is the dataset of `fretwear.fatigue`. A cross marks the largest value, a line the plane
+    `cracks` is the dataset of `fretwear.fatigue`. A cross marks the largest value, a line the plane
     on which it acts.
     """
     swt = CRACKS[0]
