@@ -328,6 +328,18 @@ def test_fields_on_a_plane_are_those_along_the_radius():
     np.testing.assert_array_equal(found["sticks"], r < edge)
 
 
+def test_a_zone_with_a_hole_covers_the_cells_of_a_plane_between_its_edges():
+    rings = Rings(tuple(np.linspace(0.0, 1.2, 61) * A))
+    cells = ((rings.x > 0.4 * A) & (rings.x < 0.8 * A))[:, None]
+    region, plane = Region(cells, 0.8 * A), rings.plane((0.02 * A, 0.02 * A))
+    covered = rings.covered(region, plane)
+    assert plane.integral(covered) == near(rings.zone(region).area, rel=1e-9)
+    assert rings.zone(region).area == near(np.pi * (0.64 - 0.16) * A**2, rel=0.01)
+    radius = np.hypot(plane.x[:, None], plane.y) / A
+    assert covered[(radius < 0.36) | (radius > 0.82)].max() == 0.0
+    assert covered[(radius > 0.45) & (radius < 0.78)].min() == near(1.0)
+
+
 def test_no_written_mean_lies_beyond_the_values_around_it():
     """Where a field rises more and more steeply, such as beside a singular edge."""
     strips = Strips(tuple(1e-6 * np.arange(9.0)), 6e-3)

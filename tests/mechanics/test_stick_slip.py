@@ -32,6 +32,13 @@ def whole_matrix(grid):
     return np.block([[along, cross], [cross, across]])
 
 
+def test_coarser_cells_are_a_quarter_as_many_of_the_same_window():
+    bodies = shear_space(Grid((128, 96), (0.1, 0.15), even=(True, True)), MODULUS, COUPLING)
+    coarser = bodies.coarser.geometry
+    assert coarser.shape == (64, 48)
+    assert coarser.extent == bodies.geometry.extent
+
+
 def unfolded(traction, even):
     first, second = traction
     for axis in np.flatnonzero(even):
