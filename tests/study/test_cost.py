@@ -14,7 +14,7 @@ from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, we
 from fretwear.study import yamlfile
 from fretwear.study.case import Case, read_snapshots
 from fretwear.study.doubts import doubts
-from fretwear.study.plan import WINDOW_MARGIN, estimate
+from fretwear.study.plan import SECONDS_PER_CELL_OF_LOOP, WINDOW_MARGIN, estimate
 from fretwear.study.spacing import (
     MOST_CELLS,
     greatest_contact_radius,
@@ -103,6 +103,16 @@ def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
         tight, usual = (estimate(steel(roughness=waves, tolerance=t)) for t in (1e-3, 1e-2))
         assert tight.steps > 1.5 * usual.steps
         assert tight.seconds > usual.seconds
+
+
+def test_loops_at_snapshots_take_time_by_their_cells_and_a_second_run_starts_no_process():
+    rough = steel(roughness=SHALLOW, error_estimate=False, output_cycles=range(100))
+    follows, held = estimate(rough), estimate(rough.replace(slip_model="cattaneo_mindlin"))
+    loops = SECONDS_PER_CELL_OF_LOOP * follows.cells * 101
+    assert follows.seconds - held.seconds == near(loops)
+    short = steel(roughness=SHALLOW, cell=(2.8e-6, 5.8e-6), cycles=1)
+    alone = estimate(short.replace(error_estimate=False))
+    assert alone.seconds < estimate(short).seconds < alone.seconds + 0.1
 
 
 def test_smooth_elastic_cases_are_expected_to_reach_the_usual_accuracy_at_once():
