@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.effects import Points, _terms, rank_correlations, sobol_indices
+from fretwear.data.effects import Points, _terms, _within, rank_correlations, sobol_indices
 from fretwear.vocabulary import PointStatus
 
-from ..studies import sampled
+from ..studies import near, sampled
 
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
 """Sobol indices of Ishigami's function with a = 7 and b = 0.1 (Ishigami and Homma 1990)."""
@@ -127,3 +127,9 @@ def test_an_effect_keeps_no_more_pairs_than_points_and_finds_those_of_any_two_le
     # Levels are those of finished points: the 200th is the 201st of the study.
     assert effect.between(50, 200).factors == pytest.approx(load[201] / load[50])
     assert effect.between(50, 200).low.size == 2
+
+
+def test_the_rest_of_a_variance_within_groups_is_that_about_their_means():
+    values, groups = np.random.default_rng(6).standard_normal(60), np.arange(60) % 7 * 3
+    expected = sum(values[groups == g].var() * (groups == g).sum() for g in np.unique(groups))
+    assert _within(values, groups) == near(expected)
