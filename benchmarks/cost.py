@@ -11,7 +11,7 @@ constants at the top of `fretwear.study.plan` have to be changed until no ratio 
 the range from 0.5 to 2; with ``--measured`` the numbers of an earlier call are compared with what
 is expected now. With ``--study`` the cases of a study, or every N-th of them, are run as written,
 so that an accuracy chooses their cells; steps and convolutions are then of the last run. What
-``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of bare transforms
+``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of a bare transform
 on the machine of the other constants.
 """
 
@@ -148,7 +148,7 @@ def compare(names: list[str], kept: Path | None) -> Iterator[tuple[str, Numbers,
                 study = Path(folder, "case.yaml")
                 study.write_text(yaml.safe_dump({"base": content}), encoding="utf-8")
                 measured = measure(study, case.case_id)
-            yield name, Numbers.of(expected, machine_speed([expected])), measured
+            yield name, Numbers.of(expected, machine_speed()), measured
         elif name in earlier:
             yield name, Numbers.of(expected, 1.0), Numbers(**earlier[name])
 
@@ -157,7 +157,7 @@ def of_study(file: Path, every: int) -> Iterator[tuple[str, Numbers, Numbers]]:
     """Run every so many cases of a study; yield estimates and measurements."""
     for name, case in [*load_study(file).cases().items()][::every]:
         expected = estimate(case)
-        yield name[-32:], Numbers.of(expected, machine_speed([expected])), measure(file, name)
+        yield name[-32:], Numbers.of(expected, machine_speed()), measure(file, name)
 
 
 def line(name: str, expected: Numbers, measured: Numbers) -> str:
@@ -176,13 +176,8 @@ def line(name: str, expected: Numbers, measured: Numbers) -> str:
 
 
 def print_speed() -> None:
-    """Print the time of bare transforms: the constants of `fretwear.running.resources`."""
-    small, large = (40, 40), (384, 384)
-    times = {shape: min(transform_seconds(*shape) for _ in range(5)) for shape in (small, large)}
-    cells = {shape: shape[0] * shape[1] for shape in times}
-    each = (times[large] - times[small]) / (cells[large] - cells[small])
-    print(f"SECONDS_PER_TRANSFORM = {max(0.0, times[small] - each * cells[small]):.2g}")
-    print(f"SECONDS_PER_CELL_AND_TRANSFORM = {each:.2g}")
+    """Print the time of a bare transform: the constant of `fretwear.running.resources`."""
+    print(f"SECONDS_PER_TRANSFORM = {min(transform_seconds() for _ in range(5)):.2g}")
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ from fretwear.running.resources import (
     LEAST_JOBS,
     MOST_JOBS,
     SECONDS_PER_JOB,
+    SECONDS_PER_TRANSFORM,
     SECONDS_WORTH_A_JOB,
     Batch,
     available_memory,
@@ -248,12 +249,13 @@ def test_points_that_come_to_one_case_are_run_and_counted_once(load):
     assert apart - together == near(SECONDS_TO_START)
 
 
-def test_a_speed_is_measured_for_small_and_for_huge_windows():
-    # What no machine can compute is timed at a size that it can.
-    for cell in ("10 um", "0.01 um"):
-        assert 1e-3 < machine_speed([estimate(make_case(cell=cell))]) < 1e3
-    assert machine_speed([]) == 1.0, "nothing to run takes no measurement"
-    assert 0.0 < transform_seconds(32, 32) < transform_seconds(512, 512)
+def test_a_machine_whose_transforms_take_twice_as_long_has_half_the_speed(monkeypatch):
+    assert 1e-3 < machine_speed() < 1e3
+    usual = SECONDS_PER_TRANSFORM / transform_seconds() / machine_speed()
+    assert 0.2 < usual < 5.0, "the same machine has about the same speed again"
+    slow = "fretwear.running.resources.transform_seconds"
+    monkeypatch.setattr(slow, lambda: 2.0 * SECONDS_PER_TRANSFORM)
+    assert machine_speed() == 0.5
 
 
 @pytest.fixture

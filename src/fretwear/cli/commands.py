@@ -207,7 +207,7 @@ def plan(
 
     _collect_rarely()
     planned = load_plan(file, set_ or ())
-    speed = resources.machine_speed(planned.estimates.values())
+    speed = resources.machine_speed()
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few
     rows = [*planned.rows(0, shown, speed), *planned.rows(max(shown, points - few), None, speed)]

@@ -149,8 +149,11 @@ class Accessor:
         raise AttributeError(f"'fretwear' accessor has no attribute {name!r}{hint}")
 
     def __repr__(self) -> str:
-        sizes = " × ".join(f"{size} {name}" for name, size in self._dataset.sizes.items())
-        return f"<fretwear {self._dataset.attrs.get('case_id', 'dataset')}: {sizes}>"
+        sizes = {str(name): size for name, size in self._dataset.sizes.items()}
+        cells = " × ".join(str(sizes.pop(axis)) for axis in (X.name, Y.name) if axis in sizes)
+        others = [f"{size} {name}{'s' * (size != 1)}" for name, size in sizes.items()]
+        shape = ", ".join([*others, *([f"{cells} cells"] if cells else [])])
+        return f"<fretwear {self._dataset.attrs.get('case_id', 'dataset')}: {shape}>"
 
     def _repr_html_(self) -> str:
         """Return the identity and, of a point contact, a small map of the wear, for notebooks."""
@@ -173,7 +176,9 @@ class Accessor:
     def _draw(self, axes: Axes, name: str, cycle: float | None) -> None:
         """Draw a map to scale, titled by its cycle."""
         field = self.map(name, cycle)
-        field.plot(ax=axes, cmap="inferno_r")  # type: ignore[call-arg]
+        words = f"{field.attrs['long_name']} ({field.attrs['units']})"
+        key = {"label": words.replace(" (1)", "")}
+        field.plot(ax=axes, cmap="inferno_r", cbar_kwargs=key)  # type: ignore[call-arg]
         title = f"cycle {cycle_text(float(field[CYCLE.name]))}"
         unit = field[X.name].attrs["units"]
         axes.set(aspect="equal", title=title, ylabel=f"y ({unit})")

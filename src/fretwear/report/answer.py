@@ -470,7 +470,8 @@ def _change(name: str, first: Value, last: Value) -> str:
 
 def _where(name: str, value: Value) -> str:
     about, text = parameter(name), value_text(name, value).replace(" ", "\u00a0")
-    return text if about.word_for(value) else f"the {about.words} is {text}"
+    article = "" if "'s " in about.words else "the "  # Poisson's ratio
+    return text if about.word_for(value) else f"{article}{about.words} is {text}"
 
 
 def _by(factors: Array) -> str:

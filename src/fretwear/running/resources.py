@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-import statistics
 import sys
 import time
 from collections import defaultdict
@@ -55,17 +54,10 @@ MOST_CASES_DRAWN = 200
 SECONDS_OF_REPORT = 3.3
 SECONDS_PER_CASE_REPORTED = 0.03
 
-# Processor time of a forward and inverse transform on the machine on which the constants of
+# Time of a forward and inverse transform on the machine on which the constants of
 # `fretwear.study.plan` were measured, as `python -m benchmarks.cost --speed` prints it.
-SECONDS_PER_TRANSFORM = 2.0e-5
-SECONDS_PER_CELL_AND_TRANSFORM = 2.2e-8
-
-# Smaller windows fit into the fastest memory, unlike the rest of a run; larger ones would take long
-# to time, but no longer per cell.
-_SIZES = (128, 192, 256, 384, 512)
-_SECONDS_TIMED = 0.05
-_LEAST_REPETITIONS = 3
-_FREED = 4_000_000
+SECONDS_PER_TRANSFORM = 2.8e-4
+_CELLS_TIMED, _SECONDS_TIMED, _LEAST_REPETITIONS = 128, 0.1, 20
 
 _LISTED = 3
 
@@ -246,44 +238,32 @@ def study_seconds(plan: Plan, jobs: Sequence[Batch], at_once: int = 1, speed: fl
     return (SECONDS_OF_SNAKEMAKE + simulating + seconds_after(plan)) / speed
 
 
-def machine_speed(estimates: Iterable[Estimate]) -> float:
+def machine_speed() -> float:
     """Return the speed of this machine relative to the one on which the cost model was calibrated.
 
-    Most of a run is spent in Fourier transforms, so these are timed: of the size in which the cases
-    spend most of their time, on one thread, in processor time, which other work on the machine
-    disturbs less than the clock.
+    Most of a run is spent in Fourier transforms, so these are timed.
     """
-    by_cells: defaultdict[int, float] = defaultdict(float)
-    for expected in estimates:
-        by_cells[expected.cells] += expected.seconds
-    spent: defaultdict[int, float] = defaultdict(float)
-    for cells, seconds in by_cells.items():
-        width = math.sqrt(cells)
-        spent[min(_SIZES, key=lambda size: abs(math.log(size / width)))] += seconds
-    if not spent:
-        return 1.0
-    size = max(spent, key=lambda size: spent[size])
-    usual = SECONDS_PER_TRANSFORM + SECONDS_PER_CELL_AND_TRANSFORM * size**2
-    return usual / transform_seconds(size, size)
+    return SECONDS_PER_TRANSFORM / transform_seconds()
 
 
-def transform_seconds(cells_x: int, cells_y: int) -> float:
-    """Return the processor time, s, of a forward and inverse transform of a padded window."""
+def transform_seconds() -> float:
+    """Return the time, s, of a forward and inverse transform of a padded window.
+
+    The shortest of many repetitions counts, which other work on the machine disturbs least. The
+    window fits into the cache of a core: transforms of larger ones take up to twice as long while
+    others use the memory, runs hardly longer.
+    """
     # By numpy, which the library of units imports anyway: importing scipy's takes 0.2 s more.
     import numpy as np
 
-    # Until an even larger array has been freed, the C library returns large arrays to the system at
-    # once, which takes time that transforms do not.
-    np.empty(_FREED)
-    window = np.zeros((cells_x, 2 * cells_y))
-    window[: cells_x // 2] = 1.0
+    window = np.zeros((_CELLS_TIMED, 2 * _CELLS_TIMED))
+    window[: _CELLS_TIMED // 2] = 1.0
     taken: list[float] = []
-    began = time.process_time()
-    while len(taken) < _LEAST_REPETITIONS or time.process_time() - began < _SECONDS_TIMED:
-        started = time.process_time()
+    while len(taken) < _LEAST_REPETITIONS or math.fsum(taken) < _SECONDS_TIMED:
+        started = time.perf_counter()
         np.fft.irfft2(np.fft.rfft2(window), s=window.shape)
-        taken.append(time.process_time() - started)
-    return statistics.median(taken)
+        taken.append(time.perf_counter() - started)
+    return min(taken)
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
