@@ -35,6 +35,7 @@ from fretwear.data.stack import (
     common_positions,
     open_study,
     resampled,
+    window,
 )
 from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
@@ -202,6 +203,11 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
     both = common_positions([fine, (3e-6, 9e-6, True)])
     assert both.size == 2 * 31
     np.testing.assert_array_equal(both, -both[::-1])
+    # Windows are known by the centres of their cells.
+    for is_whole in (False, True):
+        cells = (np.arange(-4.0 if is_whole else 0.0, 4.0) + 0.5) * 3e-6
+        spacing, extent, has_both = window(cells)
+        assert (spacing, extent, has_both) == (near(3e-6), near(12e-6), is_whole)
 
 
 def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
