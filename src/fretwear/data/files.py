@@ -5,20 +5,18 @@ ignore; in case files it follows an excerpt for merging. It is compared before t
 opens the file: the library opens unfinished files without an error, and a damaged structure can
 hang or crash the process.
 
-A checksum does not tell who wrote the file. Before its arrays are read, checks follow that they are
-no larger than the file can hold, that numbers are numbers, that coordinates increase, and that
-parameters lie in their range.
+A checksum does not tell who wrote the file: what it holds is checked as well, before its arrays are
+read (`fretwear.data.contents`).
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import shutil
 import tempfile
 import zlib
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
@@ -28,6 +26,14 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.data.contents import (
+    COMPLETE,
+    HISTORY_GROUP,
+    case_problems,
+    lacking_variables,
+    size_problems,
+    summary_problems,
+)
 from fretwear.data.excerpts import Excerpt, ExcerptError
 from fretwear.data.safe import (
     DataFileError,
@@ -35,28 +41,16 @@ from fretwear.data.safe import (
     is_of_netcdf,
     uninterrupted,
 )
-from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
-    ARITHMETIC,
     BODY_FIELDS,
     CASE_ID,
     CODE_DIGEST,
-    CONVOLUTIONS,
     CYCLE,
-    ERROR_ESTIMATE,
     FIELDS,
-    STATUS,
     STEP,
-    SYMMETRIES,
     VECTOR_FIELDS,
-    PointStatus,
-    Variable,
     X,
     Y,
-    contact_frame,
-    coupling_errors_of,
-    of_steps,
-    scalars_of,
 )
 
 if TYPE_CHECKING:
@@ -65,7 +59,6 @@ if TYPE_CHECKING:
     from fretwear.data.labels import Labelled
     from fretwear.study.case import Case
 
-HISTORY_GROUP = "history"
 LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
 """Storage of large variables; the netCDF library adds a checksum to each chunk."""
@@ -79,10 +72,9 @@ _EXCERPT_MARK = b"\nfretwear excerpt "
 _EXCERPT_LENGTH = len(_EXCERPT_MARK) + 10
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
-_COMPLETE = "complete"
-_OF_STEPS = (ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SUPERBLOCK_LENGTH = 64
+_MOST_OF_A_FIELD = 1e20  # in Pa, m or 1
 _MEMORY = Path("/dev/shm")
 _IN_MEMORY_BYTES = 64 << 20
 
@@ -92,17 +84,6 @@ _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case ag
 _RUN_AGAIN = "Remove the file and run the case again"
 _MERGE_AGAIN = "Merge the study again"
 _RUN_STUDY = "Run the study first: snakemake --cores 2 --config study="
-
-# Fields usually compress to a half, and to a tenth if the bodies hardly touch.
-_MOST_EXPANSION = 100
-_ALWAYS_ALLOWED = 10_000_000
-_MOST_TEXT = 10_000_000
-_MOST_OF_A_FIELD = 1e20  # in Pa, m or 1
-# Attributes by which a library changes the stored numbers.
-_CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
-_CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
-_STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
-_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name, ARITHMETIC.name)
 
 
 def add_checksum(path: Path) -> None:
@@ -265,7 +246,7 @@ def write_case(
     ValueError if the dataset lacks variables of a case; `DataFileError` if the disk is full, or the
     folder, created if necessary, cannot be written to.
     """
-    if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
+    if lacking := lacking_variables({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
     variables = (v for content in (dataset, *groups.values()) for v in content.variables.values())
@@ -273,7 +254,7 @@ def write_case(
     with uninterrupted(), atomic_path(Path(path)) as temporary:
         with new_netcdf(temporary, size) as file:
             write_group(file, dataset)
-            file.setncattr(_COMPLETE, np.int32(1))
+            file.setncattr(COMPLETE, np.int32(1))
             for name, content in groups.items():
                 write_group(file.createGroup(name), content)
         try:
@@ -306,18 +287,6 @@ def read_excerpt(path: str | PathLike[str]) -> Excerpt:
         return Excerpt.of(file, file[HISTORY_GROUP])
 
 
-def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
-    """Return the variables of a case that are missing or have wrong dimensions."""
-    frame = contact_frame(dims)
-    of_case = frame.dims
-    expected = {
-        **{name: (name,) for name in of_case},
-        **{scalar.name: of_case[:1] for scalar in scalars_of(frame)},
-        **{field.name: of_case for field in FIELDS},
-    }
-    return [name for name, right in expected.items() if dims.get(name) != right]
-
-
 def unusable(path: Path, problem: str) -> DataFileError:
     """Return an error that says why a case file cannot be used."""
     return DataFileError(path, problem, _RUN_AGAIN)
@@ -341,7 +310,7 @@ def opened_case(
         if CASE_ID.name not in file.ncattrs():
             raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
         size = path.stat().st_size
-        for obstacle in _case_problems(file, size, by_us=not problem, values=values):
+        for obstacle in case_problems(file, size, by_us=not problem, values=values):
             raise unusable(path, obstacle)
         yield file
 
@@ -355,7 +324,7 @@ def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
         name = study if above == "results" else "NAME"
         raise DataFileError(path, "there is no such file", f"{_RUN_STUDY}{name}")
     with opened_parts(path, "merged study", _MERGE_AGAIN) as file:
-        for obstacle in _summary_problems(file):
+        for obstacle in summary_problems(file):
             raise DataFileError(path, obstacle, _MERGE_AGAIN)
         yield file
 
@@ -366,7 +335,7 @@ def opened_parts(path: Path, kind: str, remedy: str) -> Iterator[netCDF4.Dataset
     if problem := damage(path, kind):
         raise DataFileError(path, problem, remedy)
     with _opened(path, remedy) as file:
-        for obstacle in _size_problems((file, *file.groups.values()), path.stat().st_size):
+        for obstacle in size_problems((file, *file.groups.values()), path.stat().st_size):
             raise DataFileError(path, obstacle, remedy)
         yield file
 
@@ -420,129 +389,6 @@ def _end_of_hdf5(superblock: bytes) -> float:
     version, at = superblock[len(_SIGNATURE) :][:1], {0: 40, 1: 44, 2: 28, 3: 28}
     address = at.get(version[0] if version else -1)
     return math.inf if address is None else int.from_bytes(superblock[address:][:8], "little")
-
-
-# The first problem of an open file is raised and ends the reading: each check relies on those
-# before it.
-
-
-def _case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: bool) -> Iterator[str]:
-    """Yield the problems of a case file, first of its structure, then of its values."""
-    if by_us and str(file.__dict__.get(_COMPLETE)) != "1":
-        yield "the run that wrote it did not finish"
-    lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})
-    if HISTORY_GROUP in file.groups:
-        # Files saved by xarray have no history.
-        steps = (*of_steps(scalars_of(contact_frame(file.variables))), *_OF_STEPS)
-        history = file[HISTORY_GROUP].variables
-        lacking += [f"{HISTORY_GROUP}/{of.name}" for of in steps if of.name not in history]
-    elif by_us:
-        lacking.append(HISTORY_GROUP)
-    if lacking:
-        yield f"it lacks {', '.join(lacking)}"
-    yield from _size_problems((file, *file.groups.values()), size, words=not by_us)
-    yield from _text_problems(file, _CASE_TEXTS)
-    if file.getncattr("symmetry") not in SYMMETRIES:
-        yield f"its symmetry is none of {', '.join(SYMMETRIES)}"
-    for axis in (CYCLE, X, Y):
-        if axis.name in file.variables:
-            yield from _axis_problems(file[axis.name], axis)
-    if values:
-        scalars = scalars_of(contact_frame(file.variables))
-        errors = (scalar.error for scalar in scalars if scalar.error.name in file.variables)
-        yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
-        of_coupling = coupling_errors_of(file.variables)
-        yield from _variable_problems(file, (*scalars, *errors, *of_coupling), (CYCLE.name,))
-        if HISTORY_GROUP in file.groups:
-            steps = (*of_steps(scalars), *_OF_STEPS)
-            yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))
-        yield from _parameter_problems(file)
-
-
-def _summary_problems(file: netCDF4.Dataset) -> Iterator[str]:
-    yield from _text_problems(file, _STUDY_TEXTS)
-    required = {CYCLE.name, X.name, STATUS.name, CASE_ID.name, "contact_state_profile"}
-    if lacking := required - file.variables.keys():
-        yield f"it lacks {', '.join(sorted(lacking))}"
-    dims = (*file[STATUS.name].dimensions, CYCLE.name)
-    yield from _variable_problems(
-        file, scalars_of(contact_frame(file.variables)), dims, finite=False
-    )
-    for axis in (CYCLE, X):
-        yield from _axis_problems(file[axis.name], axis)
-    if not np.isin(file[STATUS.name][...], list(PointStatus)).all():
-        yield "its status has unknown values"
-    yield from _parameter_problems(file)
-
-
-def _size_problems(
-    groups: Iterable[netCDF4.Dataset], size: int, *, words: bool = False
-) -> Iterator[str]:
-    announced = 0
-    for name, variable in ((n, v) for group in groups for n, v in group.variables.items()):
-        if words and variable.dtype is str and not variable.dimensions:
-            continue  # text as xarray saves it
-        if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "ifuS":
-            yield f"{name} holds neither numbers nor plain text"
-        announced += math.prod(variable.shape) * variable.dtype.itemsize
-        if changing := _CHANGING & set(variable.ncattrs()):
-            yield f"{name} has the attribute {min(changing)}, which changes its meaning"
-    if announced > _ALWAYS_ALLOWED and announced > _MOST_EXPANSION * size:
-        yield f"it announces {announced / 1e6:.0f} MB of values but has {size / 1e6:.1f} MB"
-
-
-def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]:
-    attributes = file.__dict__  # `vars` would hide an error of the library
-    for name in (*names, *(optional for optional in _OPTIONAL_TEXTS if optional in attributes)):
-        text = attributes.get(name)
-        if not isinstance(text, str) or len(text) > _MOST_TEXT:
-            yield f"its attribute {name} is not text"
-        elif name in ("parameters", "study_file"):
-            content = None
-            with suppress(ValueError, RecursionError):
-                content = json.loads(text)
-            if not isinstance(content, dict):
-                yield f"its attribute {name} is not a JSON object"
-
-
-def _axis_problems(stored: netCDF4.Variable[np.float64], axis: Variable) -> Iterator[str]:
-    if stored.dimensions != (axis.name,) or stored.dtype.kind != "f" or not stored.size:
-        yield f"{axis.name} is not an axis"
-    values = stored[...]
-    if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
-        yield f"{axis.name} does not increase from value to value"
-    if axis is CYCLE and values[0] < 0:
-        yield f"{axis.name} begins before 0"
-
-
-def _variable_problems(
-    group: netCDF4.Dataset,
-    expected: Iterable[Variable],
-    dims: tuple[str, ...],
-    *,
-    finite: bool = True,
-) -> Iterator[str]:
-    for variable in expected:
-        name, stored = variable.name, group.variables.get(variable.name)
-        if stored is None or stored.dimensions != dims or stored.dtype.kind not in "if":
-            yield f"it lacks {group.name}/{name}".replace("//", "")
-            continue
-        unit = stored.__dict__.get("units", "")
-        if unit != variable.si_unit:
-            yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
-        if finite and not variable.allows(stored[...]):
-            yield f"{name} holds values that are not finite"
-
-
-def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
-    """Check the parameters, which are scalars or have a value for each point."""
-    for name, variable in file.variables.items():
-        if getattr(variable.dtype, "kind", "") != "f" or CYCLE.name in variable.dimensions:
-            continue
-        for value in np.unique(variable[...]).tolist():
-            is_missing = math.isnan(value) and variable.dimensions
-            if not is_missing and not parameter(name).allows(value):
-                yield f"{name} is {value:g}, which is out of its range"
 
 
 def check_fields(path: str | PathLike[str]) -> None:

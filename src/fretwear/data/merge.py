@@ -18,10 +18,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.contents import HISTORY_GROUP
 from fretwear.data.excerpts import MERGED_HISTORIES, MERGED_PROFILES, Excerpt
 from fretwear.data.files import (
     COMPRESSION,
-    HISTORY_GROUP,
     READS_BACK,
     check_attributes,
     check_group,

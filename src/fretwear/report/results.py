@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
+from fretwear.data.contents import HISTORY_GROUP
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
-from fretwear.data.files import HISTORY_GROUP, opened_case
+from fretwear.data.files import opened_case
 from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
