@@ -123,9 +123,9 @@ def test_an_effect_keeps_no_more_pairs_than_points_and_finds_those_of_any_two_le
     )
     effect = Points.of(summary).effect("load", "wear_volume")
     assert effect.low.size == 2 * 298
-    assert effect.factors.max() == pytest.approx(4.0)
+    assert effect.factors.max() == near(4.0)
     # Levels are those of finished points: the 200th is the 201st of the study.
-    assert effect.between(50, 200).factors == pytest.approx(load[201] / load[50])
+    assert effect.between(50, 200).factors == near(load[201] / load[50])
     assert effect.between(50, 200).low.size == 2
 
 
