@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from fretwear.arrays import Array
-from fretwear.data.effects import Points, sobol_indices
+from fretwear.data.effects import SEED, Points, sobol_indices
 from fretwear.figures.axes import (
     ValueAxis,
     make_panels,
@@ -87,8 +87,11 @@ def effects(
     names = [name for name in quantities if is_changing(points, name)]
     titles, heights = [""] * len(names), (4.0, _ROW)
     figure, panels = make_panels(columns, titles, columns, heights, "none", "none")
-    ways = ("its parameter", "the parameter that changes it most")
-    way = ways[len(points.levels) > 1]
+    ordered = [name for name in points.levels if name != SEED]
+    way = "the parameter that changes it most"
+    if len(ordered) == 1:
+        words = parameter(ordered[0]).words
+        way = words if "'s " in words else f"the {words}"
     if any(len(points.leading(name)) > 1 for name in names):
         way = "the two parameters that change it most: one along the axis, the other by colour"
     what = f"{points.variables[names[0]].label} after the last cycle" if len(names) == 1 else ""
@@ -143,7 +146,9 @@ def _draw_effect(axes: Axes, points: Points, name: str) -> None:
                 edge = 2.0 if len(inside) == 1 else 0.0
                 band = axes.fill_between(where, low, high, color=color, alpha=0.15, lw=edge)
                 band.set_label("_band")
-                caption(axes, "Lines: median over all other parameters; bands: their range.")
+                others = points.levels.keys() - {first, second}
+                over = "the seeds" if others == {SEED} else "all other parameters"
+                caption(axes, f"Lines: median over {over}; bands: their range.")
     axis.set_limits(axes, np.ones(len(points.ids)), points.results[name])
     axes.set_title(axis.label, fontsize=7.0, pad=13.0 if second else 4.0)
     axes.yaxis.set_minor_locator(NullLocator())
