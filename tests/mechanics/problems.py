@@ -175,3 +175,15 @@ def independent(ratio: float, limit: float, growth: float = 0.0) -> dict[float, 
         if (row["load_ratio"], row["growth"]) == (ratio, growth)
         and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
     }
+
+
+WORN_BY_VECTOR_FRICTION = {
+    0.25: (0.02410, 0.01907, 0.01475, 0.01907),
+    0.5: (0.05010, 0.03690, 0.0290, 0.0369),
+    1.0: (0.1074, 0.0702, 0.0563, 0.0702),
+    3.0: (0.388, 0.184, 0.159, 0.184),
+}
+"""Volume, maximum depth and depths on the x and the y axis, in a⁴/R and a²/R, by β N p0.
+
+Explicit steps on whole cells of a/36, each with projected gradients, took ν = 0.3 and X = 0.8.
+"""

@@ -14,7 +14,18 @@ from fretwear.running.simulate import run
 from fretwear.theory import coupling_ratio
 
 from ..studies import near
-from .problems import FRICTION, P0, RADIUS, ROUGH, A, Elastic, Waves, fretting, uneven
+from .problems import (
+    FRICTION,
+    P0,
+    RADIUS,
+    ROUGH,
+    WORN_BY_VECTOR_FRICTION,
+    A,
+    Elastic,
+    Waves,
+    fretting,
+    uneven,
+)
 
 CASE = {
     "radius": "10 mm",
@@ -41,18 +52,11 @@ def worn(problem, times, accuracy=None):
 
 
 def test_wear_is_that_of_explicit_steps():
-    """ν = 0.3, X = 0.8: volume, maximum depth and depth beside both axes, in a⁴/R and a²/R.
-
-    The reference took explicit steps on whole cells of a/36, each with projected gradients.
-    """
-    reference = {
-        0.25: (0.02410, 0.01907, 0.01475, 0.01907),
-        0.5: (0.05010, 0.03690, 0.0290, 0.0369),
-        1.0: (0.1074, 0.0702, 0.0563, 0.0702),
-        3.0: (0.388, 0.184, 0.159, 0.184),
-    }
-    states = worn(fretting(30, slip_model=Coupled()), [*reference])
-    for state, (volume, deepest, x, y) in zip(states, reference.values(), strict=True):
+    """The depths are those beside both axes."""
+    states = worn(fretting(30, slip_model=Coupled()), [*WORN_BY_VECTOR_FRICTION])
+    for state, (volume, deepest, x, y) in zip(
+        states, WORN_BY_VECTOR_FRICTION.values(), strict=True
+    ):
         assert state.geometry.integral(state.wear) == near(volume * A**4 / RADIUS, rel=0.005)
         depths = (field.max() for field in (state.wear, state.wear[:, 0], state.wear[0]))
         for depth, expected in zip(depths, (deepest, x, y), strict=True):

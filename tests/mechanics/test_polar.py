@@ -21,7 +21,19 @@ from fretwear.mechanics.team import kernels
 from fretwear.theory import EllipticContact, coupling_ratio
 
 from ..studies import near
-from .problems import COUPLING, FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, A, Elastic, fretting
+from .problems import (
+    COUPLING,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    P0,
+    RADIUS,
+    WORN_BY_VECTOR_FRICTION,
+    A,
+    Elastic,
+    fretting,
+)
 
 DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
 
@@ -250,18 +262,11 @@ def test_work_of_narrow_rings_of_slip_is_that_of_finer_rings(ratio):
 
 
 def test_wear_is_that_of_explicit_steps():
-    """ν = 0.3, X = 0.8: volume, maximum depth and depth on both axes, in a⁴/R and a²/R.
-
-    The reference took explicit steps on whole cells of a/36, each with projected gradients.
-    """
-    reference = {
-        0.25: (0.02410, 0.01907, 0.01475, 0.01907),
-        0.5: (0.05010, 0.03690, 0.0290, 0.0369),
-        1.0: (0.1074, 0.0702, 0.0563, 0.0702),
-        3.0: (0.388, 0.184, 0.159, 0.184),
-    }
-    states = worn(fretting(slip_model=Coupled(), geometry=Polar), *reference)
-    for state, (volume, deepest, x, y) in zip(states, reference.values(), strict=True):
+    """The depths are those on both axes."""
+    states = worn(fretting(slip_model=Coupled(), geometry=Polar), *WORN_BY_VECTOR_FRICTION)
+    for state, (volume, deepest, x, y) in zip(
+        states, WORN_BY_VECTOR_FRICTION.values(), strict=True
+    ):
         assert state.geometry.integral(state.wear) == near(volume * VOLUME, rel=1e-3)
         depths = (field.max() for field in (state.wear, state.wear[:, 0], state.wear[:, -1]))
         for depth, expected in zip(depths, (deepest, x, y), strict=True):
