@@ -259,3 +259,15 @@ def source(root: Path = _ROOT) -> str:
 def history_line(command: str) -> str:
     """One line of the CF ``history`` attribute: time in UTC, then the command."""
     return f"{datetime.now(UTC).isoformat(timespec='seconds')} {command}"
+
+
+def attributes_from(case: xr.Dataset, title: str, command: str) -> dict[str, object]:
+    """Attributes of a dataset that a command has computed from the dataset of a case."""
+    return {
+        "title": f"{title} of case {case.attrs['case_id']}",
+        "Conventions": CONVENTIONS,
+        "source": source(),
+        "history": history_line(command),
+        "parameters": case.attrs["parameters"],
+        "case_id": case.attrs["case_id"],
+    }

@@ -14,7 +14,7 @@ import xarray as xr
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_case
-from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.data.labels import attributes_from
 from fretwear.data.merge import Besides
 from fretwear.data.safe import DataFileError
 from fretwear.study.stresses import StressOutput
@@ -178,12 +178,7 @@ def fatigue(
         {**scalars, **fields},
         coordinates,
         {
-            "title": f"Fatigue and wear of case {ds.attrs['case_id']}",
-            "Conventions": CONVENTIONS,
-            "source": source(),
-            "history": history_line(command),
-            "parameters": ds.attrs["parameters"],
-            "case_id": ds.attrs["case_id"],
+            **attributes_from(ds, "Fatigue and wear", command),
             "bulk_stress": at_cycles[0].attrs["bulk_stress"],
             **constants,
             "warnings": "\n".join(warnings),

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.files import COMPRESSION, check_group, new_netcdf, opened_parts, write_group
-from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.data.labels import attributes_from
 from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.study.case import Case
 from fretwear.subsurface.cracks import OverPlanes, PointLoops, largest_shear, von_mises
@@ -206,12 +206,7 @@ def stress(
         CYCLE.name: ((), float(cycle), CYCLE.attributes),
     }
     attributes = {
-        "title": f"Stresses below the surface of case {ds.attrs['case_id']}",
-        "Conventions": CONVENTIONS,
-        "source": source(),
-        "history": history_line(command),
-        "parameters": ds.attrs["parameters"],
-        "case_id": ds.attrs["case_id"],
+        **attributes_from(ds, "Stresses below the surface", command),
         "bulk_stress": bulk,
         "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()), (x, y))),
     }
