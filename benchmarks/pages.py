@@ -275,7 +275,8 @@ def percent(fraction: float) -> str:
 
 def bound(fraction: float) -> str:
     """An allowed deviation."""
-    return f"{100.0 * fraction:g} %" if fraction >= 1e-4 else scientific(fraction)
+    is_share = fraction >= 1e-4 or fraction == 0.0
+    return f"{100.0 * fraction:g} %" if is_share else scientific(fraction)
 
 
 def scientific(value: float, form: str = ".0e") -> str:
