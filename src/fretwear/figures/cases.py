@@ -44,7 +44,7 @@ from fretwear.figures.profiles import (
     ZONE_COLORS,
     ZONES,
     Frame,
-    cycle_colors,
+    cycle_colours,
     cycle_key,
     draw_filled,
     draw_profiles,
@@ -103,7 +103,7 @@ def overview(
     The zones come from the dense `history` of the case or, without it, from the snapshots.
     """
     panels = [profiles_of(dataset, name, cycles) for name in _PANELS]
-    colors, is_filled = cycle_colors(panels[0].cycles), panels[0].is_rough
+    colors, is_filled = cycle_colours(panels[0].cycles), panels[0].is_rough
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
 

@@ -110,7 +110,7 @@ def _profiles(
         if has_own:
             seen = "Panels titled “own scale” hold values too small for the scale of the others."
             caption(panels[0], seen)
-        figure, colors = root_figure(panels[0]), cycle_colors(every)
+        figure, colors = root_figure(panels[0]), cycle_colours(every)
         curves: list[Line2D] = []
         for axes, content, frame in zip(panels, contents, frames, strict=True):
             if is_filled:
@@ -258,7 +258,7 @@ def frame_of(panels: Sequence[Profiles]) -> Frame:
     return Frame(left, right, _ABOVE * max(tops) or 1.0, unit)
 
 
-def cycle_colors(cycles: Sequence[float] | Array) -> dict[int, str]:
+def cycle_colours(cycles: Sequence[float] | Array) -> dict[int, str]:
     """Return a colour for each cycle, darker for later ones."""
     colours = sequential_colours(len(cycles))
     return {int(cycle): colour for cycle, colour in zip(cycles, colours, strict=True)}
@@ -431,7 +431,7 @@ def _loops(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
     def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
         caption(panels[0], "Fretting loops: tangential force against displacement round a cycle.")
         caption(panels[0], "The area of a loop is the energy dissipated in the cycle.")
-        colors = cycle_colors(sorted({int(n) for loops in contents for n in loops["cycle"]}))
+        colors = cycle_colours(sorted({int(n) for loops in contents for n in loops["cycle"]}))
         force = LOOP[0].in_units(contents[0][names[0]].attrs.get("units", LOOP[0].si_unit))
         unit = readable_unit(
             [float(abs(loops[names[0]]).max()) for loops in contents], force.si_unit
@@ -521,7 +521,7 @@ def _bearing(
         )
         unit = readable_unit(np.concatenate([h for of in contents for h in of.values()]), "m")
         for panel, heights in zip(panels, contents, strict=True):
-            colors = cycle_colors(list(heights))
+            colors = cycle_colours(list(heights))
             for cycle, height in heights.items():
                 share = 100.0 * (np.arange(height.size) + 0.5) / height.size
                 panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))

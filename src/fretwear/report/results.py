@@ -187,7 +187,7 @@ def coupling_remark(summary: xr.Dataset) -> str:
 
 
 def _percent(pairs: Iterable[tuple[Array, Array]]) -> str:
-    """The largest ratio of changes to values where these are not zero or undefined."""
+    """The largest change over its value, in per cent, where neither is zero or undefined."""
     largest = 0.0
     for changes, values in pairs:
         finite = (values > 0.0) & np.isfinite(changes)

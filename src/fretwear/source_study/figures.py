@@ -19,7 +19,7 @@ from fretwear.figures.datasets import Profiles, field_of, profiles_of
 from fretwear.figures.profiles import (
     Frame,
     at_edge,
-    cycle_colors,
+    cycle_colours,
     cycle_key,
     draw_filled,
     draw_profiles,
@@ -113,7 +113,7 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     down, across = (len(titles), 2) if is_rough else (1, len(titles))
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
-    colors = cycle_colors(cycles)
+    colors = cycle_colours(cycles)
     for index, (title, profile, top) in enumerate(zip(titles, profiles, tops, strict=True)):
         frame = frame_of([profile])
         frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
