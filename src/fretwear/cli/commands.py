@@ -142,7 +142,7 @@ def init(
     from fretwear.units import did_you_mean
 
     all_studies = workspace() / "studies"
-    # Those of published experiments, in a folder of their own, come last.
+    # Studies of published experiments, in a folder of their own, come last.
     files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
     studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
     if list_:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fretwear.mechanics.geometry.grid import Grid
 
 Branch = tuple[int, int]
-# Of x on x, of y on y, and of either on the other.
+# Spectra of the influence of x on x, of y on y, and of either on the other.
 Spectra: TypeAlias = tuple[Real, Real, Real]
 
 # A start is computed on cells twice as wide from so many cells along an axis on.

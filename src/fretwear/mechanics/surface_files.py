@@ -41,7 +41,7 @@ Rectangle = tuple[float, float, float, float]
 
 MOST_BYTES = 2**30
 MOST_POINTS = 25_000_000
-# Of the process that reads a file: memory, bytes, processor time and time on the clock, s.
+# Limits of the process that reads a file: memory, bytes, processor time and clock time, s.
 _MOST_MEMORY = 4 * MOST_BYTES
 _MOST_SECONDS, _MOST_SECONDS_WAITED = 10, 60
 _MOST_BYTES_OF_TEXT, _MOST_LINES = 10**7, 10**5
