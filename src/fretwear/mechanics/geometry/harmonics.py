@@ -55,7 +55,7 @@ class RingHarmonics:
         self._uniform = mean_influence(edges) / areas[:, None]
 
     def along(self, wave: int) -> Array:
-        """Influence of the wave k on itself: of pressure, or of shear on average over directions."""
+        """Influence of the wave k on itself: by pressure, or by shear in the mean of directions."""
         return np.asarray(self._uniform + self._along[wave])
 
     def across(self, wave: int) -> Array:
