@@ -62,6 +62,7 @@ _MISTYPED = {"Mm": ("mm", "a thousand kilometres"), "mPa": ("MPa", "a thousandth
 _NEAR = 2.0
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 _MASSES = {"kg": 1.0, "g": 1e-3}
+_PERCENT = ("percent", "per cent", "pct")
 _PER_MINUTE = ("rpm", "/min", "1/min", "/ min", "1 / min")
 
 
@@ -335,7 +336,8 @@ def _parsed(value: object, dimension: Dimension, units_required: bool) -> float:
             raise QuantityError(dimension.expectation, f"write {whole.strip()}, without separators")
     if dimension.is_plain_number:
         if unit not in ("", PERCENT.name):
-            raise QuantityError(f"{dimension.expectation}, without a unit")
+            hint = f"write {given} %" if unit.casefold() in _PERCENT else ""
+            raise QuantityError(f"{dimension.expectation}, without a unit", hint)
         return _finite(float(Decimal(given) / 100 if unit else given), dimension)
     if not unit:
         rule = f"needs a unit: it is {dimension.name} such as {dimension.example}"

@@ -164,7 +164,7 @@ def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(
     assert lines[-1].startswith("cycle 200 of 200")
     assert least <= len(lines) <= most
     line = step_text(at(20, step=4, error_estimate=0.00123), 125.4)
-    assert line == "cycle 20 of 200, step 4, error 0.12 %, half-width 148.6 µm, 2 min left"
+    assert line == "cycle 20 of 200, step 4, step error 0.12 %, half-width 148.6 µm, 2 min left"
 
 
 def test_the_cases_of_a_batch_are_numbered(log, at, said):

@@ -139,6 +139,22 @@ vary/load: [20, 50]
 vary/roughness: [none, wavy] | without base/roughness
     vary.roughness[1] = wavy: needs amplitude, slope_x and slope_y
     such as roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
+base/load: {from: 10 N, to: 50 N} | without vary
+    base.load = {from: 10 N, to: 50 N}: must be a force such as 50 N
+    a range belongs under vary, in a sampled design: vary.load
+base/friction: 50 percent
+    base.friction = 50 percent: must be a plain number such as 0.5, without a unit
+    write 50 %
+design: {kind: sobol, points: 8} | without vary
+    vary: is missing: a sampled design needs something to vary
+    such as load: {from: 10 N, to: 100 N}
+seeds: 3, base/roughness: {kind: self_affine, rms_height: 0.1 um, hurst: 0.8, rolloff_wavelength:
+    ... 60 um, shortest_wavelength: 20 um}
+    seeds = 3: must be a list of values
+    write [3], or [1, 2, 3] for 3 surfaces
+radius: 10 mm, load: 50 N, friction: 0.5 | without base, vary
+    base: is missing, and radius, load and friction stand outside of it
+    write base: above them, and indent them
 base/indenter: ball | without base/radius
     base.indenter = ball: must be an indenter
     such as indenter: {kind: sphere, radius: 10 mm}

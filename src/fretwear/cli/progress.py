@@ -345,7 +345,7 @@ def _numbers_text(step: Step) -> str:
     percent = 100.0 * step.state.error_estimate
     error = "below 0.001 %" if percent < 0.001 else f"{number_text(percent, 2)} %"
     width = with_unit(number_text(unit.of(half_width), 4), unit)
-    return f"step {step.state.step}, error {error}, half-width {width}"
+    return f"step {step.state.step}, step error {error}, half-width {width}"
 
 
 def _time_left(cases: Mapping[str, Case], clock: Callable[[], float]) -> TimeLeft:

@@ -216,6 +216,10 @@ def read_values(
                 try:
                     values[key] = parameters[key].read_given(key, whole_value, units_required)
                 except QuantityError as wrong:
+                    is_range = isinstance(value, Mapping) and {*value} <= {"from", "to", "scale"}
+                    if prefix and is_range and not isinstance(parameters[key], PartOf):
+                        hint = f"a range belongs under vary, in a sampled design: vary.{key}"
+                        raise QuantityError(wrong.rule or "is a range", hint) from wrong
                     is_list = prefix and isinstance(value, list) and "list" not in wrong.rule
                     if not is_list or wrong.hint or wrong.inside:
                         raise

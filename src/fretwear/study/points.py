@@ -29,6 +29,7 @@ from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
 
 MAX_POINTS = 200_000
 
+_FEW_SEEDS = 16
 _MEANT = re.compile("did you mean '(.*)'\\?")
 _ENDS = re.compile(r"\s*(\d.*?)\s*(?:to|\.\.+|–|:)\s*(\d.*?)\s*")
 
@@ -206,7 +207,7 @@ def read_axes(
             problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
         from_lists = [axis for axis in axes if axis.drawn_from is None]
         combinations = math.prod(len(axis.values) for axis in from_lists)
-        if axes == from_lists and len(axes) == len(vary) and combinations < design.points:
+        if vary and axes == from_lists and len(axes) == len(vary) and combinations < design.points:
             several = f"only {combinations} combination{'s' * (combinations != 1)} of values"
             rule = f"has {several} for the {design.points} points of design: {design.kind}"
             remedy = "design: grid runs each combination"
@@ -250,6 +251,9 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
             for item in map(str.strip, raw.split(",")) if isinstance(raw, str) else [raw]:
                 parameter_of(name).read_given(name, item, True)
             hint = f"write [{in_words(raw)}]"
+            if name.endswith(".seed") and type(raw) is int and 1 < raw <= _FEW_SEEDS:
+                numbers = [*range(1, raw + 1)]
+                hint += f", or {numbers} for {raw} surfaces"
         if _ENDS.fullmatch(in_words(raw)):
             hint = "list the values; a sampled design takes {from: 10 N, to: 100 N}"
         elif isinstance(design, Sampled):

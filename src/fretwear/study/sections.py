@@ -25,7 +25,7 @@ from fretwear.study.parameters import (
 from fretwear.study.points import MAX_POINTS, Axis, Combinations, Design
 from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
-from fretwear.units import QuantityError
+from fretwear.units import QuantityError, listed
 
 _OF_SNAPSHOTS = {"snapshots", "frames", "every", "times"}
 _OF_DESIGNS = ("points", "samples", "n_samples")
@@ -58,7 +58,13 @@ class Sections:
 def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
     """Read the sections, and add their problems."""
     sections: dict[str, Any] = {"design": None} if "design" in raw else {}
+    loose = [name for name in raw if name in base_names() and not isinstance(raw[name], list)]
+    if is_flat := "base" not in raw and len(loose) > 1:
+        rule = f"is missing, and {listed(loose)} stand outside of it"
+        problems.add("base", None, rule, "write base: above them, and indent them")
     for name, given in raw.items():
+        if is_flat and name in loose:
+            continue
         if name not in SECTIONS:
             valid = () if name in parameter_names() else SECTIONS
             where = "vary" if isinstance(given, list) else "base"
@@ -153,7 +159,8 @@ def read_base(
     misplaced = {name for name in content if name not in SECTIONS}
     misplaced |= {key for name in misplaced for key in as_mapping(content[name])}
     missing = [*missing_parameters({*base, *varied, *misplaced}, blocks)]
-    if not all(isinstance(content.get(name, {}), Mapping) for name in ("base", "vary")):
+    are_wrong = not all(isinstance(content.get(name, {}), Mapping) for name in ("base", "vary"))
+    if are_wrong or any(problem.key == "base" for problem in problems):
         missing = []
     elif "base" not in content and len(missing) > 1:
         examples = [f"{problem.key}: {parameter_of(problem.key).example}" for problem in missing]
