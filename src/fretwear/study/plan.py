@@ -56,8 +56,9 @@ STEPS_PER_SNAPSHOT = 2.5
 STEPS_ROUGH = 1.15
 STEPS_PER_YIELDING_TIME = 1.3
 
-# Contacts of a yielding step, if shear lowers the limit, over those if it does not.
-CONTACTS_UNDER_SHEAR = 2.5
+# Contacts of a yielding step, if shear lowers the limit, over those if it does not: at least, and
+# for each unit of junction growth.
+CONTACTS_UNDER_SHEAR, CONTACTS_PER_JUNCTION_GROWTH = 1.8, 0.2
 
 # For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
 CONVOLUTIONS_PER_STEP = (17.5, 23.0)
@@ -181,7 +182,10 @@ class _Runs:
         self._reach_x, self._reach_y = wide * reach, high * reach
         self._sides_x, self._sides_y = (2 - is_even for is_even in case.even)
         self._snapshots = len(case.output_cycles)
-        self._contacts = CONTACTS_UNDER_SHEAR if case.slip_limit < case.plastic_limit else 1.0
+        self._contacts = 1.0
+        if case.slip_limit < case.plastic_limit:
+            growth = CONTACTS_PER_JUNCTION_GROWTH * case.junction_growth
+            self._contacts = CONTACTS_UNDER_SHEAR + growth
         worn, ratio = case.cycles * case.wear_growth, case.tangential_ratio
         root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(ratio, 1.0))
         self._wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root
