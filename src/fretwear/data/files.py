@@ -410,7 +410,9 @@ def finished_by(path: str | PathLike[str], case: Case) -> str | None:
     return None
 
 
-def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
+def open_lazily(
+    path: str | PathLike[str], group: str | None = None, remedy: str = _CHECK_KIND
+) -> xr.Dataset:
     """Open a netCDF file or one of its groups; fields are read when used, text at once."""
     import xarray as xr
 
@@ -422,10 +424,10 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
             path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
         )
     except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
-        raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
+        raise DataFileError(Path(path), f"it cannot be read ({cause})", remedy) from cause
     # When memory is short, the netCDF library silently omits variables.
     if not (dataset.variables and (dataset.attrs or group)):
-        raise DataFileError(Path(path), "it cannot be read (it appears empty)", _CHECK_KIND)
+        raise DataFileError(Path(path), "it cannot be read (it appears empty)", remedy)
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
             # xarray's own `astype` would import dask.

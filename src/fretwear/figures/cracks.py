@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
+from fretwear.data.files import open_lazily
 from fretwear.figures.axes import make_panels
 from fretwear.figures.history import CyclePlot
 from fretwear.figures.maps import add_scale
@@ -136,7 +137,7 @@ def crack_figures(
     for number, (title, case_id) in enumerate(case_ids.items(), start=1):
         file = folder / f"{case_id}.nc"
         if file.exists():
-            with xr.open_dataset(file) as cracks:
+            with open_lazily(file) as cracks:
                 of_case = f", {title}" if title else ""
                 caption = (
                     f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "

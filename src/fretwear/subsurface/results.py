@@ -17,7 +17,14 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import COMPRESSION, check_group, new_netcdf, opened_parts, write_group
+from fretwear.data.files import (
+    COMPRESSION,
+    check_group,
+    new_netcdf,
+    open_lazily,
+    opened_parts,
+    write_group,
+)
 from fretwear.data.labels import attributes_from
 from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.study.case import Case
@@ -251,7 +258,7 @@ def open_stresses(path: Path) -> xr.Dataset:
     remedy = "fretwear stress writes it from a case file"
     with opened_parts(path, "file of stresses", remedy):
         pass
-    ds = xr.open_dataset(path, engine="netcdf4", decode_timedelta=False)
+    ds = open_lazily(path, remedy=remedy)
     if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
         ds.close()
         raise DataFileError(path, "it is not a file of stresses", remedy)
