@@ -361,23 +361,21 @@ def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Data
 def _refuse_unsaved(path: Path, problem: str, *, by_us: bool) -> None:
     """Refuse a file without our checksum, unless xarray saved it and it need not be `by_us`.
 
-    A damaged file of ours still ends with a checksum, or at least goes on after the content of
-    HDF5, and the HDF5 library opens none of which content was cut off.
+    A damaged file of ours goes on after the content of HDF5, and the HDF5 library opens none of
+    which content was cut off.
     """
-    head, tail, size = None, b"", 0
+    head, size = None, 0
     with suppress(OSError):
         if path.is_file():  # reading a pipe would wait
             with path.open("rb") as stream:
                 head = stream.read(_SUPERBLOCK_LENGTH)
                 size = stream.seek(0, os.SEEK_END)
-                stream.seek(max(0, size - _LENGTH))
-                tail = stream.read()
     if head is None:
         raise DataFileError(path, problem, _CHECK_NAME)
     if not head.startswith(_SIGNATURE):
         # The file may be precious, such as a study file, so the remedy is not to remove it.
         raise DataFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
-    if by_us or _MARK.strip() in tail or size > _end_of_hdf5(head):
+    if by_us or size > _end_of_hdf5(head):
         raise DataFileError(path, problem, _RUN_AGAIN)
 
 
