@@ -58,7 +58,7 @@ _UNSAID_AT_DEFAULT = (
     "budget",
 )
 
-_OF_CELLS = "grid_spacing", "coarseness"
+_OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
 _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
@@ -247,7 +247,7 @@ class Case(Draft):
         # The default is rounded down, and means the same if it is written.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 
-    @property
+    @cached_property
     def asked_accuracy(self) -> float | None:
         """The accuracy by which the cells are chosen; None if they are given."""
         return self.accuracy if self.cell is None and math.isfinite(self.accuracy) else None
