@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import _LENGTH, add_checksum
-from fretwear.data.safe import DataFileError, write_text
+from fretwear.data.safe import DataFileError, atomic_path, write_text
 from fretwear.fitting.runs import Prediction, Runs
 from fretwear.fitting.section import fit_figures, fit_sections
 from fretwear.study.reading import load_study
@@ -123,6 +123,17 @@ def test_draws_of_a_fit_that_somebody_has_made_up_are_refused(cases, change, wor
     add_checksum(path)
     with pytest.raises(DataFileError, match=rf"fit\.nc: .*{words}.*Fit again"):
         [*fit_figures(xr.Dataset(), cases)]
+
+
+def test_a_temporary_file_that_a_power_failure_left_beside_a_kept_run_is_removed(tmp_path):
+    """The name of the run may reach the disk, and the removal of the temporary one not."""
+    path = tmp_path / "run.json"
+    with atomic_path(path) as temporary:
+        temporary.write_text("{}")
+    gone = temporary.name.replace(f".{os.getpid()}.", ".999999999.")
+    (tmp_path / gone).write_text("{}")
+    Runs([], tmp_path)
+    assert [*tmp_path.iterdir()] == [path]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
-from fretwear.data.safe import read_data, write_text
+from fretwear.data.safe import read_data, remove_stale_temporaries, write_text
 from fretwear.platform import pool_of
 from fretwear.running.simulate import run
 from fretwear.study.case import Case
@@ -130,6 +130,8 @@ class Runs:
         self.computed = 0  # runs that were made
         self.seconds = 0.0  # of the last run
         self._pool: ProcessPoolExecutor | None = None
+        if folder is not None and folder.is_dir():
+            remove_stale_temporaries(folder)
 
     def __enter__(self) -> Runs:
         return self
