@@ -205,23 +205,22 @@ class Points:
         return self.places[:, list(self.levels).index(name)]
 
     @cached_property
-    def members(self) -> Mapping[str, tuple[Rows, Rows]]:
+    def joined_lines(self) -> Mapping[str, tuple[Rows, Rows]]:
         """The rows of all lines of a parameter, one line after another, and their lines' numbers.
 
         A long line has far more pairs than points, so none are kept.
         """
-        sizes = {name: [*map(len, lines)] for name, lines in self.lines.items()}
         return {
             name: (
                 np.array([row for line in lines for row in line], dtype=np.intp),
-                np.repeat(np.arange(len(lines)), sizes[name]),
+                np.repeat(np.arange(len(lines)), [len(line) for line in lines]),
             )
             for name, lines in self.lines.items()
         }
 
     def effect(self, parameter: str, result: str) -> Effect:
         """Return the effect of a parameter on a result, from the first point of each line on."""
-        rows, lines = self.members[parameter]
+        rows, lines = self.joined_lines[parameter]
         first = rows[np.searchsorted(lines, lines)]
         others = rows != first
         return Effect(self, parameter, result, first[others], rows[others])
@@ -342,7 +341,7 @@ class Effect:
 
     def between(self, low: int, high: int) -> Effect:
         """Return the effect from one level to another, both given by index, on all their pairs."""
-        rows, lines = self.points.members[self.parameter]
+        rows, lines = self.points.joined_lines[self.parameter]
         place = self.points.place(self.parameter)[rows]
         before, after = place == low, place == high
         _, i, j = np.intersect1d(lines[before], lines[after], return_indices=True)
