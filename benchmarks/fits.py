@@ -21,8 +21,8 @@ from tests.studies import TITANIUM
 
 import fretwear
 from fretwear.arrays import Array
-from fretwear.fitting.noise import Noise
-from fretwear.fitting.search import fit
+from fretwear_fit.noise import Noise
+from fretwear_fit.search import fit
 
 Numbers = dict[str, tuple[float, float]]
 SPHERE = {

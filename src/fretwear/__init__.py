@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
-    from fretwear.fitting.search import fit
+    from fretwear_fit.search import fit
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
-    from fretwear.subsurface.fatigue import fatigue
-    from fretwear.subsurface.results import stress
+    from fretwear_cracks.fatigue import fatigue
+    from fretwear_cracks.results import stress
 
 __all__ = [
     "Case",
@@ -51,9 +51,9 @@ _HOMES = {
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
     "simulate": "fretwear.running.simulate",
-    "fit": "fretwear.fitting.search",
-    "fatigue": "fretwear.subsurface.fatigue",
-    "stress": "fretwear.subsurface.results",
+    "fit": "fretwear_fit.search",
+    "fatigue": "fretwear_cracks.fatigue",
+    "stress": "fretwear_cracks.results",
 }
 
 

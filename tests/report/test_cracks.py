@@ -12,7 +12,7 @@ from fretwear.report.results import point_results
 from fretwear.running.simulate import run
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
-from fretwear.subsurface.fatigue import fatigue_of_study, stored_fatigue
+from fretwear_cracks.fatigue import fatigue_of_study, stored_fatigue
 
 from ..studies import base, write_study
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.source_study.cases import StudyCase, reference_cases
+from fretwear_source_study.cases import StudyCase, reference_cases
 from fretwear.study.reading import load_study
 
 from ..figures.conftest import check_texts

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.source_study.cases import (
+from fretwear_source_study.cases import (
     amplitude_left,
     asperities,
     asperities_like_the_whole,
@@ -19,8 +19,8 @@ from fretwear.source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear.source_study.claims import CLAIMS, Verdict, percent, short
-from fretwear.source_study.parameters import TITLES
+from fretwear_source_study.claims import CLAIMS, Verdict, percent, short
+from fretwear_source_study.parameters import TITLES
 from fretwear.vocabulary import ContactState
 
 from .conftest import doctored

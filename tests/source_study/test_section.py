@@ -11,10 +11,10 @@ import xarray as xr
 from fretwear.figures.datasets import profiles_of
 from fretwear.figures.style import JournalFigure
 from fretwear.running.simulate import simulate
-from fretwear.source_study.cases import reference_cases
-from fretwear.source_study.claims import CLAIMS, excess_shear, source_sections
-from fretwear.source_study.figures import _draw_waves, source_figures
-from fretwear.source_study.parameters import TITLES
+from fretwear_source_study.cases import reference_cases
+from fretwear_source_study.claims import CLAIMS, excess_shear, source_sections
+from fretwear_source_study.figures import _draw_waves, source_figures
+from fretwear_source_study.parameters import TITLES
 
 from ..studies import WAVES, steel
 

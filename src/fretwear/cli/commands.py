@@ -343,8 +343,8 @@ def batch(
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
         raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
     if study.stress is not None:
-        from fretwear.subsurface.fatigue import stored_fatigue
-        from fretwear.subsurface.inputs import StressError
+        from fretwear_cracks.fatigue import stored_fatigue
+        from fretwear_cracks.inputs import StressError
 
         for case_id in outcome.case_ids:
             case = folder / "cases" / f"{case_id}.nc"
@@ -375,7 +375,7 @@ def merge(
     summary = folder / "summary.nc"
     besides = None
     if study.stress is not None:
-        from fretwear.subsurface.fatigue import fatigue_of_study
+        from fretwear_cracks.fatigue import fatigue_of_study
 
         besides = fatigue_of_study(folder / "fatigue", study.stress, log.note)
     tally = merge_study(

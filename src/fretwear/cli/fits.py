@@ -47,7 +47,7 @@ def fit_scar(
     path = check_output(output or folder / "fit.nc", ".nc")
     beside = check_output(json_ or path.with_suffix(".json"), ".json")
 
-    from fretwear.fitting import search as fits
+    from fretwear_fit import search as fits
 
     try:
         result = fits.fit(

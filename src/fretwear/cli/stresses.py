@@ -71,7 +71,7 @@ def stress_below(
 
     Prints where each is largest.
     """
-    from fretwear.subsurface import results
+    from fretwear_cracks import results
 
     socie = _pair("--fatemi-socie", fatemi_socie, "k and the yield strength", "1, 1000 MPa")
     depths = [value for text in depth or () for value in text.split(",")]
@@ -113,7 +113,7 @@ def fatigue_of(
     constants of a material it also prints lives, and Miner's sum of points that wear uncovers and
     then removes.
     """
-    from fretwear.subsurface import fatigue
+    from fretwear_cracks import fatigue
 
     compute = partial(
         fatigue.fatigue,
@@ -146,8 +146,8 @@ def _written(
 
     The file is named as the case with `ending` where there is no `output`.
     """
-    from fretwear.subsurface.inputs import StressError
-    from fretwear.subsurface.results import write_stresses
+    from fretwear_cracks.inputs import StressError
+    from fretwear_cracks.results import write_stresses
 
     with opened(file) as (case, _):
         path = check_output(output or file.with_name(f"{file.stem}-{ending}.nc"), ".nc")
@@ -181,7 +181,7 @@ def export(
 
     from fretwear.data.export import WRITERS, ExportError, at_cycle
     from fretwear.data.safe import DataFileError
-    from fretwear.subsurface.results import open_stresses
+    from fretwear_cracks.results import open_stresses
 
     ending, write = WRITERS[to]
     path = check_output(output or file.with_suffix(ending), ending)

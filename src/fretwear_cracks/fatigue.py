@@ -1,0 +1,293 @@
+"""Where and when a case is expected to crack, and whether wear comes first, as a dataset."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fretwear.arrays import Array
+from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.files import open_case
+from fretwear.data.labels import attributes_from
+from fretwear.data.merge import Besides
+from fretwear.data.safe import DataFileError
+from fretwear.study.stresses import StressOutput
+from fretwear_cracks.inputs import StressError, read_quantity, usual_depths
+from fretwear_cracks.life import Damage, StrainLife, summed_damage
+from fretwear_cracks.results import open_stresses, stress, write_stresses
+from fretwear.units import cycle_text, listed, number_text
+from fretwear.version import code_digest
+from fretwear.vocabulary import (
+    CRACKS,
+    CYCLE,
+    DEPTH,
+    EDGE_STRESSES,
+    FATIGUE,
+    FATIGUE_OUTCOMES,
+    Variable,
+    X,
+)
+
+# Number of depths of stresses.
+_COUNT = 20
+# Points of the material above the first depth, as parts of it.
+_ABOVE = np.array([0.125, 0.25, 0.5])
+_SWT, _TENSION = CRACKS[0], EDGE_STRESSES[0].name
+_MATERIAL = "material_z"
+# Heads of the columns of a table, and the units of their values.
+_HEADS = (
+    ("tension (MPa)", 1e6),
+    ("SWT (MPa)", 1e6),
+    ("x (µm)", 1e-6),
+    ("depth (µm)", 1e-6),
+    ("plane (°)", 1.0),
+    ("life", 1.0),
+    ("damage", 1.0),
+    ("crack at", 1.0),
+    ("outcome", 1.0),
+)
+
+
+def fatigue(
+    ds: xr.Dataset,
+    cycles: Iterable[float] | None = None,
+    *,
+    depth: float | str | None = None,
+    basquin: tuple[float | str, float | str] | None = None,
+    manson_coffin: tuple[float | str, float | str] | None = None,
+    bulk_stress: float | str | None = None,
+    phases: int = 32,
+    command: str = "fretwear.fatigue",
+) -> xr.Dataset:
+    """Find where a case is expected to crack at its snapshots, and whether wear comes first.
+
+    The criterion is the parameter of Smith, Watson and Topper on the plane y = 0. With constants of
+    the material it gives lives, and by Miner's sum over the snapshots the damage of points fixed in
+    the flat, which wear brings to the surface and removes. Between snapshots wear
+    and stresses change linearly; closer to the surface than the first depth, 0.05 contact
+    half-widths, or two cells under a punch, the damage is that at this depth.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset of a case, of `fretwear.simulate` or `fretwear.open_case`.
+    cycles : iterable of float, optional
+        Snapshots, by default all.
+    depth : float or str, optional
+        Largest depth examined, m; by default 2 contact half-widths.
+    basquin : (float or str, float), optional
+        Fatigue strength σ_f', Pa, and exponent b < 0 in σ_a = σ_f' (2N)^b.
+    manson_coffin : (float, float), optional
+        Fatigue ductility ε_f' and exponent c < 0 in ε_a,p = ε_f' (2N)^c; without it strains are
+        elastic.
+    bulk_stress : float or str, optional
+        As for `fretwear.stress`; by default the case's.
+    phases : int
+        Equal steps of the tangential force over a loop.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``smith_watson_topper`` (cycle, x, z), Pa, at depths below the surface of each snapshot, and
+        over ``cycle`` ``largest_tension``, ``largest_smith_watson_topper`` with its place,
+        ``crack_x``, ``crack_depth``, and ``crack_angle``, degrees, of the plane from +x downwards.
+        With constants also ``damage`` (cycle, x, material_z) at depths below the unworn surface,
+        NaN where it is worn away, and ``life``, ``largest_damage``, ``crack_cycle`` and
+        ``fatigue_outcome``.
+
+    Raises
+    ------
+    StressError
+        As `fretwear.stress`, or if constants are wrong.
+    """
+    life = _life(basquin, manson_coffin)
+    stored = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
+    asked = stored if cycles is None else np.unique(np.array([*cycles], float))
+    if lacking := sorted({*asked.tolist()} - {*stored.tolist()}):
+        there = listed([cycle_text(at) for at in stored])
+        raise StressError(f"cycle {cycle_text(lacking[0])} is not a snapshot; there are {there}")
+    if not asked.size:
+        raise StressError("the dataset has no snapshots")
+    last = None if depth is None else read_quantity("depth", depth, "m")
+    depths = usual_depths(ds.sel({CYCLE.name: asked[0]}), _COUNT, last)
+    at_cycles = [
+        stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
+    ]
+    parameters = np.stack([at[_SWT.name].values[:, 0] for at in at_cycles])
+    normals = np.stack([at[f"{_SWT.name}_normal"].values[:, 0] for at in at_cycles])
+    places = [np.unravel_index(at.argmax(), at.shape) for at in parameters]
+    x = at_cycles[0][X.name].values
+    # Where the surface is singular there is none.
+    tensions = [float(at[_TENSION].max()) if _TENSION in at else np.nan for at in at_cycles]
+    # From +x downwards: along the plane, across its normal.
+    planes = [normal[place] for normal, place in zip(normals, places, strict=True)]
+    angles = [np.degrees(np.arctan2(abs(n[0]), -n[2] if n[0] > 0.0 else n[2])) for n in planes]
+    largest = np.array([field[place] for field, place in zip(parameters, places, strict=True)])
+    values: dict[str, object] = {
+        "largest_tension": tensions,
+        "largest_smith_watson_topper": largest,
+        "crack_x": [x[place[0]] for place in places],
+        "crack_depth": [depths[place[1]] for place in places],
+        "crack_angle": angles,
+    }
+    fields: dict[str, object] = {
+        _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
+    }
+    warnings = dict.fromkeys(
+        warning for at in at_cycles for warning in at.attrs["warnings"].splitlines()
+    )
+    if any(place[0] in (0, x.size - 1) for place in places):
+        doubt = (
+            "the largest parameter lies at the border of the window and may be larger beyond it; a "
+            "smaller depth, or points, show where"
+        )
+        warnings[doubt] = None
+    coordinates: dict[str, object] = {
+        CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
+        X.name: (X.name, x, X.attributes),
+        DEPTH.name: (DEPTH.name, depths, DEPTH.attributes),
+    }
+    if life is not None:
+        constants = {n: float(v) for n, v in vars(life).items()}
+        modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
+        worn, doubts = _worn_flat(ds, asked, x)
+        warnings |= dict.fromkeys(doubts)
+        points = np.concatenate([_ABOVE * depths[0], depths])
+        damage = summed_damage(asked, parameters, depths, worn, points, life, modulus)
+        values |= _outcomes(asked, damage, 1.0 / life.cycles(parameters[0], modulus))
+        values["life"] = life.cycles(largest, modulus)
+        left = np.where(damage.removed, np.nan, damage.sums)
+        words = {"long_name": "fatigue damage", "units": "1", "comment": "1 is a crack"}
+        fields["damage"] = (CYCLE.name, X.name, _MATERIAL), left, words
+        words = {"long_name": "depth below the unworn surface of the flat", "units": "m"}
+        coordinates[_MATERIAL] = _MATERIAL, points, words
+    else:
+        constants = {}
+    scalars = {
+        at.name: (CYCLE.name, np.asarray(values[at.name], float), at.attributes)
+        for at in FATIGUE
+        if at.name in values
+    }
+    return xr.Dataset(
+        {**scalars, **fields},
+        coordinates,
+        {
+            **attributes_from(ds, "Fatigue and wear", command),
+            "bulk_stress": at_cycles[0].attrs["bulk_stress"],
+            **constants,
+            "warnings": "\n".join(warnings),
+        },
+    )
+
+
+def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
+    """The fatigue of a case file, from a file that has it, or computed and written there.
+
+    `StressError` if stresses of the case are not known, `DataFileError` if a file cannot be read or
+    written.
+    """
+    settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code_digest()], default=str)
+    with suppress(DataFileError), open_stresses(path) as stored:
+        if stored.attrs.get("asked") == settings:
+            return stored.load()
+    with open_case(case) as ds:
+        snapshots = {*ds[CYCLE.name].values.tolist()}
+        cycles = None if asked.cycles is None else snapshots & {0.0, *map(float, asked.cycles)}
+        constants: Any = asked.constants
+        outcome = fatigue(ds, cycles, depth=asked.depth, **constants, command="fretwear merge")
+    outcome.attrs["asked"] = settings
+    write_stresses(outcome, path)
+    return outcome
+
+
+def fatigue_of_study(folder: Path, asked: StressOutput, tell: Callable[[str], None]) -> Besides:
+    """The fatigue of the cases of a study, for `merge_study`; files of it go to a folder.
+
+    `tell` takes the reasons why some cases have none.
+    """
+
+    def of_case(case: Path, cycles: Array) -> Mapping[Variable, Array]:
+        try:
+            outcome = stored_fatigue(case, folder / case.name, asked)
+        except StressError as error:
+            tell(f"{case.stem} has no stresses: {error}")
+            return {}
+        values = {}
+        for about in FATIGUE:
+            if about.name in outcome:
+                values[about] = np.full(cycles.size, np.nan)
+                places = np.searchsorted(cycles, outcome[CYCLE.name].values)
+                values[about][places] = outcome[about.name].values
+        return values
+
+    return of_case
+
+
+def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
+    """Rows of text about the snapshots of `fatigue`, below a row of words."""
+    columns = [(CYCLE.name, *map(cycle_text, outcome[CYCLE.name].values))]
+    for about, (head, size) in zip(FATIGUE, _HEADS, strict=True):
+        if about.name in outcome:
+            values = outcome[about.name].values
+            texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]
+            if about.name == "fatigue_outcome":
+                texts = [FATIGUE_OUTCOMES[int(code)] for code in values]
+            columns.append((head, *texts))
+    return [*zip(*columns, strict=True)]
+
+
+def _outcomes(cycles: Array, damage: Damage, rate_without_wear: Array) -> dict[str, Array]:
+    """Largest damage, first crack and outcome at each snapshot."""
+    left = np.where(damage.removed, 0.0, damage.sums)
+    cracked = (left >= 1.0).any(axis=(1, 2))
+    without = rate_without_wear.max() * (cycles - cycles[0]) >= 1.0
+    was = (damage.sums >= 1.0).any(axis=(1, 2))
+    outcome = np.where(cracked, 2, np.where(without | was, 1, 0))
+    first = damage.first_crack.min()
+    return {
+        "largest_damage": left.max(axis=(1, 2)),
+        "crack_cycle": np.where(cycles >= first, first, np.nan),
+        "fatigue_outcome": outcome,
+    }
+
+
+def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str]]:
+    """What wear has taken off the flat along x at y = 0, m, shape (k, nx), and doubts about it."""
+    whole = ds.fretwear.full()
+    name = "wear_depth_flat" if "wear_depth_flat" in whole else "wear_depth"
+    rows = line_near_the_middle(whole[name]).sel({CYCLE.name: cycles})
+    worn = np.stack([np.interp(x, rows[X.name].values, row) for row in rows.values])
+    if name == "wear_depth_flat":
+        return worn, []
+    doubt = "the case has the wear of both bodies together: half of it is taken to be of the flat"
+    return 0.5 * worn, [doubt] if worn.any() else []
+
+
+def _life(
+    basquin: tuple[float | str, float | str] | None,
+    manson_coffin: tuple[float | str, float | str] | None,
+) -> StrainLife | None:
+    """The constants of lives, or None; `StressError` if they are wrong."""
+    pairs = {"basquin": (basquin, "Pa"), "manson_coffin": (manson_coffin, "1")}
+    read: list[float] = []
+    for name, (pair, unit) in pairs.items():
+        if pair is None:
+            continue
+        if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
+            example = "('1000 MPa', -0.1)" if name == "basquin" else "(0.5, -0.6)"
+            raise StressError(f"{name}: must be a constant and an exponent, {example}")
+        constant, exponent = read_quantity(name, pair[0], unit), read_quantity(name, pair[1], "1")
+        if not constant > 0.0 or not exponent < 0.0:
+            given = ", ".join(map(str, pair))
+            rule = "the constant must be positive, the exponent negative"
+            raise StressError(f"{name} = {given!r}: {rule}")
+        read += [constant, exponent]
+    if manson_coffin is not None and basquin is None:
+        raise StressError("manson_coffin: give basquin too, the elastic part of a life")
+    return StrainLife(*read) if read else None

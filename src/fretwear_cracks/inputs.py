@@ -1,0 +1,189 @@
+"""What stresses are computed from: a stored contact, places and constants, read and checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from fretwear.arrays import Array
+from fretwear.mechanics.setup import block_at
+from fretwear.study.case import Case
+from fretwear_cracks.states import LoadedSurface
+from fretwear.theory import LineContact
+from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
+from fretwear.vocabulary import CYCLE, SYMMETRIES, X, Y
+
+# First and last depth that are looked at unless others are asked for, in contact half-widths, and
+# how many there are. Edges of a punch are narrower than its contact: there the first is in cells.
+_FIRST, _LAST, USUAL_COUNT = 0.05, 2.0, 16
+_FIRST_CELLS = 2.0
+_FIELDS = ("pressure", "shear_traction", "gap", "slip")
+# Sensible values, by their SI units.
+_LIKE = {"m": "20 um", "Pa": "80 MPa", "1": "1"}
+
+
+class StressError(ValueError):
+    """Stresses cannot be computed from what was given; the message says why and what to do."""
+
+
+def loaded_case(ds: xr.Dataset) -> Case:
+    """The case of a dataset; `StressError` if there is none, or none whose stresses are known."""
+    try:
+        parameters = json.loads(ds.attrs["parameters"])
+        # What is left of a roughness is in the fields; files of heights may have gone.
+        smooth = {n: v for n, v in parameters.items() if n not in ("roughness", "counterface")}
+        case = Case(**smooth)
+    except (KeyError, TypeError, ValueError) as error:
+        reason = "has no attribute 'parameters'" if "parameters" not in ds.attrs else str(error)
+        raise StressError(f"the dataset is not a case: {reason}") from error
+    if lacking := [name for name in _FIELDS if name not in ds]:
+        raise StressError(f"the dataset lacks {listed(lacking)}; run the case again")
+    return case
+
+
+def snapshot_of(ds: xr.Dataset, cycle: float) -> xr.Dataset:
+    """The dataset at a snapshot; `StressError` if there is none."""
+    stored = ds[CYCLE.name].values
+    if cycle not in stored:
+        there = listed([cycle_text(at) for at in stored])
+        raise StressError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
+    snapshot: xr.Dataset = ds.sel(cycle=cycle)
+    return snapshot
+
+
+def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSurface, Array]:
+    """The surface of a snapshot, and slip, on the cells of the positive sides where it is even."""
+    blocks = [(end, block) for end, block in case.in_blocks() if block is not None]
+    setup = block_at(blocks, cycle).at(cycle)
+    if setup.loading.stroke:
+        raise StressError(
+            "a contact that slides over a stroke moves over the flat: its stresses are not computed"
+        )
+    if setup.normal.pulsating_load < 1.0:
+        raise StressError(
+            "a load that changes within a cycle leaves tractions that depend on how the cycles "
+            "began: its stresses are not known"
+        )
+    across = [name for name in ("shear_traction_y",) if name in snapshot]
+    fields = [np.asarray(snapshot[name].values, np.float64) for name in (*_FIELDS, *across)]
+    signs = (*[1.0] * len(_FIELDS), -1.0)
+    even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
+    axes = case.frame.axes
+    if Y.name not in axes:
+        fields, even[1] = [field[:, None] for field in fields], False
+    if not fields[1].any():
+        raise StressError("there is no shear traction in this snapshot, so no loop of stresses")
+    for axis in range(len(axes)):
+        if not even[axis] and all(
+            np.array_equal(f, sign * np.flip(f, axis))
+            for f, sign in zip(fields, signs, strict=False)
+        ):
+            fields = [np.split(field, 2, axis)[1] for field in fields]
+            even[axis] = True
+    if Y.name not in axes and not even[0]:
+        raise StressError("stresses of line contacts are computed only for even ones")
+    steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
+    hertz = setup.hertz
+    least = setup.unworn_sliding.of_smooth(hertz)[0]
+    stuck = hertz.with_load(least) if least > 0.0 else None
+    flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
+    pressure, shear, gap, slip, *of_y = fields
+    surface = LoadedSurface(
+        pressure,
+        shear,
+        gap,
+        spacing=(steps[0], steps[-1]),
+        even=(even[0], even[1]),
+        friction=setup.friction_law.coefficient,
+        composite_modulus=setup.composite_modulus,
+        poisson_ratio=float(flat),
+        reference=hertz.reference if isinstance(hertz, LineContact) else None,
+        unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
+        across=of_y[0] if of_y else None,
+        coupling=setup.bodies.coupling,
+    )
+    return surface, slip
+
+
+def usual_depths(snapshot: xr.Dataset, count: int, last: float | None = None) -> Array:
+    """Depths in geometric progression, m, down to 2 contact half-widths or another depth."""
+    half_width = float(snapshot["contact_half_width_x"])
+    first = _FIRST * half_width
+    if "hertz_pressure" not in snapshot.coords:
+        cell = float(np.diff(snapshot[X.name].values).mean())
+        first = min(first, _FIRST_CELLS * cell)
+    if last is not None and not last > first:
+        raise StressError(f"depth = {last * 1e6:.3g} µm: must be more than {first * 1e6:.3g} µm")
+    return np.geomspace(first, _LAST * half_width if last is None else last, count)
+
+
+def read_constants(
+    fatemi_socie: tuple[float | str, float | str] | None,
+    crossland: float | None,
+    dang_van: float | None,
+) -> dict[str, tuple[float, ...]]:
+    """Constants by the parameter that they are for."""
+    constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
+    if fatemi_socie is not None:
+        if isinstance(fatemi_socie, str) or np.size(np.asarray(fatemi_socie, object)) != 2:
+            raise StressError("fatemi_socie: must be k and the yield strength, (1, '1000 MPa')")
+        sensitivity = read_quantity("fatemi_socie", fatemi_socie[0], "1")
+        strength = read_quantity("fatemi_socie", fatemi_socie[1], "Pa")
+        if sensitivity < 0.0 or strength <= 0.0:
+            raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
+        constants["fatemi_socie"] = sensitivity, strength
+    for name, weight in (("crossland", crossland), ("dang_van", dang_van)):
+        if weight is not None:
+            constants[name] = (read_quantity(name, weight, "1"),)
+    return constants
+
+
+def read_distance(given: float | str | None) -> float | None:
+    """A critical distance, m."""
+    if given is None:
+        return None
+    distance = read_quantity("critical_distance", given, "m")
+    if not distance > 0.0:
+        raise StressError(f"critical_distance = {given}: must be larger than 0")
+    return distance
+
+
+def read_quantity(name: str, value: object, si_unit: str) -> float:
+    """A number, or text with a unit, in SI units; `StressError` if it is neither."""
+    dimension = NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit]
+    try:
+        number = parse_quantity(value, replace(dimension, example=_LIKE[si_unit]))
+    except QuantityError as error:
+        raise StressError(f"{name} = {value!r}: {error}") from error
+    return number
+
+
+def read_points(points: ArrayLike) -> Array:
+    """Points below the surface, m, shape (n, 3)."""
+    places = np.atleast_2d(np.asarray(points, np.float64))
+    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        raise StressError("points must be (x, y, z) in m, as an array of shape (n, 3)")
+    for number, place in enumerate(places):
+        if not place[2] > 0.0:
+            raise StressError(
+                f"points[{number}] = {tuple(place.tolist())}: z must be larger than 0, a depth in m"
+            )
+    return places
+
+
+def read_depths(depths: Iterable[float | str]) -> Array:
+    """Increasing depths, m."""
+    values = np.array([read_quantity("depth", depth, "m") for depth in depths])
+    for depth in values:
+        if not depth > 0.0:
+            raise StressError(
+                f"depth = {depth:g} m: must be larger than 0, downwards from the surface"
+            )
+    if not values.size or not (np.diff(values) > 0.0).all():
+        raise StressError("depths must increase from one to the next")
+    return values

@@ -1,0 +1,468 @@
+"""Stresses and parameters for cracks of a stored contact, as a dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import EllipsisType
+from typing import Any
+
+import dask
+import dask.array
+import netCDF4
+import numpy as np
+import psutil
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from fretwear.arrays import Array
+from fretwear.data.files import (
+    COMPRESSION,
+    check_group,
+    new_netcdf,
+    open_lazily,
+    opened_parts,
+    write_group,
+)
+from fretwear.data.labels import attributes_from
+from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
+from fretwear.study.case import Case
+from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises
+from fretwear_cracks.inputs import (
+    USUAL_COUNT,
+    StressError,
+    loaded_case,
+    read_constants,
+    read_depths,
+    read_distance,
+    read_points,
+    read_quantity,
+    snapshot_of,
+    surface_of,
+    usual_depths,
+)
+from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
+from fretwear.units import (
+    MEGAPASCAL,
+    NO_UNIT,
+    number_text,
+    readable_unit,
+    size_text,
+    with_unit,
+)
+from fretwear.vocabulary import (
+    CRACKS,
+    CYCLE,
+    DEPTH,
+    EDGE,
+    EDGE_STRESSES,
+    LOOP,
+    PHASE,
+    STRESSES,
+    X,
+    Y,
+)
+
+_PART_OF_MEMORY = 0.5
+_AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
+_NORMAL = "unit normal of the plane on which it is largest"
+# Depths of the means over a line.
+_NODES = 16
+
+
+def stress(
+    ds: xr.Dataset,
+    cycle: float = 0,
+    points: ArrayLike | None = None,
+    *,
+    depths: Iterable[float | str] | None = None,
+    whole: bool = False,
+    phases: int = 32,
+    bulk_stress: float | str | None = None,
+    fatemi_socie: tuple[float | str, float | str] | None = None,
+    crossland: float | None = None,
+    dang_van: float | None = None,
+    critical_distance: float | str | None = None,
+    command: str = "fretwear.stress",
+) -> xr.Dataset:
+    """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
+
+    Tractions are those in the dataset, uniform on each cell. Between +Q and −Q they follow by
+    superposition from contacts of the stored shape; see `fretwear_cracks.states`. Within about
+    a cell of the surface stresses show the cells.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset of a case, of `fretwear.simulate` or `fretwear.open_case`.
+    cycle : float
+        A snapshot.
+    points : array_like, optional
+        Points (x, y, z), m, shape (n, 3), z > 0 their depth. Line contacts ignore y.
+    depths : iterable of float or str, optional
+        Depths, m or text with a unit, if no points are given; by default 16 from 0.05 to 2 contact
+        half-widths, under a punch from two cells.
+    whole : bool
+        At these depths stresses on all cells, those with y > 0 if the contact is even, and no
+        parameters for cracks, instead of both on the plane y = 0. If they do not fit in memory,
+        they are dask arrays whose layers are computed when read.
+    phases : int
+        Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
+    bulk_stress : float or str, optional
+        Amplitude of a stress along x in the flat, Pa, in phase with the tangential force; by
+        default the case's. In a line contact the strain along y stays zero, in others the
+        stress.
+    fatemi_socie : (float, float or str), optional
+        k and the yield strength, Pa, of the Fatemi–Socie parameter.
+    crossland, dang_van : float, optional
+        Weight α of the mean stress in these parameters.
+    critical_distance : float or str, optional
+        A distance L, m, in the material: on the plane y = 0 the parameters too of the stresses at
+        the depth L/2, ``<name>_point``, and of their means from the surface to the depth 2L,
+        ``<name>_line``, over ``x``: D. Taylor, "The Theory of Critical Distances", Elsevier (2007).
+    command : str
+        What the attribute ``history`` says was called.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``stress_xx`` to ``stress_xz``, ``von_mises`` and ``tresca``, Pa, over ``phase`` and
+        ``point`` or ``x``, ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for
+        which constants were given, of the loop at each point; ``<name>_normal`` is the normal of
+        the worst plane along ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. On the plane
+        y = 0 also ``edge_stress_xx``, ``edge_stress_yy`` and ``<name>_edge`` of the surface itself
+        at the ends of contact, ``edge_x``, where tension along x is largest. ``force`` is the
+        tangential force at each phase.
+
+    Raises
+    ------
+    StressError
+        If the dataset is not a case, has no such snapshot or no shear traction, if a point
+        or a depth does not lie below the surface, or if constants are wrong.
+    """
+    case = loaded_case(ds)
+    if phases != int(phases) or phases < 2 or phases % 2:
+        raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
+    constants = read_constants(fatemi_socie, crossland, dang_van)
+    bulk = case.bulk_stress
+    if bulk_stress is not None:
+        bulk = read_quantity("bulk_stress", bulk_stress, "Pa")
+    distance = read_distance(critical_distance)
+    if points is not None and (depths is not None or whole):
+        raise StressError("give either points or depths")
+    if (whole or points is not None) and distance is not None:
+        raise StressError("a critical distance is for the plane y = 0: leave out points and whole")
+    if whole and len(constants) > 1:
+        raise StressError(
+            "parameters for cracks are computed at points and on the plane y = 0 only"
+        )
+    snapshot = snapshot_of(ds, cycle)
+    surface, slip = surface_of(snapshot, case, cycle)
+    history = StressHistory(surface, int(phases), bulk)
+    dims: tuple[str, ...]
+    parts: tuple[Array, Array] | None
+    if points is not None:
+        x, y, z = places = read_points(points).T
+        shape, dims = x.shape, ("point",)
+        along = [dims] * 3
+        parts = history.at(places.T)
+    else:
+        z = usual_depths(snapshot, USUAL_COUNT) if depths is None else read_depths(depths)
+        x, y = surface.positions(whole=whole)
+        shape, dims = (x.size, y.size, z.size), (X.name, Y.name, DEPTH.name)
+        along = [(name,) for name in dims]
+        fits = _fits(len(STRESSES) * 4.0 * phases * math.prod(shape), 1 if not whole else z.size)
+        parts = None if whole else _on_plane(history, z)
+    shape = (int(phases), *shape)
+    fields: Mapping[str, object]
+    if parts is not None:
+        fields = _filled([((), parts)], shape)
+    elif fits:
+        fields = _filled((((n,), history.layer(depth)) for n, depth in enumerate(z)), shape)
+    else:
+        fields = _lazy(history, z, shape)
+    variables: dict[str, object] = {
+        of.name: ((PHASE.name, *dims), fields[of.name], of.attributes) for of in STRESSES
+    }
+    pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
+    coordinates: dict[str, Any] = {
+        about.name: (of, values, about.attributes) for about, of, values in pairs
+    }
+    if parts is not None:
+        variables |= _cracks(parts, dims, ds, constants)
+        coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
+    elif surface.even[1]:
+        coordinates[Y.name][2]["comment"] = (
+            "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
+        )
+    if points is None and not whole:
+        variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
+    if points is None and not whole:
+        edges, at_edges = _at_edges(history, ds, constants)
+        variables |= at_edges
+        coordinates |= edges
+    if distance is not None:
+        variables |= _at_distance(history, distance, ds, constants)
+    force = LOOP[0].in_frame(case.frame)
+    integral = surface.half_space.geometry.integral
+    falling = np.array([integral(shear) for shear in history.tractions.shear])
+    coordinates |= {
+        PHASE.name: (PHASE.name, np.arange(phases) / phases, PHASE.attributes),
+        force.name: (PHASE.name, np.concatenate([falling, -falling]), force.attributes),
+        CYCLE.name: ((), float(cycle), CYCLE.attributes),
+    }
+    attributes = {
+        **attributes_from(ds, "Stresses below the surface", command),
+        "bulk_stress": bulk,
+        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()), (x, y))),
+    }
+    if "hertz_pressure" in ds.coords:
+        attributes["hertz_pressure"] = float(ds["hertz_pressure"])
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def write_stresses(stresses: xr.Dataset, path: Path) -> None:
+    """Write the dataset of `stress` to a netCDF file, which appears when it is whole.
+
+    Stresses that are not computed yet are computed layer by layer.
+
+    A `DataFileError` says that the disk is full or the folder cannot be written to.
+    """
+    large = [str(name) for name, field in stresses.data_vars.items() if field.chunks]
+    small = stresses.drop_vars(large)
+    beside = " ".join(sorted(str(n) for n, at in stresses.coords.items() if n not in at.dims))
+    size = sum(field.nbytes for field in stresses.variables.values())
+    with uninterrupted(), atomic_path(path) as temporary:
+        with new_netcdf(temporary, size) as file:
+            write_group(file, small)
+            for name in large:
+                field = stresses[name]
+                chunk = (1, *field.shape[1:-1], 1)
+                stored = file.createVariable(
+                    name, field.dtype, [*map(str, field.dims)], chunksizes=chunk, **COMPRESSION
+                )
+                stored.setncatts({**field.attrs, "coordinates": beside})
+            library: Any = dask
+            for place in range(stresses.sizes[DEPTH.name] if large else 0):
+                layer = library.compute({n: stresses[n][..., place].data for n in large})[0]
+                for name, values in layer.items():
+                    file[name][..., place] = values
+        with netCDF4.Dataset(temporary) as file:
+            file.set_auto_maskandscale(False)
+            check_group(file, small)
+
+
+def open_stresses(path: Path) -> xr.Dataset:
+    """Open the file of `write_stresses` lazily; `DataFileError` if it is another or damaged."""
+    remedy = "fretwear stress writes it from a case file"
+    with opened_parts(path, "file of stresses", remedy):
+        pass
+    ds = open_lazily(path, remedy=remedy)
+    if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
+        ds.close()
+        raise DataFileError(path, "it is not a file of stresses", remedy)
+    return ds
+
+
+def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
+    """Yield the words of the equivalent stresses and of each parameter, and where it is largest.
+
+    The bodies first yield where an equivalent stress is largest, at the given part of the Hertz
+    pressure. The stress along x at the edge of contact is at the surface itself.
+    """
+    for about in (*STRESSES[6:], EDGE_STRESSES[0], *CRACKS[:-1]):
+        if about.name not in stresses:
+            continue
+        field = stresses[about.name]
+        at = field.isel(field.argmax(...))
+        value = float(at)
+        unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
+        text = with_unit(number_text(value / unit.size), unit)
+        if about not in CRACKS and (pressure := stresses.attrs.get("hertz_pressure")):
+            text += f" = {number_text(value / pressure, 4)} p0"
+        names = {EDGE.name: X.name} if EDGE.name in at.coords else {n: n for n in _AXES}
+        places = ((called, float(at[name])) for name, called in names.items())
+        text += ", " + ", ".join(
+            f"{called} = {number_text(place * 1e6, 4)} µm" for called, place in places
+        )
+        if PHASE.name in field.dims:
+            text += f", phase {number_text(float(at[PHASE.name]), 4)}"
+        if (normals := f"{about.name}_normal") in stresses and value > 0.0:
+            normal = stresses[normals].isel(field.argmax(...))
+            steepness = np.degrees(np.arccos(min(1.0, abs(float(normal.sel(axis="z"))))))
+            text += f", plane {steepness:.0f}° to the surface"
+        yield about.words, text
+
+
+def _on_plane(history: StressHistory, depths: Array) -> tuple[Array, Array]:
+    """Both parts of the stresses on the plane y = 0, shapes (…, 6, nx, 1, nz)."""
+    steady, alternating = zip(*(history.section(depth) for depth in depths), strict=True)
+    return np.stack(steady, axis=-1)[:, :, None], np.stack(alternating, axis=-1)[:, :, :, None]
+
+
+def _filled(
+    chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]], shape: tuple[int, ...]
+) -> dict[str, NDArray[np.generic]]:
+    """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
+    fields = {about.name: np.empty(shape, about.dtype) for about in STRESSES}
+    for place, parts in chunks:
+        index: tuple[EllipsisType | int, ...] = (..., *place)
+        tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
+        values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
+        for about, field in zip(STRESSES, values, strict=True):
+            fields[about.name][index] = field
+    return fields
+
+
+def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict[str, object]:
+    """Every variable of `STRESSES` as a dask array, each layer computed when it is read."""
+    library: Any = dask
+
+    @library.delayed  # type: ignore[untyped-decorator]
+    def layer(depth: float) -> NDArray[np.generic]:
+        filled = _filled([((0,), history.layer(depth))], (*shape[:-1], 1))
+        return np.stack([filled[about.name][..., 0] for about in STRESSES])
+
+    of_layer = len(STRESSES), *shape[:-1]
+    layers = [library.array.from_delayed(layer(z), of_layer, np.float32) for z in depths.tolist()]
+    return {
+        about.name: library.array.stack([layer[number] for layer in layers], axis=-1)
+        for number, about in enumerate(STRESSES)
+    }
+
+
+def _fits(size: float, parts: int) -> bool:
+    """Whether stresses of so many bytes fit in memory; `StressError` if one of its parts does not.
+
+    A part is what is computed at a time.
+    """
+    room: float = _PART_OF_MEMORY * psutil.virtual_memory().available
+    if size / parts > room:
+        raise StressError(
+            f"{size_text(size)} of stresses are asked for, more than the memory holds; ask for "
+            "fewer depths or phases, the plane y = 0, or points"
+        )
+    return size <= room
+
+
+def _cracks(
+    parts: tuple[Array, Array],
+    dims: tuple[str, ...],
+    ds: xr.Dataset,
+    constants: Mapping[str, tuple[float, ...]],
+) -> dict[str, Any]:
+    """The parameters for which constants were given, with the normals of worst planes."""
+    steady, alternating = parts
+    shape = steady.shape[1:]
+    flat = {
+        name: float(ds.coords.get(f"{name}_2", ds.coords.get(name)))
+        for name in ("youngs_modulus", "poisson_ratio")
+    }
+    loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
+    cracks: dict[str, object] = {}
+    for about in CRACKS:
+        if about.name not in constants:
+            continue
+        result = getattr(loops, about.name)(*constants[about.name])
+        attributes = about.attributes
+        if isinstance(result, OverPlanes):
+            normal = {"long_name": _NORMAL, "units": "1"}
+            values = result.normal.reshape(*shape, 3)
+            cracks[f"{about.name}_normal"] = ((*dims, "axis"), values, normal)
+            result = result.value
+        cracks[about.name] = (dims, result.reshape(shape), attributes)
+    return cracks
+
+
+def _at_edges(
+    history: StressHistory, ds: xr.Dataset, constants: Mapping[str, tuple[float, ...]]
+) -> tuple[dict[str, object], dict[str, object]]:
+    """Ends of contact on the plane y = 0, and stresses and parameters at the surface there."""
+    if not (ends := history.at_edges()):
+        return {}, {}
+    x = np.array([place for place, _, _ in ends])
+    parts = (np.stack([end[1] for end in ends], -1), np.stack([end[2] for end in ends], -1))
+    fields: dict[str, object] = {}
+    for component, about in enumerate(EDGE_STRESSES):
+        values = over_the_loop(*parts)[:, component]
+        fields[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
+    for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
+        if not name.endswith("_normal"):
+            attributes["long_name"] += " of the surface at the edge of contact"
+        base = name.removesuffix("_normal")
+        fields[name.replace(base, f"{base}_edge", 1)] = dims, values, attributes
+    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, fields
+
+
+def _at_distance(
+    history: StressHistory,
+    distance: float,
+    ds: xr.Dataset,
+    constants: Mapping[str, tuple[float, ...]],
+) -> dict[str, Any]:
+    """The parameters by the point and the line method of a critical distance, m, along x."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    depths = distance * (1.0 + nodes)
+    mean = [part[..., 0, :] @ (0.5 * weights) for part in _on_plane(history, depths)]
+    methods = {
+        "point": (history.section(0.5 * distance), "at half the critical distance"),
+        "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
+    }
+    fields = {}
+    for method, (parts, words) in methods.items():
+        for name, (dims, values, attributes) in _cracks(parts, (X.name,), ds, constants).items():
+            if not name.endswith("_normal"):
+                attributes["long_name"] += f" {words}"
+            base = name.removesuffix("_normal")
+            fields[name.replace(base, f"{base}_{method}", 1)] = dims, values, attributes
+    return fields
+
+
+def _ruiz(history: StressHistory, slip: Array) -> Array:
+    """σ_xx τ s of the surface at y = 0, Pa² m, along x.
+
+    C. Ruiz, P. H. B. Boddington and K. C. Chen, "An investigation of fatigue and fretting in a
+    dovetail joint", Exp. Mech. 24 (1984).
+    """
+    steady, alternating = history.section(0.0)
+    tension = np.maximum(steady[0] + abs(alternating[:, 0]).max(axis=0), 0.0)
+    surface = history.surface
+    traction = surface.shear if surface.across is None else np.hypot(surface.shear, surface.across)
+    work = abs(traction) * slip
+    # The mean of the rows on both sides of y = 0, which are the same if the contact is even.
+    middle = 0 if surface.even[1] or surface.plane_strain else work.shape[1] // 2
+    row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)
+    both = np.concatenate([row[::-1], row]) if surface.even[0] else row
+    result: Array = tension * both
+    return result
+
+
+def _doubts(
+    case: Case,
+    snapshot: xr.Dataset,
+    surface: LoadedSurface,
+    shallow: float,
+    places: tuple[Array, Array],
+) -> Iterable[str]:
+    """Say what makes stresses doubtful at places along x and y, m, from a shallow depth on, m."""
+    cell = max(surface.spacing)
+    window = [abs(at).max() + 0.5 * cell for at in surface.positions(whole=True)]
+    axes = zip("xy", places, window, strict=True)
+    for axis, farthest, end in ((axis, float(abs(at).max()), end) for axis, at, end in axes):
+        if farthest > end:
+            yield (
+                f"points lie outside the window of the case, at {axis} = {farthest * 1e6:.3g} µm "
+                f"beyond {end * 1e6:.3g} µm: the only loads there are those within it"
+            )
+    if shallow < cell:
+        yield (
+            f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "
+            "there show the cells; run the case with a finer cell"
+        )
+    worn = "wear_depth" in snapshot and bool(snapshot["wear_depth"].values.any())
+    if worn and np.isinf(case.plastic_limit) and surface.unworn is None and shallow < 4 * cell:
+        yield (
+            "the pressure of worn elastic bodies is singular at the edge of stick: stresses "
+            "converge with the cell at a depth, and have no limit at the surface"
+        )

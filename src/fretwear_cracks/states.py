@@ -1,0 +1,235 @@
+"""Tractions over a cycle, by superposition, and the stress tensors of its phases.
+
+From +Q to −Q a contact in partial slip reverses as it was loaded, at twice the size: where the
+tangential force has fallen by 2µ(P − P̂), the shear traction has by 2µ(p − p̂), p̂ being the normal
+pressure of the same shape under the load P̂ (Ciavarella 1998, Jäger 1998). The way back has the
+opposite signs. The shape is not stored: h = g + δ − w follows from gap and pressure. Friction as a
+vector reverses by Masing's rule alike: by twice the traction that the force P̂ would load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.mechanics.geometry import Even, HalfSpace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.strips import Strips
+from fretwear.mechanics.slip import contact_under
+from fretwear.mechanics.stick_slip import shear
+from fretwear_cracks.edges import stresses_at_edge
+from fretwear_cracks.influence import ODD
+from fretwear_cracks.tractions import Tractions
+from fretwear.theory import HertzContact
+
+# Tolerance of the contacts between the ends of the loop, which differ by much more.
+_TOLERANCE = 1e-5
+# Traction over the largest bound that counts as none.
+_TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class LoadedSurface:
+    """The surface of a contact at +Q, on the cells of the positive sides where it is even."""
+
+    pressure: Array  #: Pa, shape (nx, ny); in a line contact ny is 1
+    shear: Array  #: along x at +Q, Pa
+    gap: Array  #: m
+    spacing: tuple[float, float]  #: cell size along x and y, m
+    even: Even  #: whether it is even along x and along y
+    friction: float  #: coefficient µ
+    composite_modulus: float  #: E*, Pa
+    poisson_ratio: float  #: of the flat
+    #: Distance at which displacements of a line contact are zero, m; None of a point contact.
+    reference: float | None = None
+    #: The unworn contact and that under its reduced load, if these determine slip.
+    unworn: tuple[HertzContact, HertzContact | None] | None = None
+    #: Shear along y at +Q, Pa, and κ, of friction in two directions.
+    across: Array | None = None
+    coupling: float = 1.0
+
+    @property
+    def plane_strain(self) -> bool:
+        """Whether it is a line contact."""
+        return self.reference is not None
+
+    @cached_property
+    def half_space(self) -> HalfSpace:
+        """The elastic bodies."""
+        shape, spacing = (self.pressure.shape[0], self.pressure.shape[1]), self.spacing
+        if self.reference is not None:
+            edges = np.arange(shape[0] + 1.0) * spacing[0]
+            return Strips(tuple(edges.tolist()), self.reference).half_space(self.composite_modulus)
+        return Grid(shape, spacing, self.even).half_space(self.composite_modulus)
+
+    def positions(self, *, whole: bool) -> tuple[Array, Array]:
+        """Centres of the cells of a layer along x and y, m, or of a section, where y is 0."""
+        fields = self.pressure[None]
+        of_cells = Tractions(
+            fields, fields, self.spacing, self.even, self.poisson_ratio, self.plane_strain
+        )
+        return of_cells.x, of_cells.y if whole else np.zeros(1)
+
+    def vectors_over_half_a_loop(self, count: int) -> tuple[Array, Array | None]:
+        """Shear along x and, if there is any, y as of `over_half_a_loop`.
+
+        Slip turns a little between the two ways; a traction beyond friction is cut to it.
+        """
+        if self.across is None:
+            return self.over_half_a_loop(count), None
+        full, bound = np.stack([self.shear, self.across]), self.friction * self.pressure
+        bodies = self.half_space.sheared(self.coupling)
+        shears, loaded = np.empty((2, count, *self.shear.shape)), full
+        shears[:, 0] = full
+        force = self.half_space.geometry.integral(self.shear)
+        for step in range(count - 1, 0, -1):
+            part = step / count
+            loaded = shear(bodies, bound, part * force, start=part * full).traction
+            vector = full - 2.0 * loaded
+            length = np.hypot(*vector)
+            shears[:, step] = vector * np.minimum(
+                1.0, bound / np.maximum(length, bound.max() * _TINY)
+            )
+        return shears[0], shears[1]
+
+    def over_half_a_loop(self, count: int) -> Array:
+        """Shear along x at that many equal steps of the force from +Q to −Q, Pa.
+
+        The shape is (count, nx, ny); the end at −Q, where all have the opposite sign, is left out.
+        Friction acts along x alone.
+        """
+        shears = np.empty((count, *self.pressure.shape))
+        shears[0] = self.shear
+        steps = np.arange(1, count) / count
+        if self.unworn is not None:
+            shears[1:] = self.shear * (1.0 - 2.0 * self._reversed(steps))
+            return shears
+        integral = self.half_space.geometry.integral
+        load, force = integral(self.pressure), integral(self.shear)
+        shape = self.gap - self.half_space.displacement(self.pressure)
+        limit = self.friction * self.pressure
+        below = self.pressure
+        for step, part in enumerate(steps, 1):
+            reduced = load - force / self.friction * part
+            start = below * (reduced / integral(below))
+            contact = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
+            below = contact.pressure
+            fallen = 2.0 * self.friction * (self.pressure - below)
+            shears[step] = np.clip(self.shear - fallen, -limit, limit)
+        return shears
+
+    def _reversed(self, steps: Array) -> Array:
+        """Parts of the traction that have reversed where slip stays as in the unworn contact.
+
+        On its own pressure p_H this is the reversal of Cattaneo and Mindlin, (p_H − p̂)/(p_H − p*).
+        """
+        assert self.unworn is not None
+        contact, stuck = self.unworn
+        x, y = self.half_space.geometry.x[:, None], self.half_space.geometry.y
+        r = np.hypot(x, y)
+        whole, least = contact.pressure(r), 0.0 if stuck is None else stuck.pressure(r)
+        low = 0.0 if stuck is None else stuck.load
+        falls = np.empty((steps.size, *r.shape))
+        for fall, part in zip(falls, steps, strict=True):
+            fall[...] = whole - contact.with_load(
+                contact.load - (contact.load - low) * part
+            ).pressure(r)
+        full = whole - least
+        # Beyond the unworn contact nothing has ever stuck.
+        return np.divide(falls, full, out=np.ones_like(falls), where=full > 0.0)
+
+
+@dataclass(frozen=True)
+class StressHistory:
+    """Stresses below a surface at the phases of a loop, by equal steps of the tangential force.
+
+    The first phase is +Q, the middle one −Q, and the last one step before +Q again.
+    """
+
+    surface: LoadedSurface
+    phases: int  #: how many; even
+    bulk_stress: float = 0.0  #: amplitude along x in the flat, Pa, in phase with the force
+
+    @cached_property
+    def tractions(self) -> Tractions:
+        """The pressure, and the shear tractions of the first half of the loop."""
+        surface = self.surface
+        along, across = surface.vectors_over_half_a_loop(self.phases // 2)
+        return Tractions(
+            surface.pressure[None],
+            along,
+            surface.spacing,
+            surface.even,
+            surface.poisson_ratio,
+            surface.plane_strain,
+            across,
+        )
+
+    @property
+    def force_ratio(self) -> Array:
+        """Tangential force at each phase over its amplitude, shape (phases,)."""
+        falling = 1.0 - 4.0 * np.arange(self.phases // 2) / self.phases
+        return np.concatenate([falling, -falling])
+
+    def layer(self, depth: float) -> tuple[Array, Array]:
+        """Stresses at one depth, m: steady part (6, nx, ny), alternating (h, 6, nx, ny), Pa.
+
+        It is added at the phases of the first half of the loop and subtracted, in the same order,
+        in the second half; see `Tractions.layer`.
+        """
+        return self._with_bulk(self.tractions.layer(depth))
+
+    def section(self, depth: float) -> tuple[Array, Array]:
+        """Stresses as of `layer`, but on the plane y = 0, shapes (6, nx) and (h, 6, nx)."""
+        return self._with_bulk(self.tractions.section(depth))
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Stresses as of `layer` at points (x, y, z), m, shapes (6, n) and (h, 6, n)."""
+        return self._with_bulk(self.tractions.at(points))
+
+    def at_edges(self) -> list[tuple[float, Array, Array]]:
+        """Stresses of the surface at both ends of contact on the plane y = 0.
+
+        For each end, if it can be told, its x, m, and both parts, shapes (6,) and (h, 6).
+        """
+        surface, tractions = self.surface, self.tractions
+        pressure, shears = (
+            tractions.on_both_sides(field) for field in (tractions.pressure, tractions.shear)
+        )
+        mirror = np.array([-1.0 if odd_x else 1.0 for odd_x, _ in ODD[0]])
+        ends = []
+        for side in (-1, 1):
+            # The end at x > 0 is that at x < 0 of the mirror image under the opposite shear.
+            edge = stresses_at_edge(
+                pressure[0, ::-side],
+                shears[:, ::-side],
+                surface.friction,
+                surface.spacing,
+                surface.poisson_ratio,
+                plane_strain=tractions.plane_strain,
+            )
+            if edge is not None:
+                steady, alternating = edge.of_pressure, edge.of_shears
+                if side > 0:
+                    steady, alternating = mirror * steady, -mirror * alternating
+                both = self._with_bulk((steady[None], alternating))
+                ends.append((-side * edge.x, *both))
+        return ends
+
+    def _with_bulk(self, parts: tuple[Array, Array]) -> tuple[Array, Array]:
+        steady, alternating = parts[0][0], parts[1]
+        if self.bulk_stress:
+            ratio = self.force_ratio[: len(alternating)]
+            bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
+            alternating[:, 0] += bulk
+            if self.surface.plane_strain:
+                alternating[:, 1] += self.surface.poisson_ratio * bulk
+        return steady, alternating
+
+
+def over_the_loop(steady: Array, alternating: Array) -> Array:
+    """Stresses at all phases, from both parts, along a first axis."""
+    return np.concatenate([steady + alternating, steady - alternating])

@@ -1,0 +1,359 @@
+"""Measurements beside predictions: whitened residuals, with the base line taken out of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear_fit.noise import Noise, NoiseEvidence
+from fretwear_fit.runs import Prediction
+from fretwear.study.fits import BASELINE, Measurement
+
+# Points of the grid of a signal, over cells: a scar is interpolated twice.
+_FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5
+_SHIFTS, _STEPS = 41, 12
+_CLOSE = 1e-6
+_DEPENDENT = 1e-8  # of singular values
+# A profile is unworn where the prediction is shallower than this part of its depth.
+_UNWORN, _FEWEST_UNWORN = 0.01, 12
+# Displacements of a loop without a noise of their own are known to this part of the amplitude.
+_FIRM = 1e-3
+_NEAR_ENDS = 4.0  # displacements, in units of noise
+_ROUNDING = 1e-6  # numerical error that does not count
+_SMALL = 1e-4  # change of a loop for derivatives, over its size
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A measurement, its noise, and the numerical error of what is compared with it.
+
+    A *signal* is what a run predicts for it on a fixed grid, shape (g,): depths along the line, the
+    points of a loop, or a number. *Nuisances* are what is found beside it without a run: offset,
+    tilt and shift of the base line; with Gaussian priors, the relative numerical errors of depth
+    and width.
+    """
+
+    measurement: Measurement
+    cycle: float
+    noise: Noise | None  # of a profile
+    deviations: tuple[float, float] = (0.0, 0.0)  # of depth and width, relative; of a number, both
+    grid: Array | None = None  # positions of the signal of a profile
+    evidence: NoiseEvidence | None = None  # what the noise was estimated from
+
+    @classmethod
+    def of(cls, measurement: Measurement, cycle: float, prediction: Prediction) -> Comparison:
+        """Begin with a measurement and the first prediction, which tells how fine a grid is."""
+        grid, noise = None, None
+        if measurement.is_profile:
+            x, depth = measurement.readings or (np.zeros(0), np.zeros(0))
+            cells, _ = prediction.profiles[f"{measurement.quantity} {measurement.along}"]
+            reach = _ROOM * (x[-1] - x[0])
+            count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
+            points = int(np.clip(count, 401, _MOST_POINTS))
+            center = _center(measurement)
+            grid = np.linspace(x[0] - center - reach, x[-1] - center + reach, points)
+            # A first guess: readings that scatter by a part of the depth.
+            size = measurement.noise or 0.05 * float(np.ptp(depth))
+            noise = Noise(size, measurement.correlation_length or 0.0)
+        return cls(measurement, cycle, noise, grid=grid).with_errors(prediction)
+
+    def with_errors(self, prediction: Prediction) -> Comparison:
+        """The comparison with the numerical errors of a prediction."""
+
+        def relative(*names: str) -> float:
+            name = next((name for name in names if name in prediction.numbers), "")
+            value = prediction.number(name, self.cycle) if name else 0.0
+            return prediction.deviation(name, self.cycle) / value if value else 0.0
+
+        of = self.measurement
+        if of.is_profile:
+            volume = of.quantity.replace("depth", "volume")
+            deviations = relative(volume, "wear_volume"), relative(f"contact_half_width_{of.along}")
+        elif of.is_loop:
+            deviations = relative("tangential_force"), relative("tangential_displacement")
+        else:
+            deviations = (prediction.deviation(of.quantity, self.cycle),) * 2
+        return replace(self, deviations=deviations)
+
+    def signal(self, prediction: Prediction) -> Array:
+        """What a run predicts for the measurement, shape (g,)."""
+        of, row = self.measurement, prediction.row(self.cycle)
+        if of.is_profile:
+            x, depths = prediction.profiles[f"{of.quantity} {of.along}"]
+            assert self.grid is not None
+            return np.asarray(np.interp(self.grid, x, depths[row], left=0.0, right=0.0))
+        if of.is_loop:
+            return _evenly_along(*(curve[row] for curve in prediction.loops))
+        return np.array([prediction.number(of.quantity, self.cycle)])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the nuisances: of the base line, then of numerical errors."""
+        of = self.measurement
+        if of.is_profile:
+            return tuple(n for n in BASELINE if n in of.baseline) + self._errors
+        if of.is_loop:
+            return tuple(n for n in ("offset", "shift") if n in of.baseline) + self._errors
+        return ()
+
+    @property
+    def _errors(self) -> tuple[str, ...]:
+        pairs = zip(("depth", "width"), self.deviations, strict=True)
+        return tuple(name for name, deviation in pairs if deviation > _ROUNDING)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The SI units of the nuisances."""
+        height = getattr(self.measurement.force_noise, "si_unit", "m")
+        units = {"offset": height, "shift": "m"}
+        return tuple(units.get(name, "1") for name in self.names)
+
+    @property
+    def readings(self) -> int:
+        """Number of readings."""
+        return 1 if self.measurement.readings is None else self.measurement.readings[0].size
+
+    def modelled(self, signal: Array, nuisances: Array) -> Array:
+        """The readings that a signal and a base line would give, shape (n,).
+
+        A profile is (1 + ε) w((x − s)/(1 + ω)) + offset + tilt (x − x̄), with the shift s and the
+        relative numerical errors ε and ω; a loop has forces where it is nearest to the readings.
+        """
+        of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        if of.readings is None:
+            return signal
+        if of.is_loop:
+            return self._nearest_on_the_loop(signal, nuisances)[0]
+        assert self.grid is not None
+        x = of.readings[0]
+        places = (x - nuisance.get("shift", 0.0)) / (1.0 + nuisance.get("width", 0.0))
+        worn = (1.0 + nuisance.get("depth", 0.0)) * np.interp(places, self.grid, signal)
+        offset, tilt = nuisance.get("offset", 0.0), nuisance.get("tilt", 0.0)
+        fitted: Array = worn + offset + tilt * (x - x.mean())
+        return fitted
+
+    def residuals(self, signal: Array, nuisances: Array) -> Array:
+        """Whitened residuals, shape (n + k,); the last k stand for numerical errors."""
+        of, names = self.measurement, self.names
+        priors = dict(zip(("depth", "width"), self.deviations, strict=True))
+        of_errors = [
+            value / priors[name]
+            for name, value in zip(names, nuisances, strict=True)
+            if name in priors
+        ]
+        if of.is_profile:
+            assert of.readings is not None
+            assert self.noise is not None
+            x, depth = of.readings
+            missed = (depth - self.modelled(signal, nuisances))[:, None]
+            return np.concatenate([self.noise.whitened(x, missed)[:, 0], of_errors])
+        if of.is_loop:
+            return np.concatenate([self._nearest_on_the_loop(signal, nuisances)[1], of_errors])
+        assert of.value is not None
+        assert of.error is not None
+        size = np.hypot(of.error, self.deviations[0])
+        return np.array([(of.value - signal[0]) / size])
+
+    def _nearest_on_the_loop(self, signal: Array, nuisances: Array) -> tuple[Array, Array]:
+        """Forces where the loop is nearest to each reading, and distances in units of noise.
+
+        Each reading belongs to the half in which its displacement falls or rises, else noise as
+        wide as a loop would be nearer to both halves; near the ends it may belong to either.
+        """
+        of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        assert of.readings is not None
+        where, force = np.split(signal, 2)
+        where = (1.0 + nuisance.get("width", 0.0)) * where + nuisance.get("shift", 0.0)
+        force = (1.0 + nuisance.get("depth", 0.0)) * force + nuisance.get("offset", 0.0)
+        scale = of.noise or _FIRM * float(np.ptp(of.readings[0])), of.force_noise or 1.0
+        points = np.column_stack(of.readings) / scale
+        corners = np.column_stack([where, force]) / scale
+        sides = np.roll(corners, -1, axis=0) - corners
+        lengths = np.maximum((sides**2).sum(axis=1), 1e-300)
+        # Arrays of readings by sides.
+        (x, y), (over, up) = (points.T[:, :, None] - corners.T[:, None]), sides.T
+        along = np.clip((x * over + y * up) / lengths, 0.0, 1.0)
+        x, y = x - along * over, y - along * up
+        squares = x**2 + y**2
+        half, (measured, _) = sides.shape[0] // 2, of.readings
+        ends = measured.min() + _NEAR_ENDS * scale[0], measured.max() - _NEAR_ENDS * scale[0]
+        inside = (measured > ends[0]) & (measured < ends[1])
+        falls = np.arange(measured.size) <= measured.argmin()
+        squares[inside & falls, half:] = np.inf
+        squares[inside & ~falls, :half] = np.inf
+        sides_of = squares.argmin(axis=1)
+        nearest = np.arange(len(points)), sides_of
+        # A normal that turns along each side has one sign around a corner.
+        normals = np.column_stack([-up, over]) / np.sqrt(lengths)[:, None]
+        normals += np.roll(normals, 1, axis=0)
+        share = along[nearest][:, None]
+        following = np.roll(normals, -1, axis=0)
+        turned = (1.0 - share) * normals[sides_of] + share * following[sides_of]
+        sign = np.sign(x[nearest] * turned[:, 0] + y[nearest] * turned[:, 1])
+        return (points[:, 1] - y[nearest]) * scale[1], sign * np.sqrt(squares[nearest])
+
+    @cached_property
+    def steps(self) -> Array:
+        """Steps of the nuisances for their derivatives, and to scale them."""
+        of = self.measurement
+        assert of.readings is not None
+        x, depth = of.readings
+        wide, deep = float(np.ptp(x)), float(np.ptp(depth))
+        if of.is_loop:
+            heights = {"offset": deep, "shift": wide}
+            return np.array([_SMALL * heights.get(name, 1.0) for name in self.names])
+        sizes = {"offset": 0.01 * deep, "tilt": 0.01 * deep / wide, "shift": 2e-3 * wide}
+        return np.array([{**sizes, "depth": 1e-3, "width": 1e-3}[name] for name in self.names])
+
+    def slopes(self, signal: Array, nuisances: Array) -> Array:
+        """Derivatives of the residuals by the nuisances, shape (n + k, m)."""
+        columns = []
+        for place, step in enumerate(self.steps if self.names else ()):
+            ahead, behind = nuisances.copy(), nuisances.copy()
+            ahead[place] += step
+            behind[place] -= step
+            change = self.residuals(signal, ahead) - self.residuals(signal, behind)
+            columns.append(change / (2.0 * step))
+        rows = self.residuals(signal, nuisances).size
+        return np.column_stack(columns) if columns else np.zeros((rows, 0))
+
+    def settled(self, signal: Array, start: Array | None = None, steps: int = _STEPS) -> Array:
+        """The nuisances with the least sum of squares for a signal, by Gauss–Newton steps.
+
+        Without a start, the shift is sought over the whole width first.
+        """
+        names = self.names
+        nuisances = np.zeros(len(names)) if start is None else start.copy()
+        if start is None and "shift" in names:
+            assert self.measurement.readings is not None
+            x, at = self.measurement.readings[0], names.index("shift")
+            reach = _ROOM * (x[-1] - x[0])
+            trials = []
+            for shift in _center(self.measurement) + np.linspace(-reach, reach, _SHIFTS):
+                nuisances[at] = shift
+                trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
+            nuisances = min(trials, key=lambda trial: self.misfit(signal, trial))
+        return self._improved(signal, nuisances, steps)
+
+    def _improved(
+        self, signal: Array, nuisances: Array, steps: int, fixed: int | None = None
+    ) -> Array:
+        """Take Gauss–Newton steps, each halved until it reduces the sum of squares."""
+        free = [place for place in range(nuisances.size) if place != fixed]
+        if not free:
+            return nuisances
+        best = self.misfit(signal, nuisances)
+        for _ in range(steps):
+            slopes = self.slopes(signal, nuisances)[:, free] * self.steps[free]
+            rest = self.residuals(signal, nuisances)
+            step = np.zeros_like(nuisances)
+            step[free] = -np.linalg.lstsq(slopes, rest, rcond=1e-10)[0] * self.steps[free]
+            if fixed is not None:
+                return nuisances + step
+            before = best
+            for _ in range(5):
+                if (now := self.misfit(signal, nuisances + step)) < best:
+                    best, nuisances = now, nuisances + step
+                    break
+                step = 0.5 * step
+            if before - best < _CLOSE * max(before, 1.0):
+                break
+        return nuisances
+
+    def misfit(self, signal: Array, nuisances: Array) -> float:
+        """Sum of squares of the residuals."""
+        rest = self.residuals(signal, nuisances)
+        return float(rest @ rest)
+
+    def by_signal(self, signal: Array, nuisances: Array, change: Array) -> Array:
+        """Change of the residuals with a small change of the signal, shape (n + k,)."""
+        if self.measurement.is_loop:
+            # Distances from a loop are linear in small changes of it only.
+            sizes = [np.ptp(part) for part in np.split(signal, 2)]
+            parts = zip(sizes, np.split(change, 2), strict=True)
+            share = max(float(np.abs(part).max()) / size for size, part in parts)
+            if not share:
+                return np.zeros_like(self.residuals(signal, nuisances))
+            step = _SMALL / share
+            ahead = self.residuals(signal + step * change, nuisances)
+            return (ahead - self.residuals(signal - step * change, nuisances)) / (2.0 * step)
+        return self.residuals(signal + change, nuisances) - self.residuals(signal, nuisances)
+
+    def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
+        """Readings that a signal would give, with noise, shape (n,)."""
+        of, fitted = self.measurement, self.modelled(signal, nuisances)
+        if of.readings is None or self.noise is None:
+            scale = of.error or of.force_noise or 0.0
+            return fitted + generator.normal(scale=scale, size=fitted.size)
+        return fitted + self.noise.drawn(of.readings[0], generator)
+
+    def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
+        """The comparison with the noise of the readings beside the scar, and a doubt about it."""
+        of = self.measurement
+        has_noise = of.noise is not None and of.correlation_length is not None
+        if not of.is_profile or has_noise:
+            return self, ""
+        assert of.readings is not None
+        x, depth = of.readings
+        worn = self.modelled(signal, nuisances * ~np.isin(self.names, ("offset", "tilt")))
+        unworn, doubt = worn < _UNWORN * max(signal.max(), 1e-300), ""
+        if unworn.sum() < _FEWEST_UNWORN:
+            unworn = np.ones(x.size, bool)
+            doubt = f"has {int((worn < _UNWORN * signal.max()).sum())} readings beside the scar"
+        rest, trend = (depth - worn)[unworn], np.vander(x[unworn] - x.mean(), 2)
+        evidence = NoiseEvidence(x[unworn], rest, trend, of.noise, of.correlation_length)
+        return replace(self, noise=evidence.best(), evidence=evidence), doubt
+
+    def with_noise_of_residuals(
+        self, signal: Array, nuisances: Array, changes: Sequence[Array]
+    ) -> Comparison:
+        """The comparison with noise that is as large, and as correlated, as all residuals.
+
+        These are less free by the base line and by the changes of the signal that were sought.
+        """
+        of = self.measurement
+        if not of.is_profile:
+            return self
+        assert of.readings is not None
+        x, depth = of.readings
+        fitted = self.unweighted(signal, nuisances, changes)[: x.size]
+        lengths = np.linalg.norm(fitted, axis=0)
+        moving = lengths > 0.0
+        basis, sizes, _ = np.linalg.svd(fitted[:, moving] / lengths[moving], full_matrices=False)
+        rest = depth - self.modelled(signal, nuisances)
+        evidence = NoiseEvidence(x, rest, basis[:, sizes > _DEPENDENT * sizes[0]])
+        return replace(self, noise=evidence.best(), evidence=evidence)
+
+    def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
+        """Derivatives of residuals by changes of the signal and nuisances, not yet whitened.
+
+        Their shape is (n + k, p + m); residuals of a profile are in m.
+        """
+        blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
+        by_signal = [blank.by_signal(signal, nuisances, change) for change in changes]
+        return np.column_stack([*by_signal, blank.slopes(signal, nuisances)])
+
+
+def _evenly_along(displacement: Array, force: Array) -> Array:
+    """Points of a loop, evenly along each of its halves: displacements, then forces.
+
+    So each of them moves smoothly with the parameters, wherever the run has solved a contact.
+    """
+    turn, count = int(displacement.argmin()), displacement.size // 2 + 1
+    steps = [np.diff(values) / np.ptp(values) for values in (displacement, force)]
+    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
+    down, up = np.linspace(0.0, along[turn], count), np.linspace(along[turn], along[-1], count)
+    places = np.concatenate([down, up[1:]])
+    return np.concatenate([np.interp(places, along, values) for values in (displacement, force)])
+
+
+def _center(measurement: Measurement) -> float:
+    """Where a scar is sought: at 0, or amid readings that are all on one side of it."""
+    assert measurement.readings is not None
+    low, high = float(measurement.readings[0].min()), float(measurement.readings[0].max())
+    is_free = measurement.is_profile and "shift" in measurement.baseline
+    return 0.5 * (low + high) if is_free and not low <= 0.0 <= high else 0.0

@@ -1,0 +1,320 @@
+"""A fit: from a study with measurements to values, intervals and what they are worth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import netCDF4
+import numpy as np
+
+from fretwear.arrays import Array
+from fretwear.data.files import check_group, new_netcdf, write_group
+from fretwear.data.labels import CONVENTIONS, history_line, source
+from fretwear.data.safe import atomic_path, uninterrupted, write_text
+from fretwear_fit.comparison import Comparison
+from fretwear_fit.estimate import LEVELS, Emulator, Fitter, Profile, Unknown
+from fretwear_fit.posterior import CHAINS, DRAWS, Posterior, importance_draws
+from fretwear.study.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PREDICTED = 200  # draws whose predictions are stored
+_SHOWN = (LEVELS[0], LEVELS[-1])
+
+
+@dataclass(frozen=True)
+class FittedMeasurement:
+    """A measurement beside the best run."""
+
+    comparison: Comparison
+    signal: Array  # what the run predicts on the grid
+    nuisances: Array  # base line and numerical errors
+    deviations: Array  # standard deviations of the nuisances
+    correlation: Array  # of parameters (rows) and nuisances (columns)
+
+    @property
+    def title(self) -> str:
+        """Quantity, cycle and test."""
+        of = self.comparison.measurement
+        return f"{of.quantity} at cycle {self.comparison.cycle:.0f}, test {of.test}"
+
+    @property
+    def fitted(self) -> Array:
+        """The readings that the best parameters would give, shape (n,)."""
+        return self.comparison.modelled(self.signal, self.nuisances)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The result of a fit."""
+
+    study: Study
+    unknowns: tuple[Unknown, ...]
+    emulator: Emulator
+    profiles: tuple[Profile, ...]
+    covariance: Array  # of the coordinates in which parameters are sought, with the noise taken
+    spread: Array  # variances with noises that the readings allow, over it, shape (m, p)
+    measurements: tuple[FittedMeasurement, ...]
+    misfit: float  # χ²
+    degrees: int  # of freedom
+    p_value: float  # of a χ² as large, if noise and model are right
+    runs: int  # runs that it needs
+    computed: int  # runs that no folder had kept
+    warnings: tuple[str, ...]
+    advice: str  # which further measurement would narrow it most; may be empty
+    fitted: Mapping[str, object]  # plain content of a study of the best values
+    seed: int = 0
+    sampled: Posterior | None = None  # by an ensemble sampler, where it was needed
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameters."""
+        return [unknown.name for unknown in self.unknowns]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best values, in SI units."""
+        pairs = zip(self.unknowns, self.emulator.best, strict=True)
+        return {unknown.name: float(unknown.value(u)) for unknown, u in pairs}
+
+    def interval(self, name: str, level: float = LEVELS[-1]) -> tuple[float, float]:
+        """The interval of a parameter, in SI units; an end of its range where it is open.
+
+        By the profile likelihood, or central among the draws of an ensemble sampler.
+        """
+        place = self.names.index(name)
+        low, high = self.profiles[place].interval(level)
+        if self.sampled is not None and not any(self.profiles[place].is_open(level)):
+            low, high = self.sampled.interval(place, level)
+        unknown = self.unknowns[place]
+        return float(unknown.value(low)), float(unknown.value(high))
+
+    @property
+    def method(self) -> str:
+        """How the draws from the posterior were made."""
+        if self.sampled is None:
+            return "importance resampling of an emulator of the runs"
+        return "ensemble sampler (emcee) on an emulator of the residuals, checked by runs"
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations of the parameters, shape (p, p)."""
+        deviations = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(deviations, deviations))
+
+    @cached_property
+    def draws(self) -> Array:
+        """Parameters drawn from the posterior, in their coordinates, shape (4, 1000, p).
+
+        The prior is uniform in the coordinates in which parameters are sought, within their ranges.
+        """
+        if self.sampled is not None:
+            return self.sampled.draws
+        ends = np.array([unknown.ends for unknown in self.unknowns]).T
+        return importance_draws(self.emulator, self.covariance, self.spread, ends, self.seed)
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Rows of text about the parameters, below a row of words: value and intervals."""
+        rows = [("parameter", "value", *(f"{100 * level:.0f} %" for level in _SHOWN))]
+        for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
+            texts = [unknown.free.about.text(value)]
+            for level in _SHOWN:
+                ends = zip(
+                    self.interval(unknown.name, level),
+                    self.is_open(unknown.name, level),
+                    ("below", "above"),
+                    strict=True,
+                )
+                shown = [
+                    f"{word} range" if is_open else unknown.free.about.text(_rounded(end))
+                    for end, is_open, word in ends
+                ]
+                texts.append(" to ".join(shown))
+            rows.append((unknown.name, *texts))
+        return rows
+
+    def is_open(self, name: str, level: float = LEVELS[-1]) -> tuple[bool, bool]:
+        """Whether the range of a parameter ends its interval, below and above."""
+        return self.profiles[self.names.index(name)].is_open(level)
+
+    def as_dict(self, level: float = LEVELS[-1]) -> dict[str, Any]:
+        """The content of ``fit.json``."""
+        parameters = {}
+        for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
+            low, high = self.interval(unknown.name, level)
+            intervals = {f"{share:g}": [*self.interval(unknown.name, share)] for share in LEVELS}
+            parameters[unknown.name] = {
+                "value": value,
+                "low": low,
+                "high": high,
+                "level": level,
+                "unit": unknown.free.about.si_unit,
+                "intervals": intervals,
+            }
+        baselines = [
+            {
+                "measurement": datum.title,
+                **{
+                    name: {"value": float(value), "error": float(deviation), "unit": unit}
+                    for name, value, deviation, unit in zip(
+                        datum.comparison.names,
+                        datum.nuisances,
+                        datum.deviations,
+                        datum.comparison.units,
+                        strict=True,
+                    )
+                },
+                **_noise_of(datum),
+            }
+            for datum in self.measurements
+        ]
+        return {
+            "study": self.study.name,
+            "parameters": parameters,
+            "correlation": {
+                name: dict(zip(self.names, row.tolist(), strict=True))
+                for name, row in zip(self.names, self.correlation, strict=True)
+            },
+            "measurements": baselines,
+            "chi_square": self.misfit,
+            "degrees_of_freedom": self.degrees,
+            "p_value": self.p_value,
+            "runs": self.runs,
+            "warnings": [*self.warnings],
+            "advice": self.advice,
+            "fitted_study": self.fitted,
+        }
+
+    def groups(self) -> dict[str, xr.Dataset]:
+        """The groups of ``fit.nc``, in the conventions of ArviZ, by name."""
+        import xarray as xr
+
+        chains = {"chain": np.arange(CHAINS), "draw": np.arange(DRAWS)}
+        attributes = {
+            "Conventions": CONVENTIONS,
+            "source": source(),
+            "history": history_line("fretwear fit"),
+            "inference_library": "fretwear",
+        }
+
+        def of(draws: Array) -> xr.Dataset:
+            variables = {
+                unknown.name: (
+                    ("chain", "draw"),
+                    unknown.value(draws[..., place]),
+                    {"units": unknown.free.about.si_unit, "long_name": unknown.free.about.words},
+                )
+                for place, unknown in enumerate(self.unknowns)
+            }
+            return xr.Dataset(variables, chains, attributes)
+
+        lower, upper = np.array([unknown.ends for unknown in self.unknowns]).T
+        generator = np.random.default_rng(self.seed + 1)
+        prior = generator.uniform(lower, upper, (CHAINS, DRAWS, lower.size))
+        posterior = of(self.draws)
+        posterior.attrs |= {
+            "method": self.method,
+            "fit": json.dumps(self.as_dict()),
+        }
+        observed, predicted = {}, {}
+        few = self.draws[:, :: DRAWS * CHAINS // _PREDICTED]
+        for number, datum in enumerate(self.measurements, start=1):
+            name, of_this = f"data_{number}", datum.comparison.measurement
+            readings = np.array([of_this.value])
+            coordinates: dict[str, Any] = {}
+            unit = getattr(of_this.force_noise or of_this.value, "si_unit", "m")
+            dim, label = f"reading_{number}", {"long_name": datum.title, "units": unit}
+            if of_this.readings is not None:
+                readings = of_this.readings[1]
+                axis = f"position_{number}"
+                coordinates = {axis: (dim, of_this.readings[0], {"units": "m"})}
+            observed[name] = (dim, readings, label)
+            observed |= coordinates
+            predicted[name] = (("chain", "draw", dim), self._predicted(number - 1, few), label)
+        few_chains = {"chain": np.arange(CHAINS), "draw": np.arange(few.shape[1])}
+        names = [name for name in observed if name.startswith("position")]
+        data = xr.Dataset(observed, attrs=attributes).set_coords(names)
+        return {
+            "posterior": posterior,
+            "prior": of(prior),
+            "observed_data": data,
+            "posterior_predictive": xr.Dataset(predicted, few_chains, attributes),
+        }
+
+    def _predicted(self, place: int, draws: Array) -> Array:
+        """Readings of a measurement for draws, shape (chains, draws, n), noise included."""
+        datum = self.measurements[place]
+        generator = np.random.default_rng(self.seed + 2 + place)
+        sizes = [one.signal.size for one in self.measurements]
+        begin = sum(sizes[:place])
+        part = slice(begin, begin + sizes[place])
+        drawn = []
+        for u in draws.reshape(-1, draws.shape[-1]):
+            signal = self.emulator.signal_at(self.emulator.at(u))[part]
+            # The base line goes with the parameters, of which it is almost a linear function.
+            nuisances = datum.comparison.settled(signal, datum.nuisances, steps=1)
+            drawn.append(datum.comparison.drawn(signal, nuisances, generator))
+        return np.reshape(drawn, (*draws.shape[:2], -1))
+
+    def write(self, path: Path) -> None:
+        """Write ``fit.nc``: a netCDF file with a group for each part, and a checksum."""
+        groups = self.groups()
+        size = sum(content.nbytes for content in groups.values())
+        with uninterrupted(), atomic_path(path) as temporary:
+            with new_netcdf(temporary, size) as file:
+                for name, content in groups.items():
+                    write_group(file.createGroup(name), content)
+            with netCDF4.Dataset(temporary) as file:
+                for name, content in groups.items():
+                    check_group(file[name], content)
+
+    def write_json(self, path: Path) -> None:
+        """Write ``fit.json``."""
+        write_text(path, json.dumps(self.as_dict(), indent=1, ensure_ascii=False) + "\n")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def _noise_of(datum: FittedMeasurement) -> dict[str, float]:
+    noise = datum.comparison.noise
+    return {} if noise is None else {"noise": noise.size, "correlation_length": noise.length}
+
+
+def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:
+    """Each measurement beside the best run, with errors of its base line."""
+    settled = fitter.settle(signal)
+    parts = [*zip(fitter.comparisons, fitter.split(signal), settled, strict=True)]
+    blocks, by_u = [], []
+    for place, (comparison, part, nuisances) in enumerate(parts):
+        blocks.append(comparison.slopes(part, nuisances))
+        changes = [fitter.split(column)[place] for column in derivatives.T]
+        by_u.append(np.column_stack([comparison.by_signal(part, nuisances, c) for c in changes]))
+    rows = sum(len(block) for block in blocks)
+    count, nuisance_count = derivatives.shape[1], sum(block.shape[1] for block in blocks)
+    whole = np.zeros((rows, count + nuisance_count))
+    row, column = 0, count
+    for block, of_u in zip(blocks, by_u, strict=True):
+        whole[row : row + len(block), :count] = of_u
+        whole[row : row + len(block), column : column + block.shape[1]] = block
+        row, column = row + len(block), column + block.shape[1]
+    scales = np.maximum(np.abs(whole).max(axis=0), 1e-150)  # products of two are not 0
+    covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
+    covariance = covariance / np.outer(scales, scales)
+    fitted, column = [], count
+    for comparison, part, nuisances in parts:
+        columns = np.r_[0:count, column : column + nuisances.size]
+        block = covariance[np.ix_(columns, columns)]
+        deviations = np.sqrt(np.maximum(np.diag(block)[count:], 0.0))
+        spread = np.sqrt(np.maximum(np.diag(block), 1e-300))
+        correlation = (block / np.outer(spread, spread))[:count, count:]
+        fitted.append(FittedMeasurement(comparison, part, nuisances, deviations, correlation))
+        column += nuisances.size
+    return fitted

@@ -1,0 +1,563 @@
+"""The claims of the source study: its words, how each is read, and whether it holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from fretwear.arrays import Array
+from fretwear.report import Section, macros
+from fretwear_source_study.cases import (
+    RUN_IN,
+    Cases,
+    StudyCase,
+    amplitude_left,
+    asperities_like_the_whole,
+    deviation_from_hertz,
+    differences,
+    growth,
+    largest_on_rings,
+    late_growth,
+    reference_cases,
+    unevenness,
+    zone_means,
+)
+from fretwear_source_study.parameters import TITLES
+from fretwear.study.parameters import value_text
+from fretwear.units import cycle_text, number_text
+from fretwear.vocabulary import SYMMETRIES, ContactState
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NEGLIGIBLE, _MOST = 1e-4, 1000.0
+_NOISE = 1e-3
+_PEAK_CELLS = 2.0
+_ALMOST = 0.05
+_OUTER_PART = 0.75
+_MIDDLE_THIRD = (1.0 / 3.0, 2.0 / 3.0)
+_MIDDLE_HALF = (0.25, 0.75)
+_EVEN = 0.1
+_ALIKE, _MOST_ASPERITIES = 0.1, 0.9
+_STILL_WEARING = 0.01
+_ON_TIPS = 0.9
+_WORN_OFF = 0.1
+_EARLY, _MUCH = 100.0, 1.5
+_MODELS = {
+    "cattaneo_mindlin": "as the study describes it",
+    "jaeger": "slip that follows the worn shape",
+}
+
+
+class Verdict(Enum):
+    """Whether a claim holds, in words."""
+
+    HOLDS = "holds"
+    IN_PART = "in part"
+    FAILS = "does not hold"
+
+
+class Finding(NamedTuple):
+    """The verdict on a claim by one case, or by a smooth and a rough one together."""
+
+    answer: Verdict
+    numbers: Mapping[str, str]  # the measured numbers behind it, with units, by their words
+    remark: str  # why the claim does not hold, or which part does; empty if it holds
+
+
+@dataclass(frozen=True)
+class PublishedClaim:
+    """A claim of the source study."""
+
+    number: int
+    words: str
+    criterion: str  # how the words are read, fixed without regard to the result
+    subjects: Mapping[str, Sequence[str]]  # titles of the cases of each subject of judgement
+    measure: Callable[..., Finding]  # takes the cases of one subject
+
+    def judge(self, cases: Cases) -> Judgement:
+        """Judge the claim by the four cases."""
+        findings = {
+            subject: self.measure(*(cases[title] for title in titles))
+            for subject, titles in self.subjects.items()
+        }
+        return Judgement(self, findings)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A claim with the findings of its subjects."""
+
+    claim: PublishedClaim
+    findings: Mapping[str, Finding]
+
+    @property
+    def answers(self) -> dict[str, Verdict]:
+        """The answer of each subject."""
+        return {subject: finding.answer for subject, finding in self.findings.items()}
+
+    @property
+    def verdict(self) -> Verdict:
+        """The answer common to all subjects; if they differ, the claim holds in part."""
+        answers = {*self.answers.values()}
+        return answers.pop() if len(answers) == 1 else Verdict.IN_PART
+
+    @property
+    def by_subject(self) -> str:
+        """The answers of the subjects in words if they differ, else empty."""
+        differ = len({*self.answers.values()}) > 1
+        return ", ".join(f"{s}: {answer.value}" for s, answer in self.answers.items() if differ)
+
+
+def short(value: float) -> str:
+    """Return a number with three significant digits, or a dash for NaN."""
+    if math.isnan(value):
+        return "–"
+    return number_text(0.0 if abs(value) < _NEGLIGIBLE else value, 3)
+
+
+def percent(share: float) -> str:
+    """Return a share in percent, as `short` writes it."""
+    return f"{short(100.0 * share)} %"
+
+
+def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]) -> Finding:
+    """Grade a claim; the remark applies if it does not hold completely."""
+    answer = Verdict.HOLDS if holds else Verdict.IN_PART if in_part else Verdict.FAILS
+    return Finding(answer, numbers, "" if holds else remark)
+
+
+def _steps(values: Array) -> Array:
+    """Return whether a series rises (1), falls (-1) or stays (0) from each snapshot to the next."""
+    change = np.diff(values)
+    steps: Array = np.where(np.abs(change) > _NOISE * abs(values[0]), np.sign(change), 0.0)
+    return steps
+
+
+def _last_to_first(stick: Array, slip: Array) -> dict[str, str]:
+    return {
+        "stick zone, last to first": short(stick[-1] / stick[0]),
+        "slip zone, last to first": short(slip[-1] / slip[0]),
+    }
+
+
+_EACH = {title: (title,) for title in TITLES}
+_SMOOTH = {title: (title,) for title in TITLES if title.startswith("smooth")}
+_SMOOTH_ELASTIC = {"smooth elastic": ("smooth elastic",)}
+_ROUGH = {title: (title,) for title in TITLES if title.startswith("rough")}
+_PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")}
+
+
+@partial(
+    PublishedClaim,
+    1,
+    "Pressure increases within the stick zone and decreases inside the slip zones.",
+    "From every snapshot to the next the mean pressure rises over the first stick disc and falls "
+    "over the ring from there to the edge of the contact; changes by less than 0.1 % of the first "
+    "mean do not count. In part: from the first snapshot to the last.",
+    _EACH,
+)
+def _pressure_moves_inward(case: StudyCase) -> Finding:
+    stick, slip = zone_means(case, "pressure")
+    against = {
+        "falls in the stick zone": _steps(stick) < 0.0,
+        "rises in the slip zone": _steps(slip) > 0.0,
+    }
+    back = [
+        f"{what} from cycle {cycle_text(case.cycles[int(steps.argmax())])} on"
+        for what, steps in against.items()
+        if steps.any()
+    ]
+    in_all = bool(stick[-1] > stick[0] and slip[-1] < slip[0])
+    remark = f"it {' and '.join(back)}" if back else "it does not change"
+    return _finding(in_all and not back, in_all, remark, _last_to_first(stick, slip))
+
+
+@partial(
+    PublishedClaim,
+    2,
+    "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
+    "last cycle.",
+    "After the last cycle the cell of highest pressure is within two cells of the edge of the "
+    "stick zone.",
+    _SMOOTH_ELASTIC,
+)
+def _peak_at_stick_edge(case: StudyCase) -> Finding:
+    pressure = case.field("pressure", case.last)
+    peak = case.radius[np.unravel_index(int(pressure.argmax()), pressure.shape)]
+    beyond = float(peak - case.zones(case.last).stick_radius) / max(case.sides)
+    growth_of_peak = float(pressure.max() / case.field("pressure", 0).max())
+    numbers = {
+        "peak beyond the edge": f"{short(beyond)} cells",
+        "peak, last to first": short(growth_of_peak),
+    }
+    return _finding(abs(beyond) <= _PEAK_CELLS, False, "the peak is elsewhere", numbers)
+
+
+@partial(
+    PublishedClaim,
+    3,
+    f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
+    "of a smooth surface after the same number.",
+    f"At the snapshot nearest cycle {RUN_IN}, over the slip zone that both have in common, the "
+    "mean differences of pressure and of slip are at most 5 % of the means of the smooth "
+    "contact. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
+    "slip, indistinguishable in a figure.",
+    _PAIRS,
+)
+def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
+    cycle = smooth.nearest(RUN_IN)
+    pressure, mean_pressure, _ = differences(smooth, rough, "pressure", cycle)
+    slip, mean_slip, largest_slip = differences(smooth, rough, "slip", cycle)
+    hertz = smooth.parameter("hertz_pressure")
+    in_figure = pressure <= _ALMOST * hertz and slip <= _ALMOST * largest_slip
+    numbers = {
+        "snapshot": cycle_text(cycle),
+        "pressure apart": f"{percent(pressure / mean_pressure)} of the mean",
+        "slip apart": f"{percent(slip / mean_slip)} of the mean",
+        "pressure apart, to Hertz": percent(pressure / hertz),
+        "slip apart, to the largest": percent(slip / largest_slip),
+    }
+    return _finding(
+        pressure <= _ALMOST * mean_pressure and slip <= _ALMOST * mean_slip,
+        in_figure,
+        f"{'equal' if in_figure else 'not equal even'} on the scale of a figure",
+        numbers,
+    )
+
+
+@partial(
+    PublishedClaim,
+    4,
+    "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces continuously.",
+    "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
+    "outer quarter of the stick zone, and the area that sticks falls from every snapshot to "
+    "the next once bodies yield. In part: it falls from a later cycle on.",
+    _EACH,
+)
+def _stick_zone(case: StudyCase) -> Finding:
+    if math.isinf(case.parameter("plastic_limit")):
+        sticks, slips = (
+            np.any([case.field("contact_state", n) == state for n in case.cycles], axis=0)
+            for state in (ContactState.STICK, ContactState.SLIP)
+        )
+        changed, what = int((sticks & slips).sum()), "cells that go from stick to slip or back"
+        return _finding(not changed, False, f"{changed} {what}", {what: str(changed)})
+    area = case.dataset["stick_area"].values
+    zones = {cycle: case.zones(cycle) for cycle in case.cycles}
+    outer = {c: z.stick & (case.radius >= _OUTER_PART * z.stick_radius) for c, z in zones.items()}
+    yields = [c for c, edge in outer.items() if (case.field("plastic_depth", c)[edge] > 0.0).any()]
+    elastic = [cycle for cycle in case.cycles if case.largest("plastic_volume", cycle) == 0.0]
+    rises = np.flatnonzero(np.diff(area) >= 0.0)
+    falls = case.cycles[rises[-1] + 1] if rises.size else 0
+    reduces = bool(yields) and falls < case.last and bool(area[-1] < area[0])
+    if not yields:
+        remark = "its edge does not yield"
+    elif not reduces:
+        remark = "its edge yields, but it does not reduce"
+    else:
+        remark = f"the area that sticks falls only from cycle {cycle_text(falls)} on"
+    extent = zones[case.last].stick_radius / zones[0].stick_radius
+    numbers = {
+        "stick area left": percent(area[-1] / area[0]),
+        "largest on the way": percent(area.max() / area[0]),
+        "radius of the zone left": percent(extent),
+        "edge yields by cycle": cycle_text(yields[0]) if yields else "–",
+    }
+    return _finding(reduces and falls <= max(elastic, default=0), reduces, remark, numbers)
+
+
+@partial(
+    PublishedClaim,
+    5,
+    "The maximum wear is in the middle of the slip zones; this area supports the highest wear at "
+    "the beginning of the process (smooth).",
+    "In cycle 0 wear, averaged over rings, is largest in the middle third of the slip zone. The "
+    "closed form of the unworn contact has the largest product of pressure and slip at 0.76 of its "
+    "width for Q/µP = 0.8. The place of the deepest wear later is given too.",
+    _SMOOTH,
+)
+def _wears_most_in_the_middle(case: StudyCase) -> Finding:
+    first = largest_on_rings(case, "wear_rate", 0)[0]
+    places = {c: largest_on_rings(case, "wear_depth", c)[0] for c in case.cycles[1:]}
+    start, end = _MIDDLE_THIRD
+    middle = [cycle_text(cycle) for cycle, place in places.items() if start <= place <= end]
+    numbers = {
+        "place of most wear in cycle 0": short(first),
+        "deepest wear in the middle third, cycles": f"{middle[0]} to {middle[-1]}"
+        if middle
+        else "–",
+        "place of the deepest wear after the last cycle": short(places[case.last]),
+    }
+    remark = f"it is at {short(first)} of the width of the slip zone"
+    return _finding(start <= first <= end, False, remark, numbers)
+
+
+@partial(
+    PublishedClaim,
+    6,
+    "After some number of cycles the wear of one cycle becomes almost constant over the slip zone.",
+    "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
+    "mean, at the last snapshot at which the mean is still at least 1 % of the first. In part: "
+    "at most 10 % over the middle half of the slip zone.",
+    _EACH,
+)
+def _even_wear(case: StudyCase) -> Finding:
+    means = [case.field("wear_rate", n)[case.zones(n).slip()].mean() for n in case.cycles]
+    cycle = case.cycles[np.flatnonzero(np.array(means) >= _STILL_WEARING * means[0])[-1]]
+    now, middle = unevenness(case, cycle), unevenness(case, cycle, *_MIDDLE_HALF)
+    numbers = {
+        "snapshot": cycle_text(cycle),
+        "unevenness in cycle 0": percent(unevenness(case, 0)),
+        "unevenness there": percent(now),
+        "over the middle half": percent(middle),
+    }
+    remark = "over the middle half only" if middle <= _EVEN else "nor over the middle half"
+    return _finding(now <= _EVEN, middle <= _EVEN, remark, numbers)
+
+
+@partial(
+    PublishedClaim,
+    7,
+    "Rough: wear is first on the asperities with the biggest pressures; after about "
+    f"{RUN_IN} cycles the asperities on the slip area are worn.",
+    "In cycle 0 at least 90 % of the wear is on the higher half of the surface, where pressure "
+    "is higher than in the slip zone on average; at the snapshot nearest cycle "
+    f"{RUN_IN} at most 10 % of the amplitude of the waves is left in the slip zone. In part: "
+    "one of the two, or at most 10 % in its middle half.",
+    _ROUGH,
+)
+def _asperities(case: StudyCase) -> Finding:
+    wear, pressure = case.field("wear_rate", 0), case.field("pressure", 0)
+    on_tips = float(wear[case.waves < 0.0].sum() / wear.sum())
+    there = float((pressure * wear).sum() / wear.sum() / pressure[case.zones(0).slip()].mean())
+    cycle = case.nearest(RUN_IN)
+    zones = case.zones(cycle)
+    slip = amplitude_left(case, cycle, zones.slip())
+    middle = amplitude_left(case, cycle, zones.slip(*_MIDDLE_HALF))
+    first = on_tips >= _ON_TIPS and there > 1.0
+    numbers = {
+        "wear on tips in cycle 0": percent(on_tips),
+        "pressure where it wears, to the slip zone's mean": short(there),
+        "snapshot": cycle_text(cycle),
+        "amplitude left in the slip zone": percent(slip),
+        "in its middle half": percent(middle),
+    }
+    gone, gone_in_part = abs(slip) <= _WORN_OFF, abs(middle) <= _WORN_OFF
+    remark = "gone in the middle half only" if gone_in_part else "asperities remain"
+    if not first:
+        remark = "wear is not first on asperities"
+    return _finding(first and gone, first or gone_in_part, remark, numbers)
+
+
+@partial(
+    PublishedClaim,
+    8,
+    "Contact width grows much faster for rough surfaces and stabilises at almost the same level.",
+    "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
+    "after the last cycle they are within 5 % of each other, and in the second half of all "
+    "cycles each grows by at most 5 % of its whole growth. In part: one of the two.",
+    _PAIRS,
+)
+def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
+    ratio = growth(rough, _EARLY) / growth(smooth, _EARLY)
+    last = [case.at("contact_half_width_x", case.last) for case in (rough, smooth)]
+    level = last[0] / last[1] - 1.0
+    late = max(late_growth(smooth), late_growth(rough))
+    reasons = {
+        f"it grows {short(ratio)} times as much": ratio < _MUCH,
+        f"the last widths are {percent(abs(level))} apart": abs(level) > _ALMOST,
+        f"{percent(late)} of the growth is in the second half of the cycles": late > _ALMOST,
+    }
+    against = [reason for reason, applies in reasons.items() if applies]
+    numbers = {
+        f"growth by cycle {_EARLY:.0f}, rough to smooth": short(ratio),
+        "growth by cycle 1000": short(growth(rough, 1000.0) / growth(smooth, 1000.0)),
+        "rough beyond smooth at the end": percent(level),
+        "growth in the second half": f"{percent(late)} of all",
+    }
+    stabilises = abs(level) <= _ALMOST and late <= _ALMOST
+    return _finding(not against, ratio >= _MUCH or stabilises, " and ".join(against), numbers)
+
+
+@partial(
+    PublishedClaim,
+    9,
+    "Shear tractions exhibit a similar behaviour.",
+    "From snapshot to snapshot the mean shear over the two zones of claim 1 rises where the mean "
+    "pressure rises, and falls where it falls. In part: more often than not.",
+    _EACH,
+)
+def _shear_like_pressure(case: StudyCase) -> Finding:
+    shear, pressure = (zone_means(case, name) for name in ("shear_traction", "pressure"))
+    opposite = [_steps(q) * _steps(p) < 0.0 for q, p in zip(shear, pressure, strict=True)]
+    against, steps = int(np.sum(opposite)), np.size(opposite)
+    numbers = {
+        **_last_to_first(*shear),
+        "changes against the pressure": f"{against} of {steps}",
+    }
+    remark = f"{against} of {steps} changes go the other way"
+    return _finding(not against, against < steps // 2, remark, numbers)
+
+
+@partial(
+    PublishedClaim,
+    10,
+    "Wear has higher values at the beginning for rough bodies.",
+    f"From cycle 1 to {RUN_IN} the rough contact exceeds the smooth one in wear volume and largest "
+    "depth. In part: in one of them, or at some snapshots.",
+    _PAIRS,
+)
+def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
+    cycles = [cycle for cycle in smooth.cycles if 0 < cycle <= RUN_IN and cycle in rough.cycles]
+    ratios = {
+        what: [rough.largest(name, n) / smooth.largest(name, n) for n in cycles]
+        for what, name in (("volume", "wear_volume"), ("largest depth", "wear_depth"))
+    }
+    numbers = {
+        f"{what}, rough to smooth, cycle {cycle_text(cycles[index])}": short(values[index])
+        for what, values in ratios.items()
+        for index in (0, -1)
+    }
+    less = [
+        f"less {what} at cycle {', '.join(lower)}"
+        for what, values in ratios.items()
+        if (lower := [cycle_text(n) for n, v in zip(cycles, values, strict=True) if v <= 1.0])
+    ]
+    higher = max(map(max, ratios.values())) > 1.0
+    return _finding(not less, bool(higher), " and ".join(less), numbers)
+
+
+@partial(
+    PublishedClaim,
+    11,
+    "On a macro-scale the results are comparable to a smooth surface, and on a micro-scale the "
+    "pressure profile of each asperity behaves as a smooth surface.",
+    "The micro-scale; claims 3, 8 and 10 compare the whole. In cycle 0 the pressure of asperities "
+    "(half a wave by half a wave around a tip) differs by at most 10 % (root mean square, mean "
+    "weighted by load) from the pressure of a smooth contact with the curvatures, load and limit "
+    f"of the tip. Up to the snapshot nearest cycle {RUN_IN}, mean pressure rises where asperities "
+    "stuck and falls where they slipped, as on the whole of a smooth contact: on asperities that "
+    "carry 90 % of the load of all that both stick and slip. In part: one of the two.",
+    _ROUGH,
+)
+def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
+    cycle, apart = case.nearest(RUN_IN), deviation_from_hertz(case)
+    share, behaving = asperities_like_the_whole(case, cycle)
+    numbers = {
+        "pressure apart from Hertz's in cycle 0": percent(apart),
+        "load on asperities that stick and slip": percent(share),
+        "snapshot": cycle_text(cycle),
+        "share of that load that behaves as smooth": percent(behaving),
+    }
+    alike, behave = apart <= _ALIKE, behaving >= _MOST_ASPERITIES
+    against = [
+        "pressure profiles differ from smooth contacts" if not alike else "",
+        "pressure does not move from slip to stick" if not behave else "",
+    ]
+    remark = " and ".join(filter(None, against))
+    return _finding(alike and behave, alike or behave, remark, numbers)
+
+
+CLAIMS = (
+    _pressure_moves_inward,
+    _peak_at_stick_edge,
+    _rough_becomes_smooth,
+    _stick_zone,
+    _wears_most_in_the_middle,
+    _even_wear,
+    _asperities,
+    _width_grows_faster_when_rough,
+    _shear_like_pressure,
+    _more_wear_when_rough,
+    _asperities_behave_as_smooth,
+)
+"""All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
+
+
+def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
+    """Yield the sections on the source study from a merged study's case files.
+
+    A study without the four cases of the source study has none. The first section judges the claims
+    at one radius and compares others if present; the second, if the study has both slip models,
+    says what the simpler one costs.
+    """
+    judged: dict[tuple[str, float], list[Judgement]] = {}
+    models: list[Cases] = []
+    for model, at, cases in reference_cases(summary, folder):
+        judged[model, at] = [claim.judge(cases) for claim in CLAIMS]
+        # Cases of other radii are not needed any more.
+        models += [cases] if at == next(iter(judged))[1] else []
+    if not judged:
+        return
+    radius = next(iter(judged))[1]
+    columns = {model: group for (model, at), group in sorted(judged.items()) if at == radius}
+    others = sorted(judged.items()) if len(judged) > len(columns) else []
+    rows = [
+        [
+            (group[i], group[i].answers != columns.get(model, group)[i].answers)
+            for (model, _), group in others
+        ]
+        for i in range(len(CLAIMS) if others else 0)
+    ]
+    varied = [str(row[0][0].claim.number) for row in rows if any(differs for _, differs in row)]
+    words = {model: _MODELS.get(model, model.replace("_", " ")) for model, _ in judged}
+    heads = [f"R = {value_text('radius', at)}, {words[model]}" for (model, at), _ in others]
+    bodies = macros("fretwear_source_study")
+    text = bodies["claims"](
+        value_text("radius", radius),
+        [words[model] for model in columns],
+        list(zip(*columns.values(), strict=True)),
+        heads,
+        rows,
+        ", ".join(varied),
+    )
+    yield Section("claims", "Claims of the source study", Markup(text))
+    if len(models) > 1:
+        cases, simple = models[:2]
+        smooth = cases[TITLES[0]]
+        tables = {
+            cycle_text(cycle): _ratios(cases, simple, cycle)
+            for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last))
+        }
+        excess = {title: percent(excess_shear(case, smooth.last)) for title, case in simple.items()}
+        text = bodies["slip_models"](list(TITLES), tables, excess)
+        yield Section("slip-models", "What the simpler slip model costs", Markup(text))
+
+
+def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
+    """Results of the simple model over results of the other one, a column for each case."""
+    from fretwear.data.dataset import compared_results
+
+    rows: dict[str, list[str]] = {}
+    for title, case in cases.items():
+        both = (case, simple[title])
+        compared = compared_results(*(one.dataset.sel(cycle=[cycle]) for one in both))
+        # The pressure of a single cell is meaningless on a rough surface.
+        ratios = {r.variable.label: r.ratio for r in compared if r.variable.is_headline}
+        first, second = (one.field("pressure", cycle)[one.zones(cycle).stick] for one in both)
+        ratios["Mean pressure in the stick zone"] = float(second.mean() / first.mean())
+        for label, ratio in ratios.items():
+            # Vanishing values cannot be compared.
+            rows.setdefault(label, []).append(short(ratio if ratio < _MOST else math.nan))
+    return rows
+
+
+def excess_shear(case: StudyCase, cycle: int) -> float:
+    """Share of the tangential load by which shear cut to Coulomb's law exceeds it.
+
+    Shear beyond −µp, also in valleys without pressure, is cut to −µp; the remaining shear adds up
+    to more than Q, by this share of Q. Slip of the worn shape has no excess.
+    """
+    shear = case.field("shear_traction", cycle)
+    copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])
+    force = copies * math.prod(case.sides) * float(shear.sum(dtype=np.float64))
+    return force / case.parameter("tangential_load") - 1.0

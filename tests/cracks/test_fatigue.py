@@ -1,0 +1,114 @@
+"""Where a case is expected to crack, and whether wear removes the crack first."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear_cracks.fatigue import fatigue_table
+from fretwear_cracks.inputs import StressError
+from fretwear.vocabulary import FATIGUE_OUTCOMES
+
+from ..studies import near, steel
+
+CONSTANTS = {"basquin": ("1000 MPa", -0.1), "manson_coffin": (0.5, -0.6)}
+CELL = "10 um"
+
+
+@pytest.fixture(scope="module")
+def partial():
+    case = steel(cycles=10_000, cell=CELL, error_estimate=False, output_cycles=(300, 3000))
+    return fretwear.simulate(case, quarter=True)
+
+
+@pytest.fixture(scope="module")
+def gross():
+    sliding = {"tangential_ratio": None, "displacement_amplitude": "3 um"}
+    case = steel(cycles=10_000, cell=CELL, error_estimate=False, output_cycles=(300,), **sliding)
+    return fretwear.simulate(case, quarter=True)
+
+
+def outcome(found):
+    return FATIGUE_OUTCOMES[int(found.fatigue_outcome[-1])]
+
+
+def test_partial_slip_cracks_at_the_new_edge_of_stick_and_gross_slip_wears_cracks_away(
+    partial, gross
+):
+    """Wear brings the worst place inwards in partial slip, and outwards in gross slip."""
+    found, slid = (fretwear.fatigue(ds, phases=8, **CONSTANTS) for ds in (partial, gross))
+    assert (outcome(found), outcome(slid)) == ("crack wins", "wear wins")
+    swt, slid_swt = found.largest_smith_watson_topper, slid.largest_smith_watson_topper
+    assert float(swt[-1]) > 1.5 * float(swt[0])
+    assert float(slid_swt[-1]) < 0.1 * float(slid_swt[0])
+    stuck = float(partial.stick_half_width_x[0])
+    assert abs(float(found.crack_x[0])) == near(float(partial.hertz_radius), rel=0.05)
+    assert abs(float(found.crack_x[-1])) < 1.25 * stuck
+    assert abs(float(slid.crack_x[-1])) > 1.5 * float(gross.hertz_radius)
+    crack = float(found.crack_cycle[-1])
+    assert 300 < crack < 10_000
+    assert np.isnan(found.crack_cycle[:2]).all()
+    assert found.largest_damage.values.tolist() == sorted(found.largest_damage.values)
+    rows = fatigue_table(found)
+    assert rows[0][:3] == ("cycle", "tension (MPa)", "SWT (MPa)")
+    assert rows[-1][-1] == "crack wins"
+
+
+def test_values_are_those_of_the_stresses_of_each_snapshot(partial):
+    found = fretwear.fatigue(partial, [0], phases=8, bulk_stress="40 MPa", depth="0.2 mm")
+    assert found.sizes["cycle"] == 1
+    assert float(found.z[-1]) == near(0.2e-3)
+    alone = fretwear.stress(partial, 0, phases=8, bulk_stress=40e6, depths=found.z.values)
+    np.testing.assert_array_equal(found.smith_watson_topper[0], alone.smith_watson_topper.isel(y=0))
+    assert float(found.largest_tension[0]) == float(alone.edge_stress_xx.max())
+    assert "life" not in found
+
+
+def test_the_bulk_stress_of_a_case_is_that_of_its_stresses():
+    case = steel(cycles=1, cell=CELL, error_estimate=False)
+    plain = fretwear.simulate(case, quarter=True)
+    pulled = fretwear.simulate(case.replace(bulk_stress="80 MPa"), quarter=True)
+    assert float(pulled.bulk_stress) == 80e6
+    assert pulled.case_id != plain.case_id
+    point = {"points": [(0, 0, 5e-5)], "phases": 2}
+    own, given = fretwear.stress(pulled, **point), fretwear.stress(plain, bulk_stress=80e6, **point)
+    np.testing.assert_array_equal(own.stress_xx, given.stress_xx)
+    without = fretwear.stress(pulled, bulk_stress=0, **point)
+    added = (own - without).stress_xx.values.ravel()
+    assert added == near([80e6, -80e6], rel=1e-5)
+
+
+def test_wear_of_the_flat_alone_counts(gross):
+    """Half of the wear of both bodies, unless the file says what the flat lost."""
+    half = gross.assign(wear_depth_flat=0.5 * gross.wear_depth)
+    told, own = (fretwear.fatigue(ds, phases=4, **CONSTANTS) for ds in (gross, half))
+    assert "half of it is taken" in told.warnings
+    assert "half of it is taken" not in own.warnings
+    np.testing.assert_allclose(told.damage, own.damage)
+    gone = np.isnan(told.damage[-1]).any("material_z")
+    worn = 0.5 * gross.wear_depth[-1].isel(y=0)
+    reached = worn.values > float(told.material_z[0])
+    np.testing.assert_array_equal(gone[gone.size // 2 :], reached)
+    assert reached.any()
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"cycles": [7]}, "cycle 7 is not a snapshot; there are 0, 300, 3000 and"),
+        ({"basquin": ("1000", -0.1)}, "needs a unit"),
+        ({"basquin": ("1000 N", -0.1)}, "must be a pressure"),
+        ({"basquin": ("1000 MPa", 0.1)}, "the exponent negative"),
+        ({"basquin": "1000 MPa"}, "('1000 MPa', -0.1)"),
+        ({"manson_coffin": (0.5, -0.6)}, "give basquin too"),
+        ({"manson_coffin": ("0.5 MPa", -0.6), "basquin": (1e9, -0.1)}, "manson_coffin"),
+        ({"depth": "1 um"}, "must be more than"),
+        ({"bulk_stress": "80"}, "needs a unit"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(partial, options, reason):
+    with pytest.raises(StressError, match=re.escape(reason)):
+        fretwear.fatigue(partial, **options)
+    assert math.isinf(float(partial.plastic_limit))

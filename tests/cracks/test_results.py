@@ -1,0 +1,334 @@
+"""Stresses of the dataset of a case."""
+
+import json
+import re
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import fretwear
+from fretwear.data.files import add_checksum
+from fretwear.data.safe import DataFileError
+from fretwear_cracks import results
+from fretwear_cracks.cracks import PointLoops
+from fretwear_cracks.inputs import StressError, surface_of
+from fretwear_cracks.results import (
+    largest_values,
+    open_stresses,
+    write_stresses,
+)
+
+from ..studies import SELF_AFFINE, STEEL, WAVES, near, steel
+
+CELL = 5e-6
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return fretwear.simulate(steel(cycles=1000, cell=CELL), quarter=True)
+
+
+def test_the_central_axis_of_an_unworn_sphere(worn):
+    a, peak = float(worn.hertz_radius), float(worn.hertz_pressure)
+    z = a * np.array([0.3, 0.5, 1.0])
+    found = fretwear.stress(worn, points=np.stack([0 * z, 0 * z, z], axis=1), phases=4)
+    assert found.stress_zz.dims == ("phase", "point")
+    expected = np.broadcast_to(-peak / (1 + (z / a) ** 2), (4, 3))
+    np.testing.assert_allclose(found.stress_zz, expected, atol=3e-3 * peak)
+    across = found.stress_xz.isel(phase=[0, 2]).values
+    np.testing.assert_allclose(across[0], -across[1], rtol=1e-5)
+    np.testing.assert_allclose(found.force, [20, 0, -20, 0], atol=1e-2)
+    plane = fretwear.stress(worn, depths=a * np.arange(0.4, 0.5, 0.01), phases=2)
+    assert "p0, x = " in dict(largest_values(plane))["von Mises stress"]
+    assert 1.0 < float(plane.tresca.max() / plane.von_mises.max()) < 2 / np.sqrt(3)
+
+
+def test_planes_layers_and_points_agree(worn):
+    depths = ["12 um", "40 um", 150e-6]
+    plane = fretwear.stress(worn, 1000, depths=depths, phases=4, crossland=0.2)
+    assert plane.stress_xx.dims == ("phase", "x", "y", "z")
+    whole = fretwear.stress(worn, 1000, depths=depths, phases=4, whole=True)
+    assert whole.sizes["y"] == worn.sizes["y"]
+    x, peak = plane.x.values[::9], float(worn.hertz_pressure)
+    places = [(each, y, z) for z in plane.z.values for each in x for y in (0.0, 0.5 * CELL)]
+    points = fretwear.stress(worn, 1000, points=places, phases=4, crossland=0.2)
+    for name in ("stress_xx", "stress_yz", "stress_xz", "von_mises"):
+        at = points[name].values.reshape(4, 3, x.size, 2)
+        near = whole[name].isel(y=0, x=slice(0, None, 9)).values.swapaxes(1, 2)
+        np.testing.assert_allclose(at[..., 1], near, atol=1e-4 * peak)
+        middle = plane[name].isel(y=0, x=slice(0, None, 9)).values.swapaxes(1, 2)
+        np.testing.assert_allclose(at[..., 0], middle, atol=1e-4 * peak)
+    at = points.crossland.values.reshape(3, x.size, 2)[..., 0]
+    np.testing.assert_allclose(at, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
+
+
+def test_no_traction_exceeds_friction_at_the_edge_of_stick_of_worn_bodies():
+    """Contacts of the stored shape differ a little from those of which its cells are means."""
+    case = steel(cycles=3000, cell=CELL, error_estimate=False)
+    last = fretwear.simulate(case, quarter=True).isel(cycle=-1)
+    surface, _ = surface_of(last, case, 3000)
+    shears = surface.over_half_a_loop(8)
+    assert (abs(shears[1:]) <= surface.friction * surface.pressure).all()
+
+
+def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):
+    blocks = [{"cycles": 1000, "friction": 0.5}, {"cycles": 500, "friction": 0.7}]
+    case = steel(cycles=None, friction=None, cell=CELL, blocks=blocks)
+    found = [surface_of(worn.isel(cycle=0), case, cycle)[0].friction for cycle in (0, 1000, 1500)]
+    assert found == [0.5, 0.5, 0.7]
+
+
+def test_the_constants_are_those_of_the_flat(worn):
+    """The flat is the second of two materials."""
+    place = {"points": [(-1.3e-4, 0.0, 2e-5)], "phases": 4, "fatemi_socie": (1, 1e9)}
+    names = ("youngs_modulus", "poisson_ratio")
+    pairs = {f"{n}_{body}": worn[n] / (3 - body) for n in names for body in (1, 2)}
+    unlike = worn.drop_vars(names).assign_coords(pairs)
+    xr.testing.assert_equal(fretwear.stress(unlike, **place), fretwear.stress(worn, **place))
+
+
+def test_the_whole_contact_has_the_stresses_of_its_quarter(worn):
+    options = {"cycle": 1000, "depths": [20e-6], "phases": 4}
+    quarter, full = (fretwear.stress(each, **options) for each in (worn, worn.fretwear.full()))
+    np.testing.assert_array_equal(quarter.stress_xx, full.stress_xx)
+
+
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+def test_a_rough_contact_that_is_not_even():
+    rough = {**SELF_AFFINE, "rms_height": "0.03 um", "shortest_wavelength": "40 um", "seed": 7}
+    ds = fretwear.simulate(
+        steel(cycles=1, cell="8 um", roughness=rough, error_estimate=False), quarter=True
+    )
+    assert ds.symmetry == "none"
+    place = [(30e-6, 20e-6, 25e-6)]
+    found = fretwear.stress(ds, points=place, phases=2)
+    whole = fretwear.stress(ds, depths=[25e-6], phases=2, whole=True)
+    assert whole.sizes["y"] == ds.sizes["y"]
+    peak = float(ds.peak_pressure[0])
+    for name in ("stress_xx", "stress_xy", "stress_xz"):
+        nearest = whole[name].isel(z=0).interp(x=30e-6, y=20e-6)
+        np.testing.assert_allclose(nearest, found[name][:, 0], atol=0.02 * peak)
+
+
+def test_the_file_of_a_measured_surface_is_not_needed(worn):
+    rough = {"kind": "measured", "file": "gone.x3p"}
+    parameters = {**json.loads(worn.parameters), "roughness": rough}
+    place = {"points": [(0, 0, 5e-5)], "phases": 2}
+    found = fretwear.stress(worn.assign_attrs(parameters=json.dumps(parameters)), **place)
+    xr.testing.assert_equal(found, fretwear.stress(worn, **place))
+    assert found.case_id == worn.case_id
+
+
+def test_a_line_contact_is_in_plane_strain():
+    line = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+    line |= {"load": "18 N/mm", "cycles": 1}
+    ds = fretwear.simulate(fretwear.Case(**line))
+    half, peak = float(ds.contact_half_width_x[0]), float(ds.peak_pressure[0])
+    depths = half * np.array([0.3, 0.786, 2.0])
+    found = fretwear.stress(ds, depths=depths, phases=4, bulk_stress="50 MPa")
+    z = depths / half
+    x = found.x.values
+    axis = found.isel(phase=1, y=0).interp(x=0.0)
+    np.testing.assert_allclose(axis.stress_zz, -peak / np.sqrt(1 + z**2), atol=2e-3 * peak)
+    sum_ = 0.3 * (found.stress_xx + found.stress_zz)
+    np.testing.assert_allclose(found.stress_yy, sum_, atol=1e-4 * peak)
+    assert found.force.attrs["units"] == "N m-1"
+    uneven = ds.assign(gap=ds.gap + 1e-9 * (ds.x > 0)).assign_attrs(symmetry="none")
+    with pytest.raises(StressError, match="only for even ones"):
+        fretwear.stress(uneven)
+    assert abs(x[0]) == x[-1]
+
+
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+def test_where_slip_is_that_of_the_unworn_contact_its_traction_reverses(worn):
+    model = {"slip_model": "cattaneo_mindlin", "cell": CELL, "error_estimate": False}
+    ds = fretwear.simulate(steel(cycles=1, **model), quarter=True)
+    options = {"points": [(-0.9e-4, 0.0, 0.3e-4)], "phases": 8}
+    found, usual = (fretwear.stress(each, **options) for each in (ds, worn))
+    peak = float(worn.hertz_pressure)
+    np.testing.assert_allclose(found.stress_xx, usual.stress_xx, atol=3e-3 * peak)
+    # On a rough surface too it falls from one end to the other by similar steps.
+    rough = {**WAVES, "slope_x": "0.5 deg", "slope_y": "0.5 deg"}
+    ds = fretwear.simulate(steel(cycles=1, roughness=rough, **model), quarter=True)
+    force = fretwear.stress(ds, points=[(0, 0, 1e-5)], phases=16).force.values
+    steps = -np.diff(force[:9])
+    assert (steps > 0).all()
+    assert steps.max() < 0.4 * force[0]
+
+
+def test_the_point_and_the_line_method_of_a_critical_distance(worn):
+    """The mean tensor over the line is that of many points on it."""
+    length = 30e-6
+    found = fretwear.stress(worn, phases=4, depths=[1e-5], critical_distance=length, crossland=0.2)
+    place = int(abs(found.x.values + 1.3e-4).argmin())
+    depths = 2 * length * (np.arange(400) + 0.5) / 400
+    x = float(found.x[place])
+    points = [(x, 0.0, z) for z in (0.5 * length, *depths)]
+    along = fretwear.stress(worn, phases=4, points=points, crossland=0.2)
+    for name in ("smith_watson_topper", "crossland"):
+        at_point, expected = found[f"{name}_point"][place], along[name][0]
+        assert float(at_point) == near(float(expected), rel=2e-3)
+    tensors = np.stack([along[f"stress_{each}"] for each in ("xx", "yy", "zz", "xy", "xz", "yz")])
+    mean = tensors[:, :, 1:].mean(axis=-1, dtype=float)
+    steady, part = mean.mean(axis=1), (mean[:, :2] - mean[:, 2:]) / 2
+    loops = PointLoops(steady[:, None], part.T[..., None], 208e9, 0.3)
+    value = loops.smith_watson_topper().value[0]
+    assert float(found.smith_watson_topper_line[place]) == near(value, rel=5e-3)
+    assert {"smith_watson_topper_line_normal", "crossland_line"} <= set(found.data_vars)
+
+
+def test_the_parameter_of_ruiz_is_tension_times_friction_work(worn):
+    """At x < 0 and at x > 0 alike: the one is in tension at +Q, the other at −Q."""
+    found = fretwear.stress(worn, phases=4, depths=[1e-5])
+    assert found.ruiz.dims == ("x",)
+    np.testing.assert_allclose(found.ruiz, found.ruiz[::-1], rtol=1e-6)
+    row = worn.isel(cycle=0, y=0)
+    # In the slip annulus, just below the surface.
+    place = int(abs(worn.x.values - 0.9 * float(worn.hertz_radius)).argmin())
+    below = fretwear.stress(worn, phases=2, points=[(-float(worn.x[place]), 0.0, 1e-8)])
+    tension = float(below.stress_xx.max())
+    assert tension > 0.1 * float(worn.hertz_pressure)
+    work = float(row.shear_traction[place] * row.slip[place])
+    value = float(found.ruiz[found.sizes["x"] // 2 + place])
+    assert value == near(tension * work, rel=0.01)
+
+
+def test_a_file_of_stresses_reads_back(worn, tmp_path):
+    found = fretwear.stress(worn, 1000, depths=[20e-6, 40e-6], phases=4, dang_van=0.3)
+    write_stresses(found, tmp_path / "stress.nc")
+    with xr.open_dataset(tmp_path / "stress.nc", decode_timedelta=False) as stored:
+        xr.testing.assert_equal(stored.load(), found)
+        assert stored.stress_xx.attrs["units"] == "Pa"
+    words = dict(largest_values(found))
+    assert "to the surface" in words["Smith–Watson–Topper parameter"]
+
+
+def test_a_file_with_text_of_another_encoding_is_refused_by_a_sentence(worn, tmp_path):
+    path = tmp_path / "stress.nc"
+    write_stresses(fretwear.stress(worn, 1000, depths=[20e-6], phases=4, dang_van=0.3), path)
+    with netCDF4.Dataset(path, "a") as file:
+        file.set_auto_chartostring(False)
+        file["axis"][:] = np.full(file["axis"].shape, b"\xd8")
+    add_checksum(path)
+    with pytest.raises(DataFileError, match=r"it cannot be read .*fretwear stress writes it"):
+        open_stresses(path)
+
+
+def test_layers_that_do_not_fit_in_memory_are_computed_when_they_are_written(
+    worn, tmp_path, monkeypatch
+):
+    options = {"depths": [20e-6, 40e-6, 80e-6], "phases": 4, "whole": True}
+    expected = fretwear.stress(worn, 1000, **options)
+    monkeypatch.setattr(results.psutil, "virtual_memory", lambda: Room(0.8 * expected.nbytes))
+    lazy = fretwear.stress(worn, 1000, **options)
+    assert lazy.stress_xx.chunks is not None
+    write_stresses(lazy, tmp_path / "lazy.nc")
+    with open_stresses(tmp_path / "lazy.nc") as stored:
+        xr.testing.assert_equal(stored.load(), expected)
+        assert stored.tresca.attrs == expected.tresca.attrs
+
+
+class Room:
+    """A memory that half of what is asked for would fill."""
+
+    def __init__(self, size):
+        self.available = size
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"cycle": 5}, "cycle 5 is not a snapshot; there are 0 and 1000"),
+        ({"points": [(0, 0, 0)]}, "z must be larger than 0"),
+        ({"points": [(0, 0)]}, "shape (n, 3)"),
+        ({"points": [(0, 0, 1e-5)], "depths": [1e-5]}, "either points or depths"),
+        ({"depths": [-1e-5]}, "downwards from the surface"),
+        ({"depths": ["10"]}, "a length such as 20 um"),
+        ({"depths": [2e-5, 1e-5]}, "must increase"),
+        ({"phases": 5}, "an even number"),
+        ({"fatemi_socie": (1, "1000 N")}, "must be a pressure"),
+        ({"fatemi_socie": (1, 0.0)}, "the yield strength positive"),
+        ({"bulk_stress": "80"}, "did you mean '80 MPa'"),
+        ({"whole": True, "crossland": 0.2}, "on the plane y = 0 only"),
+        ({"critical_distance": "0 um"}, "must be larger than 0"),
+        ({"critical_distance": "9 um", "whole": True}, "for the plane y = 0"),
+        ({"whole": True, "phases": 10**8}, "fewer depths or phases"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(worn, options, reason):
+    with pytest.raises(StressError, match=re.escape(reason)):
+        fretwear.stress(worn, **options)
+
+
+def test_worn_stresses_converge_with_the_cell_at_a_depth(worn):
+    """Above the edge of stick too, where the pressure of worn elastic bodies is singular."""
+    a = float(worn.hertz_radius)
+    points = [(0.585 * a, 0.0, z * a) for z in (0.1, 0.2, 0.5)]
+    found = []
+    for cell in ("10 um", CELL, "2.5 um"):
+        case = steel(cycles=1000, cell=cell, error_estimate=False)
+        last = fretwear.simulate(case, quarter=True)
+        found.append(fretwear.stress(last, 1000, points=points, phases=2).stress_xx.values)
+    coarse, fine = (abs(each - found[-1]).max(axis=0) for each in found[:2])
+    assert (fine < 0.5 * coarse).all()
+    assert (fine < 0.01 * float(worn.hertz_pressure)).all()
+
+
+def test_points_outside_the_window_are_told(worn):
+    end = float(worn.x[-1] + 0.5 * (worn.x[1] - worn.x[0]))
+    inside, beyond = (
+        fretwear.stress(worn, points=[(share * end, 0.0, 2e-5)], phases=2) for share in (0.98, 1.1)
+    )
+    assert "outside" not in inside.warnings
+    assert f"at x = {1.1e6 * end:.3g} µm beyond {1e6 * end:.3g} µm" in beyond.warnings
+    assert np.isfinite(beyond.von_mises).all()
+
+
+def test_datasets_without_a_loop_of_stresses_are_refused(worn):
+    still = worn.assign(shear_traction=0.0 * worn.shear_traction)
+    stroke = {**json.loads(worn.parameters), "sliding_amplitude": 5e-6}
+    stroke |= {"tangential_load": None, "wear_coefficient": [1e-14, 1e-14]}
+    for wrong, reason in (
+        (worn.assign_attrs(parameters=json.dumps(stroke)), "over a stroke moves over the flat"),
+        (still, "no shear traction"),
+        (worn.drop_vars("gap"), "lacks gap"),
+        (xr.Dataset(), "is not a case"),
+    ):
+        with pytest.raises(StressError, match=reason):
+            fretwear.stress(wrong)
+
+
+def test_shallow_depths_and_singular_pressures_are_doubted(worn):
+    assert fretwear.stress(worn, depths=[0.3e-4], phases=2).warnings == ""
+    warnings = fretwear.stress(worn, 1000, depths=[2e-6], phases=2).warnings
+    assert "less than a cell, 5 µm" in warnings
+    assert "singular at the edge of stick" in warnings
+
+
+def test_friction_in_two_directions_shears_planes_of_equal_depth_along_both():
+    """Just below a cell, planes of equal depth bear its tractions; along the loop they reverse."""
+    case = steel(cycles=300, cell="5 um", slip_model="coupled", error_estimate=False)
+    ds = fretwear.simulate(case, quarter=True)
+    last = ds.isel(cycle=-1)
+    i, j = np.unravel_index(abs(last.shear_traction_y.values).argmax(), last.pressure.shape)
+    below = [(float(ds.x[i]), float(ds.y[j]), 1e-9), (float(ds.x[i]), -float(ds.y[j]), 1e-9)]
+    found = fretwear.stress(ds, 300, points=below, phases=8)
+    along, across = last.shear_traction.values[i, j], last.shear_traction_y.values[i, j]
+    assert abs(across) > 0.03 * along
+    np.testing.assert_allclose(found.stress_xz[0], [-along, -along], rtol=1e-3)
+    np.testing.assert_allclose(found.stress_yz[0], [-across, across], rtol=1e-3)
+    np.testing.assert_allclose(found.stress_yz[4], -found.stress_yz[0], rtol=1e-5)
+    turned = np.hypot(found.stress_xz, found.stress_yz)
+    bound = float(ds.friction * last.pressure.values[i, j])
+    assert (turned <= (1 + 1e-3) * bound).all()
+    np.testing.assert_allclose(
+        found.force / found.force[0], [1, 0.5, 0, -0.5, -1, -0.5, 0, 0.5], atol=2e-3
+    )
+    quarter, whole = (
+        fretwear.stress(each, 300, depths=[20e-6], phases=4) for each in (ds, ds.fretwear.full())
+    )
+    xr.testing.assert_allclose(quarter.stress_xx, whole.stress_xx, rtol=1e-4)
+    single = fretwear.stress(ds.drop_vars("shear_traction_y"), 300, depths=[20e-6], phases=4)
+    assert abs(single.stress_yy - quarter.stress_yy).max() > 0.005 * abs(quarter.stress_yy).max()

@@ -1,0 +1,247 @@
+"""Stresses below tractions on cells, against closed forms, published values and equilibrium."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fretwear_cracks import tractions
+from fretwear_cracks.tractions import Tractions
+
+from ..studies import near
+
+NU, CELLS = 0.3, 64
+STEP = 1 / CELLS
+XX, YY, ZZ, XY, XZ, YZ = range(6)
+
+
+def hertz(radius=1.0, cells=CELLS, half=None):
+    """Means of the pressure of a sphere over cells of a quarter, of peak `radius`; a = p0 = 1."""
+    within = (np.arange(4) - 1.5) / 4
+    centres = np.arange(half or int(1.1 * cells)) + 0.5
+    fine = ((centres[:, None] + within) / cells).ravel()
+    square = radius**2 - fine[:, None] ** 2 - fine**2
+    pressure = np.sqrt(np.maximum(square, 0.0)).reshape(centres.size, 4, centres.size, 4)
+    return pressure.mean(axis=(1, 3))
+
+
+def sphere(shear, pressure=None):
+    pressure = hertz() if pressure is None else pressure
+    return Tractions(pressure[None], shear[None], (STEP, STEP), (True, True), NU)
+
+
+def von_mises(stress):
+    xx, yy, zz, xy, xz, yz = stress
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(0.5 * normal + 3 * (xy**2 + xz**2 + yz**2))
+
+
+def total(parts):
+    return parts[0][0] + parts[1][0]
+
+
+def test_stresses_on_the_axis_of_a_sphere():
+    """Johnson (1985), equations 3.45."""
+    z = np.array([0.05, 0.1, 0.3, 0.48, 1.0, 3.0])
+    points = np.stack([0 * z, 0 * z, z], axis=1)
+    found = sphere(hertz()).at(points)[0][0]
+    across = 0.5 / (1 + z**2) - (1 + NU) * (1 - z * np.arctan(1 / z))
+    expected = np.stack([across, across, -1 / (1 + z**2), 0 * z, 0 * z, 0 * z])
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+# Full tensors (x, y, z | xx, yy, zz, xy, xz, yz) under a sphere, in a and p0.
+SLIDING = """
+ 0.0  0.0 0.25 | -0.398521   -0.398521   -0.9411765     0          -0.159669    0
+ 0.5  0.0 0.25 | -0.4596498  -0.3515736  -0.8287296     0          -0.2520782   0
+-0.5  0.0 0.25 | -0.1812651  -0.3000513  -0.7571884     0          -0.01360746  0
+ 0.4  0.4 0.5  | -0.1985903  -0.1546523  -0.6439169    -0.03698608 -0.1851679  -0.1276011
+-0.9  0.0 0.05 |  0.1450597  -0.2517291  -0.3928465     0          -0.0148553   0
+-1.2  0.0 0.1  |  0.173922   -0.06641261  0.0009608379  0          -0.01077974  0
+ 0.0  0.9 0.1  | -0.2683838  -0.2138801  -0.3954216    -0.1216075  -0.0838598  -0.1517375
+ 0.3 -0.6 1.0  | -0.03618139 -0.05278077 -0.366497      0.02444081 -0.07556914  0.1221657
+"""
+PARTIAL_SLIP = """
+ 0.0  0.0 0.25 | -0.398521   -0.398521   -0.9411765     0          -0.1699011   0
+ 0.5  0.0 0.25 | -0.4428433  -0.3560234  -0.7909015     0          -0.2674029   0
+-0.5  0.0 0.25 | -0.1980716  -0.2956014  -0.7950166     0          -0.02893213  0
+ 0.4  0.4 0.5  | -0.2097558  -0.15484    -0.6363662    -0.0377588  -0.2021984  -0.1183077
+-0.9  0.0 0.05 |  0.2746266  -0.2071965  -0.3749875     0          -0.07725832  0
+-1.2  0.0 0.1  |  0.2499192  -0.05390453  0.0050834     0          -0.02724334  0
+ 0.0  0.9 0.1  | -0.2683838  -0.2138801  -0.3954216    -0.1799009  -0.1378562  -0.1517375
+ 0.3 -0.6 1.0  | -0.03973285 -0.05263218 -0.3687464     0.02711445 -0.08262072  0.1215445
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "friction", "stick_radius"),
+    [(SLIDING, 0.3, 0.0), (PARTIAL_SLIP, 0.5, 0.2 ** (1 / 3))],
+    ids=["sliding", "partial slip"],
+)
+def test_tensors_under_a_sphere_to_a_thousandth_of_the_peak_pressure(text, friction, stick_radius):
+    rows = [line.replace("|", "").split() for line in text.strip().splitlines()]
+    table = np.array(rows, dtype=float)
+    shear = friction * (hertz() - hertz(stick_radius))
+    found = total(sphere(shear).at(table[:, :3]))
+    np.testing.assert_allclose(found.T, table[:, 3:], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("friction", "largest", "x", "z"),
+    [(0.0, 0.62004, 0.0, 0.48087), (0.2, 0.63766, 0.21922, 0.45713), (0.35, 0.67418, 0.364, 0.41)],
+)
+def test_the_largest_von_mises_stress_below_a_sliding_sphere(friction, largest, x, z):
+    slid = sphere(friction * hertz())
+    depths = np.arange(0.3, 0.6, 0.005)
+    plane = np.array([von_mises(total(slid.section(depth))) for depth in depths])
+    at, along = np.unravel_index(plane.argmax(), plane.shape)
+    assert plane.max() == near(largest, rel=1e-3)
+    assert (slid.x[along], depths[at]) == pytest.approx((x, z), abs=0.02)
+
+
+def test_the_surface_inside_a_sliding_contact():
+    """The part of the shear traction is linear in x: σ_xx = −(4 + ν)πµp0 x/8a."""
+    friction = 0.3
+    slid = sphere(friction * hertz())
+    of_pressure, of_shear = (part[0] for part in slid.section(0.0))
+    inside = abs(slid.x) < 0.85
+    r, pressure = abs(slid.x[inside]), np.sqrt(1 - slid.x[inside] ** 2)
+    radial = (1 - 2 * NU) / (3 * r**2) * (1 - pressure**3) - pressure
+    linear = -(4 + NU) * math.pi * friction / 8 * slid.x[inside]
+    np.testing.assert_allclose(of_pressure[XX][inside], radial, atol=1e-3)
+    np.testing.assert_allclose(of_shear[XX][inside], linear, atol=5e-3)
+    np.testing.assert_allclose(of_shear[XZ][inside], -friction * pressure, atol=2e-3)
+    surface = slid.layer(0.0)[0][0, ZZ, hertz().shape[0] :]
+    np.testing.assert_allclose(surface, -hertz(), atol=1e-12)
+
+
+def test_a_cylinder_sliding_in_plane_strain():
+    """McEwen (1949), in Johnson (1985), equations 4.49 and 4.50, and 7.29 for the shear."""
+    edges = np.arange(CELLS + 1) / CELLS
+    integral = 0.5 * (edges * np.sqrt(1 - edges**2) + np.arcsin(edges))
+    pressure = np.diff(integral)[None, :, None] * CELLS
+    slid = Tractions(pressure, 0.4 * pressure, (STEP, 1.0), (True, False), NU, plane_strain=True)
+    x, z = (each.ravel() for each in np.meshgrid([0.0, 0.4, -0.9, 1.3], [0.05, 0.3, 0.79, 2.0]))
+    found = slid.at(np.stack([x, 5.0 + 0 * x, z], axis=1))
+    both = 1 - x**2 + z**2
+    root = np.sqrt(both**2 + 4 * x**2 * z**2)
+    m, n = np.sqrt(0.5 * (root + both)), np.sign(x) * np.sqrt(0.5 * (root - both))
+    squares = m**2 + n**2
+    xx = -(m * (1 + (z**2 + n**2) / squares) - 2 * z)
+    zz, xz = -m * (1 - (z**2 + n**2) / squares), -n * (m**2 - z**2) / squares
+    np.testing.assert_allclose(found[0][0][[XX, ZZ]], [xx, zz], atol=1e-3)
+    np.testing.assert_allclose(found[0][0][XZ], xz, atol=1e-3)
+    np.testing.assert_allclose(found[0][0][YY], NU * (xx + zz), atol=1e-3)
+    of_shear = found[1][0] / 0.4
+    # The shear of q gives the σ_zz that a pressure of the same form gives as shear, and so on.
+    np.testing.assert_allclose(of_shear[ZZ], found[0][0][XZ], atol=1e-12)
+    np.testing.assert_allclose(of_shear[XZ], found[0][0][XX], atol=1e-12)
+
+
+def test_a_unit_square_as_the_program_contact_gives_it():
+    """Its command subsurf, at a point nominally on the axis: the digits place it at −9e-5."""
+    square = Tractions(
+        np.ones((1, 1, 1)), 0.999 * np.ones((1, 1, 1)), (0.5, 0.5), (True, True), 0.28
+    )
+    found = total(square.at(np.array([[-9e-5, 0.0, 0.5]])))[:, 0]
+    expected = {XX: -0.076184, YY: -0.076223, ZZ: -0.700842, XZ: -0.149363}
+    for component, value in expected.items():
+        assert found[component] == pytest.approx(value, abs=1e-6)
+    assert found[[XY, YZ]] == pytest.approx(0.0, abs=1e-12)
+
+
+RANDOM = np.random.default_rng(7)
+
+
+@pytest.mark.parametrize("even", [(True, True), (True, False), (False, True), (False, False)])
+def test_layers_and_sections_are_the_sums_over_cells(even):
+    pressure, shear, across = (RANDOM.random((n, 6, 8)) for n in (2, 3, 3))
+    fields = Tractions(pressure, shear, (0.1, 0.12), even, NU, across=across)
+    for depth in (0.01, 0.2, 0.5):
+        x, y = np.meshgrid(fields.x, fields.y, indexing="ij")
+        points = np.stack([x.ravel(), y.ravel(), np.full(x.size, depth)], axis=1)
+        on_plane = np.stack([fields.x, 0 * fields.x, 0 * fields.x + depth], axis=1)
+        # Long waves alone are left of white noise to a few parts in 10⁴.
+        accuracy = 1e-12 if depth < 0.3 else 5e-4
+        for layer, sums in zip(fields.layer(depth), fields.at(points), strict=True):
+            np.testing.assert_allclose(layer.reshape(sums.shape), sums, atol=accuracy)
+        for section, sums in zip(fields.section(depth), fields.at(on_plane), strict=True):
+            np.testing.assert_allclose(section, sums, atol=accuracy)
+
+
+@pytest.mark.parametrize("even", [(True, True), (False, False)])
+def test_shear_along_y_is_shear_along_x_of_the_turned_contact(even):
+    fields, turned = RANDOM.random((1, 6, 8)), [1, 0, 2, 3, 5, 4]
+    # Along x shear is even, along y odd: the turned contact is given on both sides.
+    along_y = Tractions(fields, 0 * fields, (0.1, 0.12), even, NU, across=fields)
+    whole = along_y.on_both_sides(fields, odd=True).swapaxes(1, 2)
+    along_x = Tractions(0 * whole, whole, (0.12, 0.1), (False, False), NU)
+    points = RANDOM.random((20, 3)) * [1.6, 1.6, 0.5] - [0.8, 0.8, -0.01]
+    expected = along_x.at(points[:, [1, 0, 2]])[1][:, turned]
+    np.testing.assert_allclose(along_y.at(points)[1], expected, atol=1e-13)
+    assert abs(expected).max() > 0.1
+
+
+def test_long_waves_are_all_that_deep_layers_need(monkeypatch):
+    slid = sphere(0.5 * (hertz() - hertz(0.6)))
+    depths = [6.1 * STEP, 12.1 * STEP, 0.5, 2.0]
+    sampled = [total(slid.layer(depth)) for depth in depths]
+    monkeypatch.setattr(tractions, "_STRIDE_OF_DEPTH", 1e-9)
+    for depth, layer in zip(depths, sampled, strict=True):
+        np.testing.assert_allclose(layer, total(slid.layer(depth)), atol=3e-5)
+
+
+def test_stresses_are_in_equilibrium():
+    rough = sphere(hertz() * RANDOM.random((70, 70)), hertz() * RANDOM.random((70, 70)))
+    points = np.array([[0.3, 0.2, 0.4], [-0.7, 0.5, 0.2], [0.0, -0.9, 0.15], [1.1, 0.1, 0.3]])
+    step = 1e-4
+    slopes = [
+        (total(rough.at(points + step * way)) - total(rough.at(points - step * way))) / (2 * step)
+        for way in np.eye(3)
+    ]
+    rows = [(XX, XY, XZ), (XY, YY, YZ), (XZ, YZ, ZZ)]
+    for row in rows:
+        terms = np.array([slope[each] for slope, each in zip(slopes, row, strict=True)])
+        assert (abs(terms.sum(axis=0)) < 1e-3 * abs(terms).sum(axis=0)).all()
+
+
+def test_strains_are_compatible():
+    """∇²σ_ij + ∂²σ_kk/∂x_i∂x_j/(1 + ν) = 0: Beltrami and Michell, without body forces."""
+    rough = sphere(hertz() * RANDOM.random((70, 70)), hertz() * RANDOM.random((70, 70)))
+    places = np.array([[0.3, 0.2, 0.4], [-0.7, 0.5, 0.3], [1.1, 0.1, 0.35]])
+    step, nodes = 0.03, np.arange(-2, 3)
+    grid = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3)
+    # Derivatives of the fourth order on five nodes.
+    first, second = np.array([1, -8, 0, 8, -1]) / 12, np.array([-1, 16, -30, 16, -1]) / 12
+    for place in places:
+        stress = total(rough.at(place + step * grid)).reshape(6, 5, 5, 5)
+        curved = np.empty((3, 3, 6))
+        for i in range(3):
+            for j in range(3):
+                along = [np.eye(5)[2]] * 3
+                along[i], along[j] = (second, second) if i == j else (first, first)
+                curved[i, j] = np.einsum("cxyz,x,y,z->c", stress, *along)
+        trace = curved[..., :3].sum(axis=-1) / (1 + NU)
+        tensor = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+        laplacian = curved[0, 0] + curved[1, 1] + curved[2, 2]
+        residual = laplacian + np.array([trace[at] for at in tensor])
+        assert abs(residual).max() < 1e-3 * abs(curved).max()
+
+
+def test_a_layer_carries_the_loads():
+    """A part 3√2 z/πL of σ_xz is carried beyond a square of half-width L much larger than z."""
+    half, step, depth = 96, 1 / 16, 0.3
+    pressure = hertz(cells=16, half=half)
+    slid = Tractions(pressure[None], pressure[None], (step, step), (True, True), NU)
+    load, reach = 2 * math.pi / 3, half * step
+    of_pressure, of_shear = (2 * step**2 * part[0].sum(axis=(1, 2)) for part in slid.layer(depth))
+    assert of_pressure[ZZ] == near(-load, rel=1e-3)
+    beyond = 3 * math.sqrt(2) * depth / (math.pi * reach)
+    assert of_shear[XZ] == near(-load * (1 - beyond), rel=3e-3)
+
+
+def test_tractions_that_vanish_leave_no_stress():
+    nothing = replace(sphere(0 * hertz()), pressure=0 * hertz()[None])
+    for part in nothing.at(np.array([[0.0, 0.0, 0.1]])):
+        assert not part.any()

@@ -1,0 +1,388 @@
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear_fit.comparison import Comparison
+from fretwear_fit.runs import Prediction
+from fretwear_fit.search import FitError, fit
+from fretwear_fit.section import fit_figures, fit_sections
+from fretwear_fit.words import doubts_of
+from fretwear.running.simulate import run, simulate
+from fretwear.study.case import Case
+from fretwear.study.fits import Measurement
+from fretwear.study.reading import load_study
+
+from ..studies import TITANIUM, base, near, steel, write_study
+
+
+@pytest.mark.slow
+def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
+    """K of each body 1.09e-13 / Pa within 4.5 %, debris 0.948: a fit by hand, of 20 runs."""
+    low, high = titanium.interval("wear_coefficient", 0.9)
+    assert low < 2 * 1.09e-13 < high
+    assert np.log(high / low) / (2 * 1.645) == pytest.approx(0.045, abs=0.015)
+    low, high = titanium.interval("debris_fraction", 0.9)
+    assert low < 0.948 < high
+    assert titanium.p_value > 0.05
+    (scar,) = titanium.measurements
+    offset = scar.correlation[titanium.names.index("wear_coefficient"), 0]
+    assert offset == pytest.approx(-0.85, abs=0.1)
+    assert any("offset" in warning for warning in titanium.warnings)
+
+
+def test_intervals_end_where_chi_square_has_risen_by_their_quantile(titanium):
+    """Along a profile; the draws from the posterior have about the same quantiles."""
+    emulator = titanium.emulator
+    for place, name in enumerate(titanium.names):
+        for level, rise in ((0.68, 0.989), (0.95, 3.841)):
+            for u in titanium.profiles[place].ends_at(level):
+                misfit = float(emulator.misfit(emulator.at(u)))
+                assert misfit - titanium.misfit == pytest.approx(rise, rel=0.1, abs=0.0)
+        draws = titanium.unknowns[place].value(titanium.draws[..., place])
+        ends = np.quantile(draws, (0.16, 0.84))
+        low, high = titanium.interval(name, 0.68)
+        assert ends == pytest.approx((low, high), abs=0.25 * (high - low))
+
+
+def test_a_fit_resumes_from_the_runs_that_it_kept(titanium):
+    assert titanium.computed == 0
+    assert titanium.runs == len([*titanium.study.file.parent.glob("runs/*.json")]) <= 40
+
+
+def test_the_files_have_the_conventions_of_arviz(titanium, tmp_path):
+    titanium.write(tmp_path / "fit.nc")
+    titanium.write_json(tmp_path / "fit.json")
+    stored = json.loads((tmp_path / "fit.json").read_text())
+    told = stored["parameters"]["debris_fraction"]
+    assert {"value", "low", "high", "level", "unit"} <= told.keys()
+    assert told["low"] < told["value"] < told["high"]
+    assert stored["correlation"]["wear_coefficient"]["wear_coefficient"] == near(1.0)
+    for group in ("posterior", "prior"):
+        with xr.open_dataset(tmp_path / "fit.nc", group=group) as draws:
+            assert dict(draws.sizes) == {"chain": 4, "draw": 1000}
+            assert draws["wear_coefficient"].attrs["units"] == "Pa-1"
+    with (
+        xr.open_dataset(tmp_path / "fit.nc", group="observed_data") as data,
+        xr.open_dataset(tmp_path / "fit.nc", group="posterior_predictive") as predicted,
+    ):
+        inside = np.abs(data["data_1"] - predicted["data_1"].mean(("chain", "draw")))
+        assert (inside < 3.0 * predicted["data_1"].std(("chain", "draw"))).all()
+    arviz = pytest.importorskip("arviz")
+    opened = arviz.from_netcdf(str(tmp_path / "fit.nc"))
+    assert {"posterior", "prior", "observed_data"} <= {*map(str.strip, map(str, opened.groups()))}
+
+
+def test_a_study_without_measurements_is_refused(tmp_path):
+    with pytest.raises(FitError, match="needs a section fit"):
+        fit(write_study(tmp_path / "plain.yaml", {"base": TITANIUM}))
+
+
+def study_of(tmp_path, free, *data, **base):
+    # The laws below are exact at any tolerance of the steps.
+    content = {"base": TITANIUM | {"tolerance": 0.1} | base, "fit": {"free": free, "data": [*data]}}
+    return load_study(write_study(tmp_path / "numbers.yaml", content))
+
+
+def test_archards_law_gives_coefficient_and_error_of_a_volume(tmp_path):
+    """V = 4 K P δ N per length of a contact that slides as a whole: 2 % of V are 2 % of K."""
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    study = study_of(tmp_path, {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, number)
+    found = fit(study)
+    assert found.values["wear_coefficient"] == near(2e-13, rel=2e-3)
+    low, high = found.interval("wear_coefficient", 0.68)
+    assert np.log(high / low) / 2 == pytest.approx(0.02, abs=0.002)
+    assert found.runs <= 20
+    assert any("only the product" in warning for warning in found.warnings)
+
+
+def test_a_range_that_does_not_hold_the_best_value_is_told(tmp_path):
+    number = {"quantity": "wear_volume", "value": "0.06 mm^2", "error": "2 %"}
+    study = study_of(tmp_path, {"wear_coefficient": ["1e-13 / Pa", "2e-13 / Pa"]}, number)
+    found = fit(study)
+    assert any("end of its range" in warning for warning in found.warnings)
+    assert any("no values within the ranges explain" in warning for warning in found.warnings)
+
+
+@pytest.mark.slow
+def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
+    """Forces µP give each friction, both volumes 4 K P δ N one K: 3 %/√2."""
+    tests = ((1066e3, 75e-6, 0.6), (500e3, 60e-6, 0.4))
+    data = []
+    for number, (load, slip, friction) in enumerate(tests, start=1):
+        volume, force = 4 * 2e-13 * load * slip * 500, friction * load
+        numbers = {"wear_volume": (f"{volume * 1e6} mm^2", "3 %")}
+        numbers["tangential_force"] = (f"{force / 1e3} N/mm", "2 %")
+        for quantity, (value, error) in numbers.items():
+            data.append({"quantity": quantity, "test": number, "value": value, "error": error})
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    free["friction"] = {"from": 0.2, "to": 0.9, "each": True}
+    base = {
+        name: value for name, value in TITANIUM.items() if name not in ("load", "sliding_amplitude")
+    }
+    vary = {"load": ["1066 N/mm", "500 N/mm"], "sliding_amplitude": ["75 um", "60 um"]}
+    fitted = {"free": free, "data": data}
+    content = {"base": base, "vary": vary, "design": "zip", "fit": fitted}
+    found = fit(write_study(tmp_path / "two.yaml", content))
+    assert found.names == ["wear_coefficient", "friction[1]", "friction[2]"]
+    assert [*found.values.values()] == pytest.approx([2e-13, 0.6, 0.4], rel=2e-3, abs=0.0)
+    low, high = found.interval("wear_coefficient", 0.68)
+    assert np.log(high / low) / 2 == pytest.approx(0.03 / np.sqrt(2), rel=0.1, abs=0.0)
+    assert found.runs <= 60
+
+
+@pytest.mark.slow
+def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
+    """A sphere at u = 0.8, τ = 2 of `rings_displacement.csv`, an integrator of its own.
+
+    Its numbers are right within 0.1 %; both are given with 2 %.
+    """
+    case = steel(tangential_ratio=None, displacement_ratio=0.8)
+    p0, a, radius = case.hertz_pressure, case.hertz_radius, 10e-3
+    k = 2.0 / (4 * case.friction * case.coupling * p0 * case.cycles)
+    numbers = {
+        "maximum_wear_depth": f"{0.171459 * a**2 / radius * 1e6} um",
+        "wear_volume": f"{0.412144 * a**4 / radius * 1e9} mm^3",
+    }
+    data = [{"quantity": q, "value": value, "error": "2 %"} for q, value in numbers.items()]
+    keys = base(tangential_ratio=None, wear_coefficient=None, displacement_ratio=0.8)
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-11 / Pa"]}
+    content = {"base": keys, "fit": {"free": free, "data": data}}
+    found = fit(write_study(tmp_path / "rings.yaml", content))
+    assert found.values["wear_coefficient"] == near(k, rel=0.01)
+    low, high = found.interval("wear_coefficient", 0.9)
+    assert low < k < high
+
+
+def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_path):
+    """Only K δ is known, to 2 %: the ensemble sampler is asked without being told to."""
+    pytest.importorskip("emcee")
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    free = {
+        "wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"],
+        "sliding_amplitude": ["50 um", "100 um"],
+    }
+    found = fit(study_of(tmp_path, free, number))
+    assert found.method.startswith("ensemble sampler")
+    assert found.sampled.is_checked
+    assert any("ensemble sampler" in warning for warning in found.warnings)
+    (told,) = (warning for warning in found.warnings if "together only" in warning)
+    assert "wear_coefficient · sliding_amplitude^1" in told
+    u = found.draws.reshape(-1, 2)
+    coefficient, slip = np.exp(u[:, 0]), found.unknowns[1].value(u[:, 1])
+    product = np.log(coefficient * slip)
+    assert product.std() == pytest.approx(0.02, rel=0.15)
+    assert product.mean() == pytest.approx(np.log(2e-13 * 75e-6), abs=0.005)
+    # Along the ridge the prior is uniform in ln δ: from 50 to 100 µm.
+    assert np.quantile(np.log(slip / 50e-6), (0.1, 0.5, 0.9)) == pytest.approx(
+        np.log(2) * np.array([0.1, 0.5, 0.9]), abs=0.06
+    )
+    assert found.runs <= 60
+
+
+SLIDING = {
+    **base(tangential_ratio=None, displacement_amplitude="4 um", friction=0.6),
+    **{"rig_stiffness": "30 N/um", "cycles": 1},
+}
+
+
+def loop_file(folder, case, noise, unit=1.0):
+    """A loop of a case at cycle 0, off the center, whose readings scatter."""
+    loops, generator = run(case).loops.isel(cycle=0), np.random.default_rng(1)
+    force, where = loops["force"].values / unit, loops["displacement"].values * 1e6
+    places = np.linspace(0, where.size - 1, 90)
+    force, where = (np.interp(places, np.arange(where.size), each) for each in (force, where))
+    force += noise * generator.normal(size=90) + 1.0
+    where += 0.02 * generator.normal(size=90) - 0.1
+    rows = (f"{a},{b}" for a, b in zip(where, force, strict=True))
+    name = "N" if unit == 1.0 else "N/mm"
+    (folder / "loop.csv").write_text("\n".join([f"displacement (um),force ({name})", *rows]))
+
+
+def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
+    """A sphere slides as a whole; the center of the loop is fitted too."""
+    loop_file(tmp_path, Case(**SLIDING, error_estimate=False), 0.3)
+    data = {"file": "loop.csv", "quantity": "loop", "cycle": 0, "force_noise": "0.3 N"}
+    free = {"friction": [0.3, 1.0], "rig_stiffness": ["5 N/um", "400 N/um"]}
+    content = {"base": SLIDING | {"friction": 0.4, "rig_stiffness": "60 N/um"}}
+    content |= {"fit": {"free": free, "data": [data | {"noise": "0.02 um"}]}}
+    content |= {"output": {"cycles": [0]}}
+    found = fit(write_study(tmp_path / "loop.yaml", content))
+    for name, true, width in (("friction", 0.6, 0.01), ("rig_stiffness", 30e6, 1e6)):
+        low, high = found.interval(name, 0.95)
+        assert low < true < high < low + width
+    assert found.p_value > 0.05
+    (loop,) = found.measurements
+    assert dict(zip(loop.comparison.names, loop.nuisances, strict=True)) == {
+        "offset": pytest.approx(1.0, abs=0.15),
+        "shift": pytest.approx(-1e-7, abs=2e-8),
+    }
+    found.write(tmp_path / "fit.nc")
+    found.write_json(tmp_path / "fit.json")
+    (section,) = fit_sections(xr.Dataset(), tmp_path / "cases")
+    assert re.search(r"offset .* m?N ± .* m?N, shift -.* nm ± .* nm", section.body)
+    (figure,) = fit_figures(xr.Dataset(), tmp_path / "cases")
+    (axes,) = figure.figure.axes
+    assert axes.get_xlabel() == "Displacement (µm)"
+    assert axes.get_ylabel() == "Force (N)"
+    measured, curve = axes.get_lines()
+    off = curve.get_ydata() - measured.get_ydata()
+    x = measured.get_xdata()
+    assert np.abs(off[np.abs(x) < 0.9 * x.max()]).max() < 4 * 0.3 + 0.1
+
+
+FORCE = {"quantity": "tangential_force", "value": "640 N/mm", "error": "2 %"}
+
+
+def a_volume_with(tmp_path, **keys):
+    """The fit of a volume that is known to 0.1 %, less than the numerical error."""
+    volume = {"quantity": "wear_volume", "value": "0.0319 mm^2", "error": "0.1 %"}
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    (tmp_path / "kept").mkdir(exist_ok=True)
+    found = fit(study_of(tmp_path, free, volume, **keys), folder=tmp_path / "kept")
+    low, high = found.interval("wear_coefficient", 0.68)
+    return found, np.log(high / low) / 2
+
+
+@pytest.mark.parametrize("accuracy", [None, "5 %"])
+def test_estimated_errors_of_runs_enter_the_interval_also_where_an_accuracy_is_asked(
+    tmp_path, accuracy
+):
+    keys = {} if accuracy is None else {"accuracy": accuracy}
+    found, width = a_volume_with(tmp_path, **keys)
+    (volume,) = found.measurements
+    error = volume.comparison.deviations[0] / volume.signal[0]
+    assert error > 1e-4
+    assert width == pytest.approx(np.hypot(1e-3, error), rel=0.05)
+    kept = [json.loads(path.read_text()) for path in (tmp_path / "kept").glob("*.json")]
+    estimated = [bool(each["errors"]) for each in kept]
+    assert all(estimated) if accuracy else 0 < sum(estimated) < len(estimated)
+
+
+def test_without_estimates_errors_are_those_of_the_measurement_and_that_is_told(tmp_path):
+    found, width = a_volume_with(tmp_path, error_estimate=False)
+    assert width == pytest.approx(1e-3, rel=0.05)
+    assert any("has no estimate of its numerical error" in told for told in found.warnings)
+
+
+def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
+    """A loop as wide as the scatter lies nearer to them than the true one does."""
+    turn = np.linspace(0.0, 2 * np.pi, 240, endpoint=False)
+    x = np.cos(turn)
+    force = x - 0.05 * np.sin(turn) + np.random.default_rng(1).normal(scale=0.1, size=240)
+    measured = Measurement.unchecked(
+        quantity="loop", readings=(x, force), noise=1e-3, force_noise=0.1, baseline=()
+    )
+    comparison = Comparison(measured, 0, None)
+    around = np.linspace(0.0, 2 * np.pi, 257)
+
+    def misfit(width):
+        loop = np.concatenate([np.cos(around), np.cos(around) - width * np.sin(around)])
+        return comparison.misfit(loop, np.zeros(0))
+
+    widths = np.linspace(0.0, 0.15, 16)
+    assert widths[np.argmin([misfit(width) for width in widths])] == pytest.approx(0.05, abs=0.021)
+    assert misfit(0.05) == pytest.approx(240, rel=0.2)
+
+
+@pytest.mark.parametrize(("name", "told"), [("friction", False), ("wear_coefficient", True)])
+def test_the_product_of_coefficient_cycles_and_slip_is_told_of_coefficients_alone(
+    tmp_path, name, told
+):
+    ranges = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"], "friction": [0.3, 0.9]}
+    quantity = {"friction": "tangential_force", "wear_coefficient": "wear_volume"}[name]
+    value = {"friction": "640 N/mm", "wear_coefficient": "0.03 mm^2"}[name]
+    number = {"quantity": quantity, "value": value, "error": "2 %"}
+    found = fit(study_of(tmp_path, {name: ranges[name]}, number, error_estimate=False))
+    assert any("only the product" in warning for warning in found.warnings) is told
+    law = [
+        replace(each, free=replace(each.free, name="wear_coefficient.pressure_exponent"))
+        for each in found.unknowns
+    ]
+    doubts = [*doubts_of(replace(found, unknowns=(*law,)), found.study.points()[0].case)]
+    assert not any("only the product" in doubt for doubt in doubts)
+
+
+def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(tmp_path):
+    case = study_of(tmp_path, {"friction": [0.1, 0.9]}, FORCE).points()[0].case
+    worn = Prediction.of(case.replace(error_estimate=False), {("wear_depth", "x")})
+    x = np.linspace(-5e-3, 5e-3, 201)
+    (cells, depths), shift = worn.profiles["wear_depth x"], 20.4e-3
+    readings = x + 20e-3, np.interp(x + 20e-3 - shift, cells, depths[-1], 0.0, 0.0) + 1e-6
+    scar = Measurement.unchecked(quantity="wear_depth", readings=readings, noise=1e-6)
+    comparison = Comparison.of(scar, case.cycles, worn)
+    settled = comparison.settled(comparison.signal(worn))
+    assert settled[2] == pytest.approx(shift, abs=1e-5)
+    assert settled[0] == pytest.approx(1e-6, abs=1e-8)
+
+
+def told(study, sentence):
+    return any(sentence in warning for warning in fit(study).warnings)
+
+
+def scalars_of(case, *names):
+    """Results of a case as measurements."""
+    dataset = simulate(case.replace(error_estimate=False))
+    for name in names:
+        value, unit = float(dataset[name][-1]), dataset[name].units
+        yield {"quantity": name, "value": f"{value:.6e} {unit}", "error": "3 %"}
+
+
+BODIES = {f"wear_coefficient.{n}": ["1e-14 / Pa", "1e-12 / Pa"] for n in ("indenter", "flat")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("stroke", "is_small"), [("75 um", True), ("400 um", False)])
+def test_which_body_wears_is_told_to_be_unknown_where_the_stroke_is_small(
+    tmp_path, stroke, is_small
+):
+    case = Case(**TITANIUM | {"sliding_amplitude": stroke, "cycles": 100})
+    data = [*scalars_of(case, "wear_volume", "maximum_wear_depth")]
+    changes = {"sliding_amplitude": stroke, "cycles": 100, "error_estimate": False}
+    study = study_of(tmp_path, BODIES, *data, **changes)
+    assert told(study, "do not show which body wears") is is_small
+
+
+@pytest.mark.parametrize("debris", [True, False])
+def test_debris_is_told_to_act_as_a_falling_law_where_both_are_sought(tmp_path, debris):
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    free |= {"debris_fraction": [0.3, 0.99]} if debris else {}
+    case = Case(**TITANIUM | {"debris_fraction": 0.8, "cycles": 100})
+    data = [*scalars_of(case, "wear_volume", "maximum_wear_depth")]
+    study = study_of(tmp_path, free, *data, debris_fraction=0.8, cycles=100, error_estimate=False)
+    assert told(study, "one scar cannot distinguish them") is debris
+
+
+@pytest.mark.parametrize(("cycles", "is_finished"), [(1000, False), (3_000_000, True)])
+def test_a_finished_scar_of_partial_slip_bounds_its_coefficient_from_below(
+    tmp_path, cycles, is_finished
+):
+    (volume,) = scalars_of(steel(cycles=cycles), "wear_volume")
+    given = base(cycles=cycles, error_estimate=False)
+    free = {"wear_coefficient": ["1e-13 / Pa", "1e-11 / Pa"]}
+    content = {"base": given, "fit": {"free": free, "data": [volume]}}
+    study = load_study(write_study(tmp_path / "sphere.yaml", content))
+    assert told(study, "bounds the coefficient from below only") is is_finished
+
+
+@pytest.mark.parametrize(("within", "is_known"), [(0.5, False), (3.0, True)])
+def test_a_base_line_is_told_to_go_with_the_coefficient_where_no_reading_is_beside_the_scar(
+    tmp_path, within, is_known
+):
+    case = Case(**TITANIUM | {"cycles": 100})
+    dataset = simulate(case).fretwear.line()
+    x, depth = dataset.x.values, dataset.wear_depth.values[-1]
+    worn = within * float(x[depth > 0.0].max())
+    at = np.linspace(-worn, worn, 121)
+    rows = zip(1e6 * at, 1e6 * np.interp(at, x, depth, 0.0, 0.0), strict=True)
+    lines = ["x_um,depth_um", *(f"{place:.4f},{deep:.6f}" for place, deep in rows)]
+    (tmp_path / "scar.csv").write_text("\n".join(lines))
+    scar = {"quantity": "wear_depth", "file": "scar.csv", "noise": "0.1 um"}
+    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
+    study = study_of(tmp_path, free, scar, cycles=100, error_estimate=False)
+    assert told(study, "the offset of the base line") is not is_known

@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fretwear_fit.estimate import root_of
+from fretwear_fit.noise import Noise, NoiseEvidence
+
+X = np.sort(np.random.default_rng(3).uniform(0.0, 300e-6, 80))
+
+
+@pytest.mark.parametrize("length", [0.0, 5e-6, 40e-6])
+def test_whitening_is_the_inverse_root_of_the_covariance(length):
+    noise = Noise(30e-9, length)
+    apart = np.abs(X[:, None] - X)
+    correlation = np.exp(-apart / length) if length else np.eye(X.size)
+    columns = noise.whitened(X, np.eye(X.size))
+    inverse = np.linalg.inv(30e-9**2 * correlation)
+    assert np.allclose(columns.T @ columns, inverse, rtol=1e-6, atol=1e-9 * np.abs(inverse).max())
+    sign, determinant = np.linalg.slogdet(correlation)
+    assert sign == 1.0
+    expected = determinant + 2 * X.size * np.log(30e-9)
+    assert noise.log_determinant(X) == pytest.approx(expected, rel=1e-9)
+
+
+def test_size_and_length_of_noise_are_recovered_beside_a_tilted_base_line():
+    x = np.linspace(0.0, 1e-3, 2000)
+    noise = Noise(30e-9, 10e-6)
+    readings = noise.drawn(x, np.random.default_rng(5)) + 1e-7 + 3e-4 * x
+    found = NoiseEvidence(x, readings, np.vander(x, 2)).best()
+    # About 100 correlation lengths: sizes are known to 1/√100, lengths to twice that.
+    assert found.size == pytest.approx(noise.size, rel=0.2, abs=0.0)
+    assert found.length == pytest.approx(noise.length, rel=0.4, abs=0.0)
+
+
+def test_white_noise_is_taken_to_be_uncorrelated():
+    x = np.linspace(0.0, 1e-3, 400)
+    readings = np.random.default_rng(1).normal(scale=5e-8, size=x.size)
+    found = NoiseEvidence(x, readings, np.vander(x, 2)).best()
+    assert found.length < 0.4 * (x[1] - x[0])
+    assert found.size == pytest.approx(5e-8, rel=0.1, abs=0.0)
+
+
+def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
+    """White noise with a known length and ten degrees of freedom: quantiles of t, not normal."""
+    readings = np.random.default_rng(1).normal(size=12)
+    evidence = NoiseEvidence(np.arange(12.0), readings, np.vander(np.arange(12.0), 2), length=0.0)
+    shares = np.column_stack([np.full(400, 0.5), (np.arange(400) + 0.5) / 400])
+    sizes = np.array([noise.size for noise in evidence.drawn(shares)])
+    spread = (sizes / evidence.best().size) ** 2
+    for level, quantile in ((0.68, 1.046), (0.9, 1.812), (0.95, 2.228)):  # of t with ν = 10
+        assert root_of(level, spread) == pytest.approx(quantile, rel=0.01)
+    assert root_of(0.95, np.ones(1)) == pytest.approx(1.95996, rel=1e-5)
+
+
+def test_the_power_of_the_noise_lies_among_what_the_readings_allow():
+    """σ²ℓ, which tells how well a smooth scar is known; with the best ℓ alone it is missed."""
+    x, noise, generator = np.linspace(0.0, 1.0, 60), Noise(1.0, 0.05), np.random.default_rng(2)
+    shares = np.column_stack([generator.permutation((np.arange(20) + 0.5) / 20) for _ in "sl"])
+    inside: list[list[bool]] = [[], []]
+    for _ in range(40):
+        free = NoiseEvidence(x, noise.drawn(x, generator), np.vander(x, 2))
+        for row, evidence in zip(
+            inside, (free, replace(free, length=free.best().length)), strict=True
+        ):
+            powers = [each.size**2 * each.length for each in evidence.drawn(shares)]
+            row.append(min(powers) < noise.size**2 * noise.length < max(powers))
+    assert 0.85 < np.mean(inside[0]) <= 1.0  # 95 % asked
+    assert np.mean(inside[1]) < 0.75
+
+
+def test_noise_with_a_known_size_or_length_keeps_it():
+    readings = Noise(2.0, 3.0).drawn(np.arange(40.0), np.random.default_rng(1))
+    known = np.arange(40.0), readings, np.ones((40, 1))
+    shares = np.random.default_rng(1).uniform(size=(20, 2))
+    assert {each.size for each in NoiseEvidence(*known, size=2.5).drawn(shares)} == {2.5}
+    assert {each.length for each in NoiseEvidence(*known, length=3.5).drawn(shares)} == {3.5}
+    assert NoiseEvidence(*known, size=2.5).best().size == 2.5

@@ -1,0 +1,116 @@
+"""When an ensemble sampler is needed, and whether its draws are those of the posterior."""
+
+import numpy as np
+import pytest
+
+from fretwear_fit.comparison import Comparison
+from fretwear_fit.estimate import Fitter, Profile, Unknown
+from fretwear_fit.posterior import sampled, why_to_sample
+from fretwear_fit.search import _best_of_all, fit
+from fretwear.study.fits import FreeParameter, Measurement
+from fretwear.study.parameters import parameter_of
+
+REACH = np.linspace(-3.0, 3.0, 25)
+UNCORRELATED = np.eye(2)
+
+
+def profile(values, falls=False):
+    return Profile(0, values[:, None], REACH, np.ones(1), falls)
+
+
+def test_a_normal_profile_needs_no_sampler():
+    assert not why_to_sample([profile(0.1 * REACH)], UNCORRELATED)
+    assert not why_to_sample([profile(np.expm1(0.2 * REACH))], UNCORRELATED)
+
+
+@pytest.mark.parametrize(
+    ("profiles", "correlation", "reason"),
+    [
+        ([profile(REACH)], np.array([[1.0, -0.97], [-0.97, 1.0]]), "correlation of 0.970"),
+        ([profile(np.expm1(0.5 * REACH))], UNCORRELATED, "faster on one side"),
+        ([profile(REACH, falls=True)], UNCORRELATED, "falls again"),
+    ],
+)
+def test_correlated_lopsided_and_multimodal_posteriors_need_a_sampler(
+    profiles, correlation, reason
+):
+    assert reason in why_to_sample(profiles, correlation)
+
+
+def banana(u):
+    """Two numbers, known to 0.1 and 0.3, of which the second bends with the first."""
+    return np.array([[u[0]], [u[1] + 1.5 * u[0] ** 2]])
+
+
+def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself():
+    """On a fine grid; the emulator begins with eight runs about the best parameters."""
+    pytest.importorskip("emcee")
+    about = parameter_of("friction")
+    unknowns = [Unknown(FreeParameter(name, -2.0, 2.0, about, False)) for name in "ab"]
+    data = [
+        Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1, None)
+        for error in (0.4, 0.1)
+    ]
+
+    def signals(points):
+        values = [
+            [unknown.value(x) for unknown, x in zip(unknowns, u, strict=True)] for u in points
+        ]
+        return [[*banana(each)] for each in values]
+
+    fitter = Fitter(unknowns, data, signals)
+    best = fitter.best(np.array([0.6, 0.5]))
+    emulator = fitter.emulator(best)
+    covariance = fitter.covariance(
+        fitter.signal(best), emulator.first @ np.linalg.inv(emulator.directions)
+    )
+    found = sampled(fitter, best, covariance, np.ones((1, 2)), seed=1)
+    assert found.is_checked
+    a, b = np.meshgrid(*[np.linspace(-2.0, 2.0, 801)] * 2, indexing="ij")
+    first, second = banana(np.array([a, b]))[:, 0]
+    density = np.exp(-0.5 * ((first - 0.5) / 0.4) ** 2 - 0.5 * ((second - 0.5) / 0.1) ** 2)
+    for place, axis in enumerate((a[:, 0], b[0])):
+        below = np.cumsum(density.sum(axis=1 - place))
+        for share in (0.05, 0.5, 0.95):
+            expected = np.interp(share, below / below[-1], axis)
+            drawn = unknowns[place].value(np.quantile(found.draws[..., place], share))
+            assert drawn == pytest.approx(expected, abs=0.06)
+
+
+def two_minima(u):
+    """Two numbers: both are met at u = 1, and the first at u = −1 too."""
+    return np.array([[u[0] ** 2], [u[0]]])
+
+
+@pytest.mark.parametrize(("start", "told"), [(-1.5, True), (1.5, False)])
+def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(start, told):
+    about = parameter_of("friction")
+    (unknown,) = unknowns = [Unknown(FreeParameter("a", -2.0, 2.0, about, False))]
+    data = [
+        Comparison(Measurement.unchecked(quantity="wear_volume", value=1.0, error=error), 1, None)
+        for error in (0.1, 0.5)
+    ]
+    fitter = Fitter(
+        unknowns, data, lambda points: [[*two_minima(unknown.value(u))] for u in points]
+    )
+    first = fitter.best(np.array([unknown.inner(start)]))
+    assert unknown.value(first[0]) == pytest.approx(np.sign(start), abs=0.05)
+    best, doubts = _best_of_all(fitter, first)
+    assert unknown.value(best[0]) == pytest.approx(1.0, abs=0.01)
+    assert any("several minima" in doubt for doubt in doubts) is told
+
+
+def test_a_sampler_that_is_asked_for_draws_from_the_posterior_that_is_resampled(titanium):
+    """On an emulator that is checked farther out, where χ² is flatter: 68 % within a fifth."""
+    pytest.importorskip("emcee")
+    assert titanium.sampled is None
+    file = titanium.study.file
+    asked = file.with_name("asked.yaml")
+    asked.write_text(file.read_text().replace("fit:\n", "fit:\n  sampler: ensemble\n"))
+    found = fit(asked, folder=file.parent / "runs")
+    assert found.method.startswith("ensemble")
+    assert found.sampled.is_checked
+    for place in range(2):
+        low, high = np.quantile(titanium.draws[..., place], (0.16, 0.84))
+        ends = found.sampled.interval(place, 0.68)
+        assert ends == pytest.approx((low, high), abs=0.2 * (high - low))
