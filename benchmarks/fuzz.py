@@ -41,9 +41,6 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.data.merge import merge_study
     from fretwear.data.safe import DataFileError
     from fretwear.figures.index import FigureEntry, read_figure_index
-    from fretwear_fit.runs import Runs
-    from fretwear_fit.search import fit
-    from fretwear_fit.section import fit_figures, fit_sections
     from fretwear.running.batch import Checkpoint, identity_of, read_checkpoint, simulate_to_file
     from fretwear.running.simulate import run
     from fretwear.running.workflow import (
@@ -61,6 +58,9 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear_cracks import fatigue
     from fretwear_cracks.inputs import StressError
     from fretwear_cracks.results import open_stresses, stress, write_stresses
+    from fretwear_fit.runs import Runs
+    from fretwear_fit.search import fit
+    from fretwear_fit.section import fit_figures, fit_sections
 
 from .faults import SCAR, STUDY, write_rows, write_study
 

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
-    from fretwear_fit.search import fit
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
     from fretwear_cracks.fatigue import fatigue
     from fretwear_cracks.results import stress
+    from fretwear_fit.search import fit
 
 __all__ = [
     "Case",

@@ -18,9 +18,6 @@ from fretwear.data.labels import attributes_from
 from fretwear.data.merge import Besides
 from fretwear.data.safe import DataFileError
 from fretwear.study.stresses import StressOutput
-from fretwear_cracks.inputs import StressError, read_quantity, usual_depths
-from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.results import open_stresses, stress, write_stresses
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
@@ -33,6 +30,9 @@ from fretwear.vocabulary import (
     Variable,
     X,
 )
+from fretwear_cracks.inputs import StressError, read_quantity, usual_depths
+from fretwear_cracks.life import Damage, StrainLife, summed_damage
+from fretwear_cracks.results import open_stresses, stress, write_stresses
 
 # Number of depths of stresses.
 _COUNT = 20

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from fretwear.arrays import Array
 from fretwear.mechanics.setup import block_at
 from fretwear.study.case import Case
-from fretwear_cracks.states import LoadedSurface
 from fretwear.theory import LineContact
 from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
 from fretwear.vocabulary import CYCLE, SYMMETRIES, X, Y
+from fretwear_cracks.states import LoadedSurface
 
 # First and last depth that are looked at unless others are asked for, in contact half-widths, and
 # how many there are. Edges of a punch are narrower than its contact: there the first is in cells.

@@ -28,21 +28,6 @@ from fretwear.data.files import (
 from fretwear.data.labels import attributes_from
 from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.study.case import Case
-from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises
-from fretwear_cracks.inputs import (
-    USUAL_COUNT,
-    StressError,
-    loaded_case,
-    read_constants,
-    read_depths,
-    read_distance,
-    read_points,
-    read_quantity,
-    snapshot_of,
-    surface_of,
-    usual_depths,
-)
-from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 from fretwear.units import (
     MEGAPASCAL,
     NO_UNIT,
@@ -63,6 +48,21 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises
+from fretwear_cracks.inputs import (
+    USUAL_COUNT,
+    StressError,
+    loaded_case,
+    read_constants,
+    read_depths,
+    read_distance,
+    read_points,
+    read_quantity,
+    snapshot_of,
+    surface_of,
+    usual_depths,
+)
+from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 
 _PART_OF_MEMORY = 0.5
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"

@@ -20,10 +20,10 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.slip import contact_under
 from fretwear.mechanics.stick_slip import shear
+from fretwear.theory import HertzContact
 from fretwear_cracks.edges import stresses_at_edge
 from fretwear_cracks.influence import ODD
 from fretwear_cracks.tractions import Tractions
-from fretwear.theory import HertzContact
 
 # Tolerance of the contacts between the ends of the loop, which differ by much more.
 _TOLERANCE = 1e-5

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.study.fits import BASELINE, Measurement
 from fretwear_fit.noise import Noise, NoiseEvidence
 from fretwear_fit.runs import Prediction
-from fretwear.study.fits import BASELINE, Measurement
 
 # Points of the grid of a signal, over cells: a scar is interpolated twice.
 _FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5

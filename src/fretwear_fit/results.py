@@ -16,10 +16,10 @@ from fretwear.arrays import Array
 from fretwear.data.files import check_group, new_netcdf, write_group
 from fretwear.data.labels import CONVENTIONS, history_line, source
 from fretwear.data.safe import atomic_path, uninterrupted, write_text
+from fretwear.study.study import Study
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import LEVELS, Emulator, Fitter, Profile, Unknown
 from fretwear_fit.posterior import CHAINS, DRAWS, Posterior, importance_draws
-from fretwear.study.study import Study
 
 if TYPE_CHECKING:
     import xarray as xr

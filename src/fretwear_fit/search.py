@@ -10,12 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown
-from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sample
-from fretwear_fit.results import Fit, compared
-from fretwear_fit.runs import Prediction, Runs
-from fretwear_fit.words import doubts_of
 from fretwear.study.case import Case
 from fretwear.study.fits import FitRequest
 from fretwear.study.overrides import assign
@@ -26,6 +20,12 @@ from fretwear.study.study import Study
 from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError
 from fretwear.vocabulary import RESULTS
+from fretwear_fit.comparison import Comparison
+from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown
+from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sample
+from fretwear_fit.results import Fit, compared
+from fretwear_fit.runs import Prediction, Runs
+from fretwear_fit.words import doubts_of
 
 _UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
 _ROUNDS = 3

@@ -19,8 +19,8 @@ from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.surfaces import Ellipsoid
-from fretwear_source_study.parameters import ROUGH, SHARED, TITLES, title_of
 from fretwear.vocabulary import ContactState, PointStatus
+from fretwear_source_study.parameters import ROUGH, SHARED, TITLES, title_of
 
 if TYPE_CHECKING:
     import xarray as xr

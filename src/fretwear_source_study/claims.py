@@ -15,6 +15,9 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.report import Section, macros
+from fretwear.study.parameters import value_text
+from fretwear.units import cycle_text, number_text
+from fretwear.vocabulary import SYMMETRIES, ContactState
 from fretwear_source_study.cases import (
     RUN_IN,
     Cases,
@@ -31,9 +34,6 @@ from fretwear_source_study.cases import (
     zone_means,
 )
 from fretwear_source_study.parameters import TITLES
-from fretwear.study.parameters import value_text
-from fretwear.units import cycle_text, number_text
-from fretwear.vocabulary import SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr

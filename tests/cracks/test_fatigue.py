@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear.vocabulary import FATIGUE_OUTCOMES
 from fretwear_cracks.fatigue import fatigue_table
 from fretwear_cracks.inputs import StressError
-from fretwear.vocabulary import FATIGUE_OUTCOMES
 
 from ..studies import near, steel
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.theory import HertzContact, LineContact
 from fretwear_cracks.cracks import PointLoops, largest_shear, von_mises
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
-from fretwear.theory import HertzContact, LineContact
 
 from ..studies import near
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.running.simulate import run, simulate
+from fretwear.study.case import Case
+from fretwear.study.fits import Measurement
+from fretwear.study.reading import load_study
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.runs import Prediction
 from fretwear_fit.search import FitError, fit
 from fretwear_fit.section import fit_figures, fit_sections
 from fretwear_fit.words import doubts_of
-from fretwear.running.simulate import run, simulate
-from fretwear.study.case import Case
-from fretwear.study.fits import Measurement
-from fretwear.study.reading import load_study
 
 from ..studies import TITANIUM, base, near, steel, write_study
 

@@ -11,9 +11,9 @@ import xarray as xr
 
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import DataFileError, atomic_path, write_text
+from fretwear.study.reading import load_study
 from fretwear_fit.runs import Prediction, Runs
 from fretwear_fit.section import fit_figures, fit_sections
-from fretwear.study.reading import load_study
 
 
 @pytest.fixture

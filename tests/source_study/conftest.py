@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear_source_study.cases import StudyCase, reference_cases
 from fretwear.study.reading import load_study
+from fretwear_source_study.cases import StudyCase, reference_cases
 
 from ..figures.conftest import check_texts
 from ..studies import WAVES, base, run_study, write_study

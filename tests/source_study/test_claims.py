@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.vocabulary import ContactState
 from fretwear_source_study.cases import (
     amplitude_left,
     asperities,
@@ -21,7 +22,6 @@ from fretwear_source_study.cases import (
 )
 from fretwear_source_study.claims import CLAIMS, Verdict, percent, short
 from fretwear_source_study.parameters import TITLES
-from fretwear.vocabulary import ContactState
 
 from .conftest import doctored
 
