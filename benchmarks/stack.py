@@ -20,7 +20,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import yaml
-from benchmarks.speed.cases import STUDY
+from benchmarks.cases import STUDY
 
 from fretwear.data.files import add_checksum
 from fretwear.running.batch import simulate_to_file

@@ -16,8 +16,8 @@ from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
-from benchmarks.speed.cases import MARGIN, study_case
-from benchmarks.speed.units import Spent, Stopwatch, middle
+from benchmarks.cases import MARGIN, study_case
+from benchmarks.clock import Spent, Stopwatch, middle
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem, solve_contact

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from benchmarks.cases import smooth_case
+from benchmarks.clock import Stopwatch, middle
 from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned, unfolded
-from benchmarks.speed.cases import smooth_case
-from benchmarks.speed.units import Stopwatch, middle
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact

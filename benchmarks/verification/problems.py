@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from benchmarks.speed import cases
-from benchmarks.speed.cases import WAVES
+from benchmarks.cases import WAVES
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
+from benchmarks import cases
 from fretwear import Case
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import measure

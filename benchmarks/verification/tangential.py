@@ -116,7 +116,7 @@ value (allowed: 1e-8; both contacts of the library solved to 1e-12):
 
 {table(["", "cells that slip", "s", "q", "δ_x", "−2s", "+2s"], rows)}
 
-The coupling of x with y tractions is neglected by both; the next section shows what it changes.
+The coupling of x with y tractions is neglected by both.
 """
 
 

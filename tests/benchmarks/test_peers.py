@@ -5,10 +5,10 @@ They are optional: install the extra ``bench``. Where one is missing, its tests 
 
 import numpy as np
 import pytest
+from benchmarks.cases import smooth_case
 from benchmarks.peers import contacts
 from benchmarks.peers.contacts import PEERS, ContactMechanics, Pressed, pressed_by, residual
 from benchmarks.peers.wear_loop import estimated_step, own_loop
-from benchmarks.speed.cases import smooth_case
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
