@@ -23,7 +23,7 @@ from fretwear.version import __version__
 
 try:
     # Fails if its kernels in C++ have not been compiled.
-    from fretwear.running.workflow import (
+    from fretwear.run.workflow import (
         BATCHES,
         CAPTION,
         Progress,

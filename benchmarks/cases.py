@@ -6,7 +6,7 @@ from typing import Any
 from fretwear import Case
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.running import simulate
+from fretwear.run import simulate
 
 STUDY: dict[str, Any] = {
     "radius": "10 mm",

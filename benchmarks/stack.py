@@ -23,7 +23,7 @@ import yaml
 from benchmarks.cases import STUDY
 
 from fretwear.data.files import add_checksum
-from fretwear.running.batch import simulate_to_file
+from fretwear.run.batch import simulate_to_file
 from fretwear.study.reading import load_study
 from fretwear.study.study import Study
 

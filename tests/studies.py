@@ -13,7 +13,7 @@ import yaml
 
 from fretwear.data.files import _LENGTH, add_checksum, write_case
 from fretwear.data.merge import merge_study
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.study import Study
 

@@ -97,7 +97,7 @@ def assigned(node):
 
 def test_small_values_in_si_units_are_compared_relative_to_them_alone():
     """`pytest.approx` adds 1e-12 to a tolerance, more than many a wear volume; `near` does not."""
-    for folder in ("data", "mechanics", "running", "study", "cracks"):
+    for folder in ("data", "mechanics", "run", "study", "cracks"):
         for file in (REPOSITORY / "tests" / folder).glob("*.py"):
             for node in ast.walk(parsed(file)):
                 if isinstance(node, ast.Call) and ast.unparse(node.func) == "pytest.approx":

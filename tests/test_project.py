@@ -109,18 +109,18 @@ def test_nothing_that_is_read_can_run():
 
 
 COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/__init__.py", "parts.py")
-DRIVERS = ("study/case.py", "study/spacing.py", "running/simulate.py", "data/labels.py")
+DRIVERS = ("study/case.py", "study/spacing.py", "run/simulate.py", "data/labels.py")
 # Reached from a run, but of no effect on its numbers beyond the parameters that its file names.
 READING = ("arrays.py", "units.py", "problems.py", "study/parameters.py", "study/problems.py")
 READING += ("study/fits.py", "study/materials.py", "study/points.py", "study/stresses.py")
 READING += ("study/study.py", "study/yamlfile.py")
-CHECKING = ("study/rules.py", "study/doubts.py", "study/plan.py", "running/resources.py")
+CHECKING = ("study/rules.py", "study/doubts.py", "study/plan.py", "run/resources.py")
 OUTSIDE = (
     "study/reading.py",
     "figures/maps.py",
     "report/build.py",
     "cli/show.py",
-    "running/batch.py",
+    "run/batch.py",
 )
 OTHERS = (*READING, *CHECKING, *OUTSIDE)
 
@@ -143,7 +143,7 @@ def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
     covered = (*version._SOURCES, *version._CASE, *version._DRIVERS)
     others = {
         name
-        for name in reached("running/simulate.py", set())
+        for name in reached("run/simulate.py", set())
         if not name.startswith(covered) and not name.endswith("__init__.py")
     }
     # What mirrors and opens datasets, and the version itself, come after the numbers.

@@ -23,7 +23,7 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import Team
-from fretwear.running import simulate
+from fretwear.run import simulate
 
 _ITERATIONS = 20_000
 

@@ -23,7 +23,7 @@ from fretwear.mechanics.contact import ContactError, ContactProblem, solve_conta
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.state import State, WearProblem, in_contact
-from fretwear.running import simulate
+from fretwear.run import simulate
 
 _SOFTEST = 0.58
 _DOUBLINGS = 8

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import WearProblem
-from fretwear.running.simulate import wear_problem
+from fretwear.run.simulate import wear_problem
 
 CYCLES = (1000.0, 3000.0, 7000.0)
 TOLERANCE = 0.01

@@ -17,7 +17,7 @@ from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import measure, scatter
 from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Ellipsoid
-from fretwear.running.simulate import estimated_errors, wear_problem
+from fretwear.run.simulate import estimated_errors, wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
 from fretwear.study.plan import estimate
 from fretwear.vocabulary import RESULTS, SCALARS, scalars_of

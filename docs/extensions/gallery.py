@@ -26,7 +26,7 @@ from sphinx.util import logging
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.figures import save_as
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.reading import load_study
 
 logger = logging.getLogger(__name__)

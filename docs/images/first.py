@@ -22,7 +22,7 @@ from PIL import Image
 import fretwear
 from fretwear.figures.axes import set_cycle_axis
 from fretwear.figures.style import JournalFigure, sequential_colours, text_colour
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.parameters import parameter
 from fretwear.theory import HertzContact, LimitingState
 

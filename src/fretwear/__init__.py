@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
     from fretwear.mechanics.roughness import WavyRoughness
-    from fretwear.running.simulate import DoubtfulResultWarning, simulate
+    from fretwear.run.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
     from fretwear_cracks.fatigue import fatigue
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "DoubtfulResultWarning": "fretwear.running.simulate",
+    "DoubtfulResultWarning": "fretwear.run.simulate",
     "Case": "fretwear.study.case",
     "WavyRoughness": "fretwear.mechanics.roughness",
     "load_study": "fretwear.study.reading",
@@ -50,7 +50,7 @@ _HOMES = {
     "open_history": "fretwear.data.files",
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
-    "simulate": "fretwear.running.simulate",
+    "simulate": "fretwear.run.simulate",
     "fit": "fretwear_fit.search",
     "fatigue": "fretwear_cracks.fatigue",
     "stress": "fretwear_cracks.results",

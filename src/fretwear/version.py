@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 # check, doubt or plan a case, or draw and report its numbers, do not count.
 _SOURCES = ("mechanics", "theory", "parts.py", "forms.py", "vocabulary.py")
 _CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")
-_DRIVERS = ("running/accuracy.py", "running/simulate.py", "data/labels.py")
+_DRIVERS = ("run/accuracy.py", "run/simulate.py", "data/labels.py")
 _LIBRARIES = ("numpy", "scipy", "ducc0")
 
 

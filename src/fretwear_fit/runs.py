@@ -16,7 +16,7 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.safe import read_data, remove_stale_temporaries, write_text
 from fretwear.platform import pool_of
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.case import Case
 from fretwear.version import code_digest
 from fretwear.vocabulary import BODY_SCALARS, CYCLE, X, Y, scalars_of

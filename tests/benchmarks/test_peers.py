@@ -14,7 +14,7 @@ from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.running import simulate
+from fretwear.run import simulate
 
 from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window
 

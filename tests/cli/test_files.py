@@ -21,7 +21,7 @@ from fretwear.cli.program import app, swallowing_no_lack_of_memory
 from fretwear.data.files import _LENGTH, add_checksum, open_summary
 from fretwear.data.safe import DataFileError
 from fretwear.figures.index import read_figure_index
-from fretwear.running.workflow import failures, is_finished, spent_on_simulations
+from fretwear.run.workflow import failures, is_finished, spent_on_simulations
 from fretwear.study.problems import printable
 
 from ..studies import flip, spoil_chunks

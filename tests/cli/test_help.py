@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli.program import app
-from fretwear.running.workflow import workspace
+from fretwear.run.workflow import workspace
 from fretwear.study.parameters import parameter_names
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study
@@ -148,7 +148,7 @@ def test_the_studies_that_come_with_the_package_are_listed(desk):
 def test_a_study_that_cannot_be_read_is_not_offered(desk, monkeypatch, tmp_path):
     desk.write("base: [", "studies/broken.yaml")
     desk.write(tiny_study() | {"title": "Whole"}, "studies/whole.yaml")
-    monkeypatch.setattr("fretwear.running.workflow.workspace", lambda: tmp_path)
+    monkeypatch.setattr("fretwear.run.workflow.workspace", lambda: tmp_path)
     said = desk.call("init", "--list")
     assert said.stdout == "whole  Whole\n"
     assert "warning: not listed: " in said.stderr

@@ -24,7 +24,7 @@ import pyte
 import pytest
 
 from fretwear.cli.progress import Log, TimeLeft, step_text
-from fretwear.running.simulate import steps
+from fretwear.run.simulate import steps
 from fretwear.study.reading import load_study, select_case
 
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_summary
-from fretwear.running.workflow import StudyJobs
+from fretwear.run.workflow import StudyJobs
 from fretwear.study.reading import load_study
 
 from .conftest import documented_commands, eventually

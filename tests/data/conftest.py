@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from fretwear.data.files import write_case
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.reading import load_study
 
 from ..studies import base, run_study, steel, two_loads, write_study

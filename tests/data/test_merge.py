@@ -37,7 +37,7 @@ from fretwear.data.stack import (
     resampled,
     window,
 )
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
 from ..studies import WAVES, flip, near, run_study, steel

@@ -16,7 +16,7 @@ import pytest
 from fretwear.data import safe
 from fretwear.data.safe import DataFileError, Lock, _host
 from fretwear.mechanics.integrator import WearError
-from fretwear.running.batch import reason_of
+from fretwear.run.batch import reason_of
 from fretwear.units import size_text
 
 from .conftest import python

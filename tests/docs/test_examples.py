@@ -12,7 +12,7 @@ import pytest
 from examples import ExampleError, Session, agrees, blocks, check, notebook, written
 
 from fretwear.data.files import write_case
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 
 from ..studies import steel
 

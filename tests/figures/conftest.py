@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.transforms import Bbox
 
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.reading import load_study
 from fretwear.study.study import Study
 

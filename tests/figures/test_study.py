@@ -34,7 +34,7 @@ from fretwear.figures.index import (
     read_figure_index,
 )
 from fretwear.figures.study import study_figures, write_study_figures
-from fretwear.running.workflow import CAPTION
+from fretwear.run.workflow import CAPTION
 from fretwear.study.parameters import parameter, symbol_text
 
 from ..studies import sampled

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.running.simulate import run, simulate
+from fretwear.run.simulate import run, simulate
 from fretwear.study.case import Case
 from fretwear.study.fits import Measurement
 from fretwear.study.reading import load_study

@@ -10,7 +10,7 @@ from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import DisplacementAmplitude
 from fretwear.mechanics.measures import coupling_errors, measure, scatter
 from fretwear.mechanics.slip import Coupled, Jaeger
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.theory import coupling_ratio
 
 from ..studies import near

@@ -12,7 +12,7 @@ from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.measures import POINTS, loop
-from fretwear.running.simulate import steps, wear_problem
+from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import Case
 
 from ..studies import WAVES, near, steel

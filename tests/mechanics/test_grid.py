@@ -12,7 +12,7 @@ from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
-from fretwear.running.simulate import wear_problem
+from fretwear.run.simulate import wear_problem
 
 from ..studies import WAVES, near, steel
 from . import oracles

@@ -17,7 +17,7 @@ from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.state import CONTACT_GAP, in_contact
-from fretwear.running.simulate import simulate
+from fretwear.run.simulate import simulate
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState
 

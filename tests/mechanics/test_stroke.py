@@ -30,7 +30,7 @@ from fretwear.mechanics.wear_laws import (
     PowerLaw,
     RimAndCore,
 )
-from fretwear.running.simulate import steps, wear_problem
+from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
 

@@ -20,7 +20,7 @@ from fretwear.mechanics.surfaces import (
     RoundPunch,
     Sphere,
 )
-from fretwear.running.simulate import wear_problem
+from fretwear.run.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts
 from fretwear.theory import EllipticContact, RoundContact, RoundedPunch

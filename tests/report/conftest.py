@@ -12,7 +12,7 @@ from fretwear.data.merge import merge_study
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import write_study_figures
 from fretwear.report import build_report
-from fretwear.running.workflow import log_file, record
+from fretwear.run.workflow import log_file, record
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 

@@ -9,7 +9,7 @@ from fretwear.data.merge import merge_study
 from fretwear.figures.cracks import crack_figures, fatigue_map
 from fretwear.report.cracks import expected_cracks
 from fretwear.report.results import point_results
-from fretwear.running.simulate import run
+from fretwear.run.simulate import run
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 from fretwear_cracks.fatigue import fatigue_of_study, stored_fatigue

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fretwear.figures.datasets import profiles_of
 from fretwear.figures.style import JournalFigure
-from fretwear.running.simulate import simulate
+from fretwear.run.simulate import simulate
 from fretwear_source_study.cases import reference_cases
 from fretwear_source_study.claims import CLAIMS, excess_shear, source_sections
 from fretwear_source_study.figures import _draw_waves, source_figures

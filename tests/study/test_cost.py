@@ -10,7 +10,7 @@ import pytest
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.surfaces import Sphere
-from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
+from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
 from fretwear.study import yamlfile
 from fretwear.study.case import Case, read_snapshots
 from fretwear.study.doubts import doubts

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from fretwear.running.resources import batches, core_seconds
+from fretwear.run.resources import batches, core_seconds
 from fretwear.study.parameters import parameter_names
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError

@@ -6,7 +6,7 @@ import re
 import pytest
 import yaml
 
-from fretwear.running.resources import machine_warnings
+from fretwear.run.resources import machine_warnings
 from fretwear.study.plan import Plan
 
 from .test_file import change

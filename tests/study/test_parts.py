@@ -17,7 +17,7 @@ from fretwear.mechanics.surface_files import Source, SourceFile
 from fretwear.mechanics.values import OfBodies
 from fretwear.mechanics.wear_laws import PowerLaw, WearLaw
 from fretwear.parts import Choice, Part, Quantity, QuantityError, WholeNumber
-from fretwear.running.simulate import simulate
+from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.members import Block, PartOf
 from fretwear.study.parameters import (

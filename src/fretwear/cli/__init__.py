@@ -129,7 +129,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     farther than the one before; then the parent exits as the last child did.
     """
     from fretwear.data.safe import Unfailing
-    from fretwear.running.workflow import ENDED, failures
+    from fretwear.run.workflow import ENDED, failures
 
     vanished: set[str] = set()
     while HAS_FORK:

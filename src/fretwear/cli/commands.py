@@ -61,7 +61,7 @@ _SNAKEFILE = """\
 #
 #     snakemake --cores 2                         runs studies/demo.yaml
 #     snakemake --cores 2 --config study=NAME     runs studies/NAME.yaml
-from fretwear.running.workflow import SNAKEFILE
+from fretwear.run.workflow import SNAKEFILE
 
 
 include: SNAKEFILE
@@ -135,7 +135,7 @@ def init(
     Existing files are not changed.
     """
     from fretwear.data.safe import atomic_path, why_not_writable
-    from fretwear.running.workflow import workspace
+    from fretwear.run.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
     from fretwear.study.yamlfile import as_mapping, read_document
@@ -201,7 +201,7 @@ def plan(
 
     Times are for this machine, whose speed is measured briefly.
     """
-    from fretwear.running import resources
+    from fretwear.run import resources
     from fretwear.study.reading import load_plan
     from fretwear.units import duration_text, size_text
 
@@ -283,7 +283,7 @@ def run_case(
     case = select_case(file, case_id, set_ or ())
     path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")
 
-    from fretwear.running.batch import simulate_to_file
+    from fretwear.run.batch import simulate_to_file
 
     with log.case(case, path) as observe:
         outcome = simulate_to_file(
@@ -326,8 +326,8 @@ def batch(
         supervise({point.id for point in study.points(first, last)}, folder)
 
     from fretwear.cli.progress import Log
-    from fretwear.running.batch import run_batch
-    from fretwear.running.workflow import write_finished
+    from fretwear.run.batch import run_batch
+    from fretwear.run.workflow import write_finished
 
     outcome = run_batch(
         study,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import errno
+import inspect
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
+from typer.core import TyperCommand
 
 from fretwear.study.problems import ENDINGS, StudyError, few_of, printable
 from fretwear.units import listed, nearest
@@ -21,6 +24,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fretwear.study.study import Study
+
+    _Base = TyperCommand
+else:
+    _Base = object
 
 Added = TypeVar("Added")
 
@@ -45,6 +52,36 @@ class CommandError(Exception):
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
         self.status = status
+
+
+class Help(_Base):
+    """Help without types of flags and without braces."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words of the usage line, without braces, which users might type."""
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return all parameters, ``--help`` included."""
+        params = super().get_params(ctx)
+        for param in params:
+            if getattr(param, "is_flag", False):
+                param.metavar = ""
+        return params
+
+
+class _Command(Help, TyperCommand):
+    pass
+
+
+def add_command(
+    app: typer.Typer, function: Callable[..., None], example: str, panel: str | None = None
+) -> None:
+    """Add a command under its name in the example; its help is wrapped where it is shown."""
+    name, epilog = example.split()[1], f"[dim]Example:[/dim] {example}"
+    words = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
+    add = app.command(name, cls=_Command, help=words, rich_help_panel=panel, epilog=epilog)
+    add(function)
 
 
 def added(group: str, summary: xr.Dataset, cases: Path) -> Iterator[Added]:

@@ -2,54 +2,29 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from importlib.metadata import entry_points
+from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 import fretwear
 from fretwear.cli import KERNELS, Stopped, commands, fits, stresses
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
-from fretwear.cli.common import CommandError, Status, say
+from fretwear.cli.common import CommandError, Help, Status, add_command, say
 from fretwear.cli.show import compare, show
 from fretwear.study.problems import StudyError
-
-if TYPE_CHECKING:
-    _Base = TyperCommand
-else:
-    _Base = object
 
 _WORKFLOW = "Steps of the workflow"
 
 
-class _Help(_Base):
-    """Help without types of flags and without braces."""
-
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """Return the words of the usage line, without braces, which users might type."""
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Return all parameters, ``--help`` included."""
-        params = super().get_params(ctx)
-        for param in params:
-            if getattr(param, "is_flag", False):
-                param.metavar = ""
-        return params
-
-
-class _Command(_Help, TyperCommand):
-    pass
-
-
-class _Commands(_Help, TyperGroup):
+class _Commands(Help, TyperGroup):
     """The group of all commands; an error that ends one becomes a message and a status."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
@@ -115,7 +90,7 @@ def _tell(error: BaseException, call: Call) -> int:
     elif isinstance(error, CommandError | StudyError):
         status = getattr(error, "status", Status.WRONG_INPUT)
     else:
-        from fretwear.running.batch import reason_of
+        from fretwear.run.batch import reason_of
 
         message, is_defect = reason_of(error)
         defect = error if is_defect else None
@@ -152,31 +127,28 @@ app = typer.Typer(
 )
 
 
-def _add(function: Callable[..., None], example: str, panel: str | None = None) -> None:
-    """Add a command under its name in the example; its help is wrapped where it is shown."""
-    name, epilog = example.split()[1], f"[dim]Example:[/dim] {example}"
-    words = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
-    add = app.command(name, cls=_Command, help=words, rich_help_panel=panel, epilog=epilog)
-    add(function)
+add_command(app, commands.init, "fretwear init my-study")
+add_command(app, commands.plan, "fretwear plan studies/demo.yaml")
+add_command(app, commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
+add_command(app, show, "fretwear show results/demo/cases/ID.nc")
+add_command(app, fits.fit_scar, "fretwear fit studies/mine.yaml")
+add_command(app, commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
+add_command(app, compare, "fretwear compare A.nc B.nc -o comparison.png")
+add_command(app, commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
+add_command(app, stresses.stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
+add_command(app, stresses.fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")
+add_command(app, stresses.export, "fretwear export results/demo/cases/ID.nc --to vtk")
+add_command(app, commands.schema, "fretwear schema > study.schema.json")
+add_command(app, commands.coefficients, "fretwear coefficients Ti-6Al-4V")
+add_command(app, commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
+add_command(app, commands.merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
+add_command(app, commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
+add_command(app, commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)
 
 
-_add(commands.init, "fretwear init my-study")
-_add(commands.plan, "fretwear plan studies/demo.yaml")
-_add(commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
-_add(show, "fretwear show results/demo/cases/ID.nc")
-_add(fits.fit_scar, "fretwear fit studies/mine.yaml")
-_add(commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
-_add(compare, "fretwear compare A.nc B.nc -o comparison.png")
-_add(commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
-_add(stresses.stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
-_add(stresses.fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")
-_add(stresses.export, "fretwear export results/demo/cases/ID.nc --to vtk")
-_add(commands.schema, "fretwear schema > study.schema.json")
-_add(commands.coefficients, "fretwear coefficients Ti-6Al-4V")
-_add(commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
-_add(commands.merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
-_add(commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
-_add(commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)
+# A package that extends fretwear names a typer application with commands of its own.
+for _entry in entry_points(group="fretwear.commands"):
+    app.add_typer(_entry.load())
 
 
 def _print_version(asked: bool) -> None:

@@ -32,7 +32,7 @@ from fretwear.units import LENGTH, duration_text, number_text, readable_unit, wi
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fretwear.running.simulate import Observer, Step
+    from fretwear.run.simulate import Observer, Step
     from fretwear.study.case import Case
 
 _END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}

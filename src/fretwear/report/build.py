@@ -33,7 +33,7 @@ from fretwear.report.results import (
     point_results,
     result_variable,
 )
-from fretwear.running.workflow import LOGS, failures, log_end, spent_on_simulations
+from fretwear.run.workflow import LOGS, failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
 from fretwear.study.doubts import SMALL_ERROR, Doubt, finer
 from fretwear.study.parameters import parameter, value_text

@@ -415,7 +415,7 @@ class Plan:
     ) -> Iterator[tuple[str, ...]]:
         """Iterate over a slice of the points as text, varied values in the words of the file.
 
-        Times are for a machine of some speed, from `fretwear.running.resources`.
+        Times are for a machine of some speed, from `fretwear.run.resources`.
         """
         for point in self.points[first:last]:
             labels = point.labels.values()

@@ -36,8 +36,8 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team, arithmetic
-from fretwear.running.accuracy import (
-    Round,
+from fretwear.run.accuracy import (
+    GridRun,
     columns_of,
     estimated_errors,
     lower_orders,
@@ -47,7 +47,7 @@ from fretwear.running.accuracy import (
     relative_errors,
     unreached,
 )
-from fretwear.running.resources import require_memory
+from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
 from fretwear.vocabulary import (
@@ -93,7 +93,7 @@ class RunRecord:
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
     # Finished runs on wider cells, the widest first, of a case that asks for an accuracy.
-    rounds: list[Round] = field(default_factory=list)
+    rounds: list[GridRun] = field(default_factory=list)
     # Width of the cells of the present run over the default; None before it has begun.
     width: float | None = None
     # Work of the present run: cells times convolutions, or the third power of cells times solutions
@@ -115,7 +115,7 @@ class RunRecord:
         if keep_fields:
             self.snapshots.append(state)
 
-    def begin_anew(self, finished: Sequence[Round], width: float) -> None:
+    def begin_anew(self, finished: Sequence[GridRun], width: float) -> None:
         """Begin a run on narrower cells after those that have finished."""
         self.rounds = list(finished)
         self.width, self.work = width, 0.0
@@ -260,7 +260,7 @@ class _Computed:
 
     case: Case  # on these cells
     workspace: Workspace
-    rounds: Sequence[Round]  # this one the last, and those on wider cells before it
+    rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
     coupling_errors: Mapping[str, NDArray[np.float64]]
@@ -308,8 +308,8 @@ def _run_on_cells(
     errors: dict[str, NDArray[np.float64]] = {}
     wider = record.rounds
     if coarser and not (trouble or wider):
-        wider = [Round(times * width, coarser, {})]
-    rounds = [*wider, finished := Round(width, rows, {}, record.work)]
+        wider = [GridRun(times * width, coarser, {})]
+    rounds = [*wider, finished := GridRun(width, rows, {}, record.work)]
     if wider and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
         # A run alongside has a larger tolerance, and tells no order.

@@ -47,9 +47,9 @@ from fretwear.data.safe import (
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.team import arithmetic
-from fretwear.running.resources import require_memory
-from fretwear.running.simulate import Observer, RunRecord, Step, run
-from fretwear.running.workflow import failures, forget, log_file, record
+from fretwear.run.resources import require_memory
+from fretwear.run.simulate import Observer, RunRecord, Step, run
+from fretwear.run.workflow import failures, forget, log_file, record
 from fretwear.version import code_digest
 from fretwear.vocabulary import SCALARS
 

@@ -17,8 +17,8 @@ from fretwear.figures import scalar_history
 from fretwear.mechanics.geometry import OPEN_PER_SIDE, rings
 from fretwear.mechanics.measures import unresolved_peak
 from fretwear.report.results import Level, PointResult, over_seeds, point_results
-from fretwear.running.batch import read_checkpoint, write_checkpoint
-from fretwear.running.simulate import RunRecord, run, steps, wear_problem
+from fretwear.run.batch import read_checkpoint, write_checkpoint
+from fretwear.run.simulate import RunRecord, run, steps, wear_problem
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 from fretwear.units import LINE_CONTACT

@@ -13,8 +13,8 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
-from fretwear.running.resources import seconds_after
-from fretwear.running.workflow import (
+from fretwear.run.resources import seconds_after
+from fretwear.run.workflow import (
     Progress,
     StudyJobs,
     failures,
@@ -189,7 +189,7 @@ def test_a_change_reruns_what_it_touches(copy):
     # Snapshots are no part of an id.
     assert jobs_after(output={"cycles": [0, 30]}) == (BOTH, AFTERWARDS)
     # Another solver computes everything again, and another report reports again.
-    file, module = copy.folder / "Snakefile", "import fretwear.running.workflow as w\n"
+    file, module = copy.folder / "Snakefile", "import fretwear.run.workflow as w\n"
     text = file.read_text()
     file.write_text(text.replace("try:", f"{module}w.code_digest = lambda: '0'\ntry:", 1))
     assert jobs_after() == (BOTH, AFTERWARDS)
@@ -305,7 +305,7 @@ def test_a_job_depends_on_all_that_its_files_hold(jobs, monkeypatch):
     assert json.loads(jobs(TINY).content) == without(TINY, "batch")
     assert jobs({**TINY, "batch": 2}).content == jobs(TINY).content
     assert jobs({**TINY, "title": "Other"}).content != jobs(TINY).content
-    monkeypatch.setattr("fretwear.running.workflow.code_digest", lambda: "other")
+    monkeypatch.setattr("fretwear.run.workflow.code_digest", lambda: "other")
     names.append(set(jobs(TINY).batches))
     assert sum(map(len, names)) == len(set.union(*names)) == 8
 

@@ -13,7 +13,7 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import Lock, Unfailing
-from fretwear.running.workflow import (
+from fretwear.run.workflow import (
     ENDED,
     failures,
     forget,
@@ -193,7 +193,7 @@ def test_cases_whose_logs_cannot_be_written_are_computed_all_the_same(bench, mon
         return Unfailing(Path("/dev/full").open("a", buffering=1))
 
     for module in ("batch", "workflow"):
-        monkeypatch.setattr(f"fretwear.running.{module}.open_log", full)
+        monkeypatch.setattr(f"fretwear.run.{module}.open_log", full)
     bench.batch("--points", "1-2")
     assert len(bench.cases()) == 2
 

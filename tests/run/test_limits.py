@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.running.simulate import steps
+from fretwear.run.simulate import steps
 from fretwear.study.doubts import doubts
 
 from ..studies import WAVES, near, steel

@@ -17,8 +17,8 @@ from fretwear.data.safe import DataFileError, Lock
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.slip import Jaeger
-from fretwear.running import simulate
-from fretwear.running.batch import simulate_to_file
+from fretwear.run import simulate
+from fretwear.run.batch import simulate_to_file
 
 from ..studies import WAVES, flip, write_study
 from .conftest import BASE, assert_same, make_case, read_until
@@ -165,7 +165,7 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
 @pytest.fixture
 def start_job(monkeypatch):
     """Start a job in a process of its own and wait until it is at work."""
-    monkeypatch.setattr("fretwear.running.batch.SECONDS_BETWEEN", 0.05)
+    monkeypatch.setattr("fretwear.run.batch.SECONDS_BETWEEN", 0.05)
     context = multiprocessing.get_context("fork")
 
     def begin(path):

@@ -18,8 +18,8 @@ from fretwear.figures.study import study_figures
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.report import build_report
-from fretwear.running.batch import read_checkpoint, write_checkpoint
-from fretwear.running.simulate import RunRecord, run, steps
+from fretwear.run.batch import read_checkpoint, write_checkpoint
+from fretwear.run.simulate import RunRecord, run, steps
 from fretwear.study.plan import Plan, estimate
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study

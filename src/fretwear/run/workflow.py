@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 from fretwear.data.safe import DataFileError, open_data, open_log, read_data, write_text
 from fretwear.problems import Problem
-from fretwear.running.resources import Batch, batches, seconds_after
+from fretwear.run.resources import Batch, batches, seconds_after
 from fretwear.study.plan import SECONDS_TO_START, Plan
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.reading import load_plan

@@ -57,7 +57,7 @@ _LEAST_GROWTH, _FASTER = 2.0, 0.5
 
 
 @dataclass(frozen=True)
-class Round:
+class GridRun:
     """A finished run on cells of one width."""
 
     width: float  # of its cells over the default
@@ -78,7 +78,7 @@ def columns_of(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.floa
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
+def next_width(case: Case, rounds: Sequence[GridRun]) -> float | None:
     """Return the width of cells over the default for the next run of a case; None: it is done.
 
     A case that asks for an accuracy begins on cells wider by `WIDEST`, and goes on with default
@@ -109,7 +109,7 @@ def next_width(case: Case, rounds: Sequence[Round]) -> float | None:
     return width if width >= narrowest and not _unfallen(rounds, accuracy) else None
 
 
-def _unfallen(rounds: Sequence[Round], accuracy: float) -> list[str]:
+def _unfallen(rounds: Sequence[GridRun], accuracy: float) -> list[str]:
     """The results whose error is beyond the accuracy and has not fallen from the run before."""
     if len(rounds) < 2:
         return []
@@ -118,13 +118,13 @@ def _unfallen(rounds: Sequence[Round], accuracy: float) -> list[str]:
     return [name for name, error in missed if _FALLING * error > before.get(name, math.inf)]
 
 
-def _left(case: Case, rounds: Sequence[Round]) -> float:
+def _left(case: Case, rounds: Sequence[GridRun]) -> float:
     """Work that the budget of a case leaves after the run on default cells, at least as much."""
     usual = rounds[-1].work
     return max((case.budget or USUAL_BUDGET) * usual - sum(run.work for run in rounds), usual)
 
 
-def _growth(rounds: Sequence[Round]) -> float:
+def _growth(rounds: Sequence[GridRun]) -> float:
     """Power of the inverse width of cells by which work grows, from the first two runs."""
     grown, runs = _LEAST_GROWTH, [run for run in rounds if run.work]
     if len(runs) > 1:  # one, if cells wider than the default ones have failed
@@ -151,7 +151,7 @@ def relative_errors(
     return relative
 
 
-def unreached(case: Case, rounds: Sequence[Round]) -> Unreached | None:
+def unreached(case: Case, rounds: Sequence[GridRun]) -> Unreached | None:
     """Return what a case has reached instead of its accuracy, and what that would cost."""
     accuracy, last = case.asked_accuracy, rounds[-1]
     if accuracy is None or not last.errors or last.error <= accuracy:
@@ -245,7 +245,7 @@ def estimated_errors(
     return estimates
 
 
-def measured_order(rounds: Sequence[Round]) -> float:
+def measured_order(rounds: Sequence[GridRun]) -> float:
     """Return the order at which results of the last three runs converge.
 
     It is the median over the results in `ASKED`, at least 1/2 and at most 3/2, and 1 if there are
@@ -256,7 +256,7 @@ def measured_order(rounds: Sequence[Round]) -> float:
     return float(np.median(orders)) if orders else _USUAL_ORDER
 
 
-def lower_orders(rounds: Sequence[Round]) -> dict[str, float]:
+def lower_orders(rounds: Sequence[GridRun]) -> dict[str, float]:
     """Return the orders of results that add up over steps and converge more slowly than others.
 
     A plastic band of a few cells widens them slowly; where edges fall in cells has no such order.
@@ -266,7 +266,7 @@ def lower_orders(rounds: Sequence[Round]) -> dict[str, float]:
     return {name: low for name, low in of_steps if low < order}
 
 
-def _orders(rounds: Sequence[Round]) -> dict[str, float]:
+def _orders(rounds: Sequence[GridRun]) -> dict[str, float]:
     """The order of each result by the differences of the last three runs; none of two.
 
     The median over the snapshots counts, of values that have grown beyond a trace.

@@ -9,14 +9,14 @@ import xarray as xr
 
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import _host
-from fretwear.running import batch, simulate
-from fretwear.running.batch import (
+from fretwear.run import batch, simulate
+from fretwear.run.batch import (
     Checkpoint,
     identity_of,
     read_checkpoint,
     write_checkpoint,
 )
-from fretwear.running.simulate import RunRecord
+from fretwear.run.simulate import RunRecord
 
 from ..studies import HandClock, flip
 from .conftest import make_case
@@ -132,7 +132,7 @@ def test_a_checkpoint_that_is_damaged_or_of_another_run_or_code_is_refused(case,
     interrupted(case, Checkpoint(path, case, print), 3)
     assert "another parameters" in refusal(path, make_case(**{**CHANGES, "friction": 0.6}))
     assert "another output cycles" in refusal(path, make_case(**{**CHANGES, "output_cycles": (7,)}))
-    monkeypatch.setattr("fretwear.running.batch.code_digest", lambda: "other")
+    monkeypatch.setattr("fretwear.run.batch.code_digest", lambda: "other")
     assert "another code" in refusal(path, case)
     flip(path)
     assert "its checksum does not match" in refusal(path, case)

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fretwear.running.resources import (
+from fretwear.run.resources import (
     JOBS_FOR_MANY_CORES,
     LEAST_JOBS,
     MOST_JOBS,
@@ -114,15 +114,15 @@ def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr("psutil.virtual_memory", no_answer)
-        patch.setattr("fretwear.running.resources._left_to_control_groups", lambda *_: ())
+        patch.setattr("fretwear.run.resources._left_to_control_groups", lambda *_: ())
         require_memory(make_case(cell="1 nm"))
-    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 0)
+    monkeypatch.setattr("fretwear.run.resources.available_memory", lambda: 0)
     with pytest.raises(MemoryError, match="but 0 kB are available"):
         require_memory(make_case())
 
 
 def test_a_case_whose_snapshots_do_not_fit_is_told_how_many_do(monkeypatch, load):
-    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 2 * GB)
+    monkeypatch.setattr("fretwear.run.resources.available_memory", lambda: 2 * GB)
 
     def every(step):
         return make_case(cycles=100_000, output_cycles=tuple(range(0, 100_000, step)))
@@ -253,7 +253,7 @@ def test_a_machine_whose_transforms_take_twice_as_long_has_half_the_speed(monkey
     assert 1e-3 < machine_speed() < 1e3
     usual = SECONDS_PER_TRANSFORM / transform_seconds() / machine_speed()
     assert 0.2 < usual < 5.0, "the same machine has about the same speed again"
-    slow = "fretwear.running.resources.transform_seconds"
+    slow = "fretwear.run.resources.transform_seconds"
     monkeypatch.setattr(slow, lambda: 2.0 * SECONDS_PER_TRANSFORM)
     assert machine_speed() == 0.5
 

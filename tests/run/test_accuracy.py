@@ -9,10 +9,10 @@ import fretwear
 from fretwear.mechanics.contact import Accuracy
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.state import State
-from fretwear.running import simulate
-from fretwear.running.accuracy import (
+from fretwear.run import simulate
+from fretwear.run.accuracy import (
     ASKED,
-    Round,
+    GridRun,
     columns_of,
     estimated_errors,
     lower_orders,
@@ -20,8 +20,8 @@ from fretwear.running.accuracy import (
     next_width,
     unreached,
 )
-from fretwear.running.batch import Checkpoint
-from fretwear.running.simulate import RunRecord, run
+from fretwear.run.batch import Checkpoint
+from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
 from fretwear.study.plan import (
@@ -47,12 +47,12 @@ def make(**changes):
 def finished(width, order, at=1.0, growth=3.0):
     """A run whose errors grow with a power of the width of cells, and work with its inverse."""
     rows = [dict.fromkeys(ASKED, value + 1e-3 * at * width**order) for value in (1.0, 3.0)]
-    return Round(width, rows, dict.fromkeys(ASKED, at * width**order), width**-growth)
+    return GridRun(width, rows, dict.fromkeys(ASKED, at * width**order), width**-growth)
 
 
 def alongside(width, order, at):
     """A run without errors and work of its own, from which those of the next one are estimated."""
-    return Round(width, finished(width, order, at).rows, {})
+    return GridRun(width, finished(width, order, at).rows, {})
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
 
 def test_a_run_without_any_estimate_is_the_last_and_has_reached_nothing_to_report():
     """Both wider runs have failed, which a doubt of its own says."""
-    alone = Round(1.0, finished(1.0, 1.0).rows, {}, 1.0)
+    alone = GridRun(1.0, finished(1.0, 1.0).rows, {}, 1.0)
     assert next_width(make(roughness=WAVES), [alone]) is None
     assert unreached(make(roughness=WAVES), [alone]) is None
 

@@ -8,7 +8,7 @@ import pytest
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.stroke import slide
-from fretwear.running.simulate import run, wear_problem
+from fretwear.run.simulate import run, wear_problem
 from fretwear.study.doubts import SMALL_ERROR, doubts, finer
 from fretwear.study.spacing import LEAST_COARSENESS
 

@@ -22,7 +22,7 @@ from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure, scatter
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
-from fretwear.running.simulate import (
+from fretwear.run.simulate import (
     DoubtfulResultWarning,
     Step,
     estimated_errors,
