@@ -69,16 +69,10 @@ SECTIONS = (
 INTRODUCTION = """\
 # Published experiments
 
-What published experiments measured, against what fretwear computes. Each section says what was
-done, where the inputs come from, which numbers were fitted to what, and what was predicted
-without fitting. `python -m benchmarks.experiments` runs all of it in about {minutes} min of
-one core and writes this page from what it found; the sections ({names}) run alone by their names,
-and `laws`, which fits, only so. The studies are `studies/experiments/*.yaml`, with the
-measurements beside them, most of them digitised or transcribed by others, as their first lines
-say: `snakemake --cores 2 --config study=experiments/cruzado2010` runs one with figures and
-report.
+What published experiments measured, against what fretwear computes: what was fitted, what was predicted, what
+fails. `python -m benchmarks.experiments` runs all of it in about {minutes} min of one core and writes this page;
+the studies are `studies/experiments/*.yaml`, with the measurements beside them, most of them digitised by others.
 
-{summary}
 """
 
 

@@ -41,14 +41,10 @@ def measure_fouvry2007() -> Data:
 
 def text_fouvry2007(data: Data) -> str:
     return f"""\
-Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007) slid a ball of alumina, 12.7 mm
-in radius, on a coating of TiC, 1.6 µm thick, on steel, with 100 N, ±50 and ±100 µm, until the
-coating spalled; only the coating wears. Volumes against dissipated energy follow 415 µm³/J with
-an rms of {100 * data["rms"]:.0f} %, which is the authors' fit. What the program predicts is the
-depth of a volume: at the largest, {data["volume"]:.3g} µm³, against the greatest depth before
-spalling. Depths scatter by {100 * data["scatter"]:.0f} % about proportionality to the energy
-density in the centre. The coating is not represented in the elasticity: it is thin beside the
-contact.
+Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on a coating of
+TiC, 1.6 µm thick, on steel, 100 N, ±50 and ±100 µm, until the coating spalled. Volumes follow the authors'
+415 µm³/J with an rms of {100 * data["rms"]:.0f} %. Predicted is the depth of the largest volume, {data["volume"]:.3g} µm³;
+depths scatter by {100 * data["scatter"]:.0f} %. The coating is not represented in the elasticity.
 
 {comparison(data["points"])}
 """

@@ -33,22 +33,15 @@ def text_proposed(data: Data) -> str:
     ]
     titles = ["coefficient", "cycles", "depth of both, µm", "outer radius, µm", "stick radius, µm"]
     return f"""\
-No published experiment in partial slip was found that states geometry, load, friction, cycles and
-the profile of a scar in numbers: maps and volumes of partial slip are common, profiles are drawn
-over micrometres of roughness.
-
-The test that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the
-same steel, dry, 50 N, a tangential force of ±20 N, 30 000 cycles, the loop recorded in every
-decade for friction and compliance. Measure the annular scars of both bodies by interferometry, to
-10 nm, at 1000, 10 000 and 30 000 cycles. Predicted at µ = 0.5, with the program's own errors
-(`studies/experiments/partial_slip.yaml`):
+No published experiment in partial slip was found that states geometry, load, friction, cycles and the profile of a
+scar in numbers. One that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same
+steel, dry, 50 N, ±20 N, 30 000 cycles, the loop recorded in every decade, the annular scars of both bodies by
+interferometry to 10 nm. Predicted at µ = 0.5 (`studies/experiments/partial_slip.yaml`):
 
 {table(titles, lines)}
 
-The coefficient is the only unknown: it sets when a depth is reached, not the profile at that depth,
-and the stick radius is the same for any coefficient and at any cycle. Two numbers of cycles test
-the model without a free number. Slip along y, and the coupling of x and y that the model leaves
-out, put 6 to 11 % on the largest depth ([limits](explanation/limits.md)).
+The coefficient is the only unknown: it sets when a depth is reached, not the profile at that depth, and the stick
+radius is the same for any coefficient and at any cycle.
 """
 
 

@@ -75,20 +75,17 @@ def text_cruzado(data: Data) -> str:
     apart = ", ".join(f"{each:.1f}" for each in data["mutual"])
     off = ", ".join(f"{each:.1f}" for each in data["rms"])
     return f"""\
-Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010) pressed a block on a steel
-ring of 20 mm radius with 65 N over 6 mm and turned the ring for 3600 m, three times. Load,
-geometry and elasticity are theirs. The coefficient of the block, 2e-15 / Pa, comes from their
-paper by way of the input of LevelSetWear, and follows from the mean worn area of these tests, so
-that the depth is fitted; the shape of the scar and the half-width are not.
+Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010): a block on a steel ring of 20 mm radius,
+65 N over 6 mm, 3600 m, three tests. The coefficient of the block, 2e-15 / Pa, follows from the mean worn
+area of these tests; the shape of the scar and the half-width are predicted.
 
 {comparison(data["points"])}
 
 {table(titles, lines)}
 
-The finite elements (adaptive mesh, LevelSetWear) took 89 854 s, fretwear {data["seconds"]:.1f} s on
-another machine. At 800 m their half-width, read at their nodes, fits no circle of 20 mm: a
-segment 16.2 µm deep has 0.804 mm. The profiles of the tests are {apart} µm apart (rms); the
-computed one is {off} µm from them and {data["off"]:.1f} µm from their mean.
+Finite elements (adaptive mesh, LevelSetWear): 89 854 s; fretwear: {data["seconds"]:.1f} s on another machine.
+The profiles of the tests are {apart} µm apart (rms), the computed one is {off} µm from them. At 800 m the
+half-width of the finite elements is read at their nodes; a segment 16.2 µm deep has 0.804 mm.
 
 {{figure}}
 """
@@ -170,20 +167,15 @@ def text_mccoll(data: Data) -> str:
     ]
     titles = ["worn depth of the flat, µm", "5000 cycles", "18 000 cycles", "processor time, s"]
     return f"""\
-McColl, Ding and Leen (Wear 256, 2004) pressed a cylinder of high-strength steel, 6 mm in
-radius, on a flat of the same steel with 18.5 N/mm and slid it by ±25 µm at the base, of which
-±24.24 µm reach the contact, for 18 000 cycles. The stroke is not small beside the contact, ±36
-µm at first. The coefficients are the authors'; that 1.9e-14 / Pa belongs to the cylinder and
-2.9e-14 / Pa to the flat is inferred, since otherwise the measured depth would need a longer
-stroke. The program LevelSetWear (Mondragon) states the finite-element solutions and their
-times, on another machine.
+McColl, Ding and Leen (Wear 256, 2004): a cylinder of high-strength steel, 6 mm in radius, on a flat of the same
+steel, 18.5 N/mm, ±25 µm at the base of which ±24.24 µm reach the contact, 18 000 cycles. The coefficients
+are the authors'; which body has which is inferred.
 
 {table(titles, lines)}
 
-The scar of the flat is {data["width"]:.2f} mm wide where it is deeper than 1 % of its depth (finite
-elements: 0.52 mm). The measured profile, digitised by the author of LevelSetWear, is shown from its
-own base line; the surface beside the scar is {data["rough"]:.2f} µm rough (rms), and inside it the
-profiles are {data["off"]:.2f} µm apart (rms).
+The scar of the flat is {data["width"]:.2f} mm wide where it is deeper than 1 % of its depth (finite elements:
+0.52 mm). The surface beside the measured scar is {data["rough"]:.2f} µm rough (rms); inside it the profiles are
+{data["off"]:.2f} µm apart.
 
 {comparison(data["points"])}
 

@@ -113,10 +113,8 @@ def text(data: Data) -> str:
         ([NAMES[name], *(percent(row[name]) for row in data["ratios"])] for name in TANGENTIAL),
     )
     return f"""\
-The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949), X = {RATIO}. The order
-is the slope of a straight line through all {len(spacing)} spacings of the figure; areas count whole
-cells, so they scatter; where deviations change their sign there is no order. Slip is compared in
-every cell between stick radius and contact radius, relative to the largest slip there.
+The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949), X = {RATIO}. Areas count whole cells, so
+they scatter. Slip is compared in every cell between stick and contact radius.
 
 {by_spacing}
 

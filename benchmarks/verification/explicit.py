@@ -98,11 +98,9 @@ def text(data: Data) -> str:
         "explicit: halving the step",
     ]
     return f"""\
-Archard's law as it is written: Euler steps of equal length, the contact and, where something
-yields, the reduced contact solved anew before each (`tests/mechanics/oracles.py`). Runs of {STEPS}
-and {2 * STEPS} steps are extrapolated to none; what halving the step changed in the wear volume is
-in the last column. Coarse grids and low plastic limits (1.5 p0 smooth, 1.8 p0 rough), so that it
-yields early; the integrator promises an error of the wear within its tolerance, 0.01 by default.
+Archard's law cycle by cycle (`tests/mechanics/oracles.py`): Euler steps of equal length, both contacts solved anew
+before each, extrapolated from {STEPS} and {2 * STEPS} steps. Coarse grids and low plastic limits (1.5 p0 smooth, 1.8 p0 rough), so
+that it yields early; tolerance 0.01, the default.
 
 {table(header, rows)}
 """

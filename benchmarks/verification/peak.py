@@ -40,17 +40,14 @@ def text(data: Data) -> str:
         for index, cycle in enumerate(CYCLES)
     ]
     return f"""\
-In an elastic run the pressure at the stick edge grows toward a flat punch's, infinite in the
-limit. A grid cuts it off at its own spacing, as h^−½. Smooth, elastic, X = 0.8; the exponent is
-the trend of the four finest spacings:
+In an elastic run the pressure at the stick edge tends to that of a flat punch, infinite; a grid cuts it off as
+h^−½. Smooth, elastic, X = 0.8:
 
 {table(header, rows)}
 
 {{figure:peak}}
 
-After 30000 cycles the peak pressure of an elastic run is a property of the grid. Compare the
-pressure at the centre, depths, volumes and radii instead; with a plastic limit the peak is the
-limit.
+Compare the central pressure, depths, volumes and radii instead; with a plastic limit the peak is the limit.
 """
 
 

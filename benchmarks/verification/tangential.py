@@ -108,15 +108,11 @@ def text(data: Data) -> str:
     ]
     nx, ny = data["cells"]
     return f"""\
-The library takes slip from a second normal contact: s = µκ g* with the gap g* under the load
-P* = P − Q/µ, and 2s for the reversal. `tests/mechanics/oracles.py` solves the tangential problem
-itself, for one component and equal bodies: a dense matrix, |q| ≤ µp, no slip below the bound, from
-0 to +Q, to −Q and back to +Q. On {nx} × {ny} cells, largest differences relative to the largest
-value (allowed: 1e-8; both contacts of the library solved to 1e-12):
+`slip_model: jaeger`, s = µκ g*, against a dense tangential solve of one component (`tests/mechanics/oracles.py`) from 0
+to +Q, to −Q and back, on {nx} × {ny} cells; largest differences relative to the largest value:
 
 {table(["", "cells that slip", "s", "q", "δ_x", "−2s", "+2s"], rows)}
 
-The coupling of x with y tractions is neglected by both.
 """
 
 

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from benchmarks.pages import ROOT, Check, Data, Front, Section, anchor, bound, percent, table
+from benchmarks.pages import ROOT, Check, Data, Front, Section, anchor, percent, table
 from benchmarks.verification import (
     closed_forms,
     convergence,
@@ -34,7 +34,7 @@ ROWS = {
     "State after very many cycles": limiting_state,
     "Slip of rough surfaces": tangential,
     "Pressure of rough and yielding contacts": peers,
-    "Wear over the cycles, on rings": rings,
+    "Wear over the cycles, on a grid": rings,
     "Wear over the cycles, step by step": explicit,
     "Halved tolerance and cells, yielding contacts": convergence,
     "Estimated errors against true ones": coverage,
@@ -62,28 +62,19 @@ def _measured(entries: Data) -> Iterator[tuple[str, Section, Data]]:
             yield words, part, entries[part.SECTION.name]["data"]
 
 
-def _numbers(check: Check) -> list[str]:
-    """What was measured and what is allowed, with minus signs and spaces that do not break."""
-    numbers = percent(check.measured), bound(check.required)
-    return [number.replace(" ", "\u00a0").replace("-", "−") for number in numbers]
+def _number(check: Check) -> str:
+    """What was compared and its deviation, with a minus sign and spaces that do not break."""
+    number = percent(check.measured).replace(" ", "\u00a0").replace("-", "−")
+    return f"{number} ({check.what})"
 
 
 def text(entries: Data) -> str:
-    rows, short, held, counted = [], list[list[str]](), 0, 0
+    rows = []
     for words, part, data in _measured(entries):
-        checks, worst = part.SECTION.checks(data), nearest(part.SECTION, data)
-        holding = sum(one.holds for one in checks)
-        held, counted = held + holding, counted + len(checks)
         link = f"[{words}](checks.md#{anchor(part.SECTION.title)})"
-        rows.append(
-            [link, AGAINST[part], f"{holding}\u00a0of\u00a0{len(checks)}", *_numbers(worst)]
-        )
-        short += [[link, one.what, *_numbers(one)] for one in checks if not one.holds]
+        rows.append([link, AGAINST[part], _number(nearest(part.SECTION, data))])
     return f"""\
 # Verification
-
-Can the numbers be trusted? They are compared with theory, with programs that others wrote, and with
-experiments.
 
 ## Theory
 
@@ -109,21 +100,12 @@ model fails to describe.
 
 ![Measured against computed scars of published experiments](images/experiments/together.svg)
 
-## Checks
+## Largest deviations
 
-{held} of {counted} checks hold. Each row shows the check that comes nearest to its bound, or
-exceeds it.
+{table(["what", "against", "largest"], rows, left=2)}
 
-{table(["what", "against", "hold", "worst", "allowed"], rows, left=2)}
-
-## What falls short
-
-{counted - held} checks exceed their bounds; the section of each says why.
-
-{table(["what", "check", "measured", "allowed"], short, left=2)}
-
-[All checks](checks.md) has what was done, and `python -m benchmarks.verification` repeats it. [What
-the model leaves out](explanation/limits.md) is another matter, and has a page of its own.
+[All checks](checks.md) has the tables, and `python -m benchmarks.verification` repeats them. [What the model leaves
+out](explanation/limits.md) is another matter.
 
 ```{{toctree}}
 :hidden:
