@@ -1,40 +1,73 @@
-"""The version of the package, and the digest of all that its numbers depend on.
+"""The version of the package, and digests of the code that its numbers depend on.
 
 The module imports nothing of the package, because every start of the workflow loads it.
 """
 
+import hashlib
+import re
+from collections.abc import Iterable
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 __version__ = "0.1.0"
 
-# The sources that turn the parameters of a case into the numbers in its file. Sources that read,
-# check, doubt or plan a case, or draw and report its numbers, do not count.
-_SOURCES = ("mechanics", "theory", "parts.py", "forms.py", "vocabulary.py")
-_CASE = ("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py")
-_DRIVERS = ("run/accuracy.py", "run/simulate.py", "data/labels.py")
-_LIBRARIES = ("numpy", "scipy", "ducc0")
+SOURCES = (
+    *("mechanics", "theory", "parts.py", "forms.py", "vocabulary.py", "data/labels.py"),
+    *("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py"),
+    *("run/accuracy.py", "run/simulate.py"),
+)
+"""Sources that turn the parameters of a case into the numbers in its file.
+
+Sources that read, check or plan a case, or draw and report its numbers, do not count.
+"""
+
+LIBRARIES = ("numpy", "scipy", "ducc0")
+
+# Every text of a source is found, so that a sign in one opens neither a comment nor another text.
+_TEXTS = re.compile(
+    r'''(?P<alone>(?:(?<=:\n)[ ]+|^)r?"""[\s\S]*?"""[ ]*$)|"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"'''
+    r"""|'(?:\\.|[^'\\\n])*'|(?P<comment>[ ]*\#.*)""",
+    re.MULTILINE,
+)
 
 
 @cache
-def code_digest() -> str:
-    """Return the digest of everything but its parameters that decides the bits of a result.
+def code_digest(*packages: str) -> str:
+    """Return the digest of the code that computes a case, and of `packages` beside this one.
 
-    It covers the sources that compute the result and the versions of the libraries, and is the
-    same from a checkout and from a wheel.
+    It covers statements, but neither comments nor docstrings, and the minor versions of numerical
+    libraries: what it leaves out does not change results. Every version of Python, a checkout and
+    a wheel give the same digest.
     """
-    import hashlib
-    from importlib import metadata
-
-    package = Path(__file__).parent
+    here = Path(__file__).parent
+    places = [here / name for name in SOURCES] + [here.parent / name for name in packages]
     digest = hashlib.sha256()
-    places = (package / name for name in (*_SOURCES, *_CASE, *_DRIVERS))
-    files = (file for place in places for file in (place, *place.rglob("*")))
-    for file in sorted(file for file in files if file.suffix in (".py", ".cpp", ".h")):
-        content = file.read_bytes()
-        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
-        digest.update(content)
-    for library in _LIBRARIES:
-        installed = next((copy.version for copy in metadata.distributions(name=library)), "")
-        digest.update(f"{library} {installed}\n".encode())
+    for file in _python_files(places):
+        digest.update(f"{file.relative_to(here.parent).as_posix()}\n".encode())
+        digest.update(_statements(file.read_text(encoding="utf-8")).encode())
+    for name in LIBRARIES:
+        digest.update(f"{name} {minor_version(name)}\n".encode())
     return digest.hexdigest()[:16]
+
+
+def minor_version(library: str) -> str:
+    """Return the first two numbers of the version of a library; empty if it is not installed."""
+    try:
+        return ".".join(metadata.version(library).split(".")[:2])
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _python_files(places: Iterable[Path]) -> list[Path]:
+    return sorted(f for place in places for f in (place, *place.rglob("*.py")) if f.suffix == ".py")
+
+
+def _statements(source: str) -> str:
+    """Return a source without comments, and texts that stand alone."""
+
+    def kept(found: re.Match[str]) -> str:
+        return "" if found["comment"] or found["alone"] else found[0]
+
+    without_comments = _TEXTS.sub(kept, source)  # some of which come before docstrings
+    return " ".join(_TEXTS.sub(kept, without_comments).split())

@@ -192,7 +192,8 @@ def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
     `StressError` if stresses of the case are not known, `DataFileError` if a file cannot be read or
     written.
     """
-    settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code_digest()], default=str)
+    code = code_digest("fretwear_cracks")
+    settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code], default=str)
     with suppress(DataFileError), open_stresses(path) as stored:
         if stored.attrs.get("asked") == settings:
             return stored.load()

@@ -152,7 +152,7 @@ class Runs:
         return [self.done[name] for name in names]
 
     def _name(self, case: Case) -> str:
-        rest = [case.output_cycles, case.error_estimate, self.profiles, code_digest()]
+        rest = [case.output_cycles, case.error_estimate, self.profiles, code_digest("fretwear_fit")]
         digest = hashlib.sha256(json.dumps(rest).encode()).hexdigest()[:8]
         return f"{case.case_id}-{digest}"
 
