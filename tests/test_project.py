@@ -79,11 +79,10 @@ def test_version_and_license_are_the_same_everywhere():
     assert cited == {*re.findall(r"@article{(\w+),", text_of("paper/paper.bib"))}
 
 
-def test_a_release_has_wheels_for_every_system():
+def test_the_one_wheel_of_a_release_is_tried_on_every_system():
     release = yaml.safe_load(text_of(".github/workflows/release.yml"))
-    systems = release["jobs"]["wheels"]["strategy"]["matrix"]["system"]
+    systems = release["jobs"]["try"]["strategy"]["matrix"]["system"]
     assert {system.split("-")[0] for system in systems} == {"ubuntu", "macos", "windows"}
-    assert any(system.endswith("-arm") for system in systems)
 
 
 DANGEROUS = {"pickle", "marshal", "shelve", "dill", "eval", "exec", "system"}
