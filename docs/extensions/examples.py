@@ -22,7 +22,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
 import math
 import multiprocessing
 import os
@@ -54,8 +53,6 @@ _BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^>]*) -->\n+)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
-# The words of a link stay; a picture is removed.
-_LINK = re.compile(r"\{download\}`[^`]*`|!\[[^]]*\]\([^)]*\)|(\[)([^]]*)\]\([^)]*\)")
 _NUMBER = r"\d+\.\d+(?:e[+-]\d+)?"
 _TOLERANCE = 0.01
 
@@ -97,33 +94,6 @@ class Block:
         """Expected exit status of the commands."""
         match = re.fullmatch(r"fails with status (\d+)", self.note)
         return int(match[1]) if match else 0
-
-
-def notebook(page: str) -> str:
-    """Return the text and the Python of a page as a Jupyter notebook, without output."""
-    cells, end = [], 0
-    kinds: dict[str, dict[str, Any]] = {
-        "markdown": {},
-        "code": {"execution_count": None, "outputs": []},
-    }
-    for block in [*blocks(page), None]:
-        fence = page.rfind("```", 0, block.start) if block else len(page)
-        parts = [("markdown", _LINK.sub(r"\2", page[end:fence]))]
-        if block and block.language == "python":
-            parts.append(("code", block.text))
-        end = block.end + len("```\n") if block else fence
-        cells += [
-            {
-                "cell_type": kind,
-                "id": f"cell-{len(cells) + i}",
-                "metadata": {},
-                "source": text.strip(),
-            }
-            | kinds[kind]
-            for i, (kind, text) in enumerate(part for part in parts if part[1].strip())
-        ]
-    book = {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
-    return json.dumps(book, indent=1, ensure_ascii=False) + "\n"
 
 
 def blocks(page: str) -> list[Block]:

@@ -1,9 +1,8 @@
 """Sphinx extension: the pictures of a page are made by the blocks of that page.
 
-A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own
-commands leave in their folder (`examples.Session`), ``generated/NAME/NAME.ipynb`` the page as a
-notebook. Both are made when the pages are built, from the code that is there; a page that does not
-run, or prints something else than it shows, stops the build. What was made from the same page,
+A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own commands
+leave in their folder (`examples.Session`). It is made when the pages are built; a page that does
+not run, or prints something else than it shows, stops the build. What was made from the same page,
 package and extensions before is kept.
 """
 
@@ -19,7 +18,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from examples import NEEDED, REPOSITORY, ExampleError, Session, check, notebook
+from examples import NEEDED, REPOSITORY, ExampleError, Session, check
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -59,10 +58,7 @@ def make(page: Path, folder: Path) -> None:
         check(text, Session(Path(place)))
         for name in pictures_of(page):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            if name.endswith(".ipynb"):
-                (folder / name).write_text(notebook(text), encoding="utf-8")
-            else:
-                shutil.copy(Path(place, name), folder / name)
+            shutil.copy(Path(place, name), folder / name)
 
 
 def _make_all(app: Sphinx) -> None:
