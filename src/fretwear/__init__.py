@@ -6,6 +6,7 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from fretwear.plugins import plugins
 from fretwear.version import __version__
 
 # HDF5, which reads this when it is loaded, would refuse to open files where the file system has no
@@ -20,25 +21,19 @@ if TYPE_CHECKING:
     from fretwear.run.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
-    from fretwear_cracks.fatigue import fatigue
-    from fretwear_cracks.results import stress
-    from fretwear_fit.search import fit
 
 __all__ = [
     "Case",
     "DoubtfulResultWarning",
     "WavyRoughness",
     "__version__",
-    "fatigue",
     "figures",
-    "fit",
     "load_study",
     "open_case",
     "open_history",
     "open_loops",
     "open_study",
     "simulate",
-    "stress",
 ]
 
 _HOMES = {
@@ -51,9 +46,6 @@ _HOMES = {
     "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.stack",
     "simulate": "fretwear.run.simulate",
-    "fit": "fretwear_fit.search",
-    "fatigue": "fretwear_cracks.fatigue",
-    "stress": "fretwear_cracks.results",
 }
 
 
@@ -63,8 +55,10 @@ def __getattr__(name: str) -> object:
         return getattr(import_module(_HOMES[name]), name)
     if name == "figures":
         return import_module("fretwear.figures")
+    if door := plugins("fretwear.doors").get(name):
+        return door.load()
     raise AttributeError(f"module 'fretwear' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *plugins("fretwear.doors")])

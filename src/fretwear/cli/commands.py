@@ -26,7 +26,6 @@ from fretwear.cli.common import (
     Status,
     StudyFile,
     Threads,
-    added,
     aligned,
     argument,
     case_ids,
@@ -342,14 +341,9 @@ def batch(
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
         raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
-    if study.stress is not None:
-        from fretwear_cracks.fatigue import stored_fatigue
-        from fretwear_cracks.inputs import StressError
-
+    for section in study.added.values():
         for case_id in outcome.case_ids:
-            case = folder / "cases" / f"{case_id}.nc"
-            with suppress(StressError):  # reported when the study is merged
-                stored_fatigue(case, folder / "fatigue" / case.name, study.stress)
+            section.after_case(folder / "cases" / f"{case_id}.nc")
     if finished is not None:
         write_finished(finished, folder / "cases", outcome.case_ids)
     done = f"{count} case{'s' * (count != 1)} done"
@@ -373,18 +367,13 @@ def merge(
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    besides = None
-    if study.stress is not None:
-        from fretwear_cracks.fatigue import fatigue_of_study
-
-        besides = fatigue_of_study(folder / "fatigue", study.stress, log.note)
     tally = merge_study(
         study,
         folder / "cases",
         summary,
         command=log.typed,
         keep_older=keep_older,
-        besides=besides,
+        tell=log.note,
     )
     for remark in tally.remarks.splitlines():
         log.note(remark)

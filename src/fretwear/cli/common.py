@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     _Base = TyperCommand
 else:
     _Base = object
-
-Added = TypeVar("Added")
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
@@ -82,14 +80,6 @@ def add_command(
     words = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
     add = app.command(name, cls=_Command, help=words, rich_help_panel=panel, epilog=epilog)
     add(function)
-
-
-def added(group: str, summary: xr.Dataset, cases: Path) -> Iterator[Added]:
-    """Yield what the entry points of a group add to a merged study with a folder of case files."""
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group=group):
-        yield from entry.load()(summary, cases)
 
 
 # Completions that the shell offers at the tab key besides commands, options and files.

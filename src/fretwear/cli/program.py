@@ -8,17 +8,18 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import entry_points
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 import fretwear
-from fretwear.cli import KERNELS, Stopped, commands, fits, stresses
+from fretwear.cli import KERNELS, Stopped, commands
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
 from fretwear.cli.common import CommandError, Help, Status, add_command, say
+from fretwear.cli.export import export
 from fretwear.cli.show import compare, show
+from fretwear.plugins import plugins
 from fretwear.study.problems import StudyError
 
 _WORKFLOW = "Steps of the workflow"
@@ -131,13 +132,10 @@ add_command(app, commands.init, "fretwear init my-study")
 add_command(app, commands.plan, "fretwear plan studies/demo.yaml")
 add_command(app, commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 add_command(app, show, "fretwear show results/demo/cases/ID.nc")
-add_command(app, fits.fit_scar, "fretwear fit studies/mine.yaml")
 add_command(app, commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 add_command(app, compare, "fretwear compare A.nc B.nc -o comparison.png")
 add_command(app, commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
-add_command(app, stresses.stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
-add_command(app, stresses.fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")
-add_command(app, stresses.export, "fretwear export results/demo/cases/ID.nc --to vtk")
+add_command(app, export, "fretwear export results/demo/cases/ID.nc --to vtk")
 add_command(app, commands.schema, "fretwear schema > study.schema.json")
 add_command(app, commands.coefficients, "fretwear coefficients Ti-6Al-4V")
 add_command(app, commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
@@ -147,7 +145,7 @@ add_command(app, commands.report, "fretwear report studies/demo.yaml", _WORKFLOW
 
 
 # A package that extends fretwear names a typer application with commands of its own.
-for _entry in entry_points(group="fretwear.commands"):
+for _entry in plugins("fretwear.commands").values():
     app.add_typer(_entry.load())
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
@@ -64,9 +65,6 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
     from fretwear.study.points import Axis
     from fretwear.study.study import Study
-
-Besides = Callable[[Path, NDArray[np.float64]], Mapping[Variable, NDArray[np.float64]]]
-"""More results of a case file at some cycles, (cycle,), by their variable."""
 
 _Done = tuple[tuple[int, ...], "Case", Path]
 """The position of a point whose case file exists, its case and the file."""
@@ -185,7 +183,7 @@ def merge_study(
     *,
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
-    besides: Besides | None = None,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Tally:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
@@ -198,7 +196,7 @@ def merge_study(
     ``history`` holds the `command`. Memory grows by about 1 kB for each point; fields are read one
     case at a time.
 
-    `besides` gives more results over the cycles of the case in a file, from what else is known.
+    Sections that packages beside the core have read add their results; `tell` takes their remarks.
 
     Raises a `DataFileError`, and writes nothing, if no case is done, if the file cannot be written,
     or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
@@ -227,7 +225,7 @@ def merge_study(
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
         read = partial(_read_case, scalars=_scalars(done), keep_older=keep_older)
-        dataset, shapes = _gathered(study, status, done, read, spool, command, besides)
+        dataset, shapes = _gathered(study, status, done, read, spool, command, tell)
         _write(temporary, dataset, done, shapes, spool)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
@@ -269,7 +267,7 @@ def _gathered(
     read: Callable[[Path, Case], Excerpt],
     spool: IO[bytes],
     command: str,
-    besides: Besides | None,
+    tell: Callable[[str], None],
 ) -> tuple[xr.Dataset, list[_Shape]]:
     """Gather scalars in a dataset, and copy the rest, in the cells of each case, to the spool."""
     digests, sources = np.full(status.shape, "", dtype=object), set()
@@ -283,7 +281,7 @@ def _gathered(
     for position, case, path in done:
         try:
             part = read(path, case)
-            more = {} if besides is None else besides(path, part.cycles)
+            more = [s.extra_results(path, part.cycles, tell) for s in study.added.values()]
         except DataFileError as error:
             errors.append(error)
             continue
@@ -291,10 +289,10 @@ def _gathered(
         sources.add(part.texts["source"])
         arithmetics.add(part.texts[ARITHMETIC.name])
         columns = np.searchsorted(cycles, part.cycles)
-        for scalar in more:
+        for scalar in chain(*more):
             scalars[scalar.name] = scalar
             values.setdefault(scalar.name, np.full((*status.shape, cycles.size), math.nan))
-        of_more = {scalar.name: at_snapshots for scalar, at_snapshots in more.items()}
+        of_more = {scalar.name: at for added in more for scalar, at in added.items()}
         for name, at_snapshots in (part.scalars | of_more).items():
             values[name][position][columns] = at_snapshots
         windows.add(window(part.cells))

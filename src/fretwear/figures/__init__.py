@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fretwear.figures.cases import *
-    from fretwear.figures.cracks import *
     from fretwear.figures.effects import *
     from fretwear.figures.history import *
     from fretwear.figures.maps import *
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "cases": "CaseAnimation animation compare_cases overview",
-    "cracks": "crack_map",
     "effects": "fretting_map",
     "history": "scalar_history",
     "maps": "compare_wear_maps wear_map",

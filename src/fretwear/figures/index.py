@@ -15,7 +15,6 @@ ANSWER_CATEGORY = "What each parameter does"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
-CRACK_CATEGORY = "Below the surface"
 
 LEAD = "answer"
 """Name of the figure that answers the question of a study."""

@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from fretwear.data.effects import GOOD, SEED, Points
 from fretwear.data.files import open_case, open_loops
 from fretwear.data.safe import write_text
-from fretwear.figures.cracks import crack_figures
 from fretwear.figures.effects import (
     WAYS,
     effect_map,
@@ -30,7 +29,6 @@ from fretwear.figures.effects import (
 from fretwear.figures.history import CyclePlot, representative_cases, study_curves
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
-    CRACK_CATEGORY,
     HISTORIES,
     HISTORY_CATEGORY,
     INDEX_NAME,
@@ -101,8 +99,6 @@ def study_figures(
             continue
         yield of_figure(name, HISTORY_CATEGORY, plot.draw())
     chosen = representative_cases(summary)
-    for name, caption, figure in crack_figures(summary, cases.parent / "fatigue", chosen.ids):
-        yield StudyFigure(name, caption, CRACK_CATEGORY, figure)
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
     words = "; ".join(filter(None, (chosen.common, chosen.left_out)))
     where = f" ({words})" if words else ""

@@ -19,7 +19,6 @@ from fretwear.data.effects import results_table
 from fretwear.data.merge import remarks_on_summary
 from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
 from fretwear.report.answer import answers, regimes
-from fretwear.report.cracks import expected_cracks
 from fretwear.report.explorer import build_explorer, evenly
 from fretwear.report.page import Section, embedded, environment, macros, page_scripts
 from fretwear.report.results import (
@@ -133,8 +132,6 @@ def build_report(
         section("parameters", "Parameters", parameters),
         section("cases", "Cases and key results", *table, entry="Cases"),
     ]
-    if rows := expected_cracks(summary, results):
-        page.append(section("cracks", "Cracks", rows[:_MOST_ROWS]))
     if others:
         page.append(section("figures", "Figures", others, len(answering)))
     page += sections

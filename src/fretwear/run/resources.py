@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 
+from fretwear.plugins import plugins
 from fretwear.study.case import Case
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.study.problems import few_of
@@ -216,12 +217,10 @@ def seconds_after(plan: Plan) -> float:
 
     Entry points of the group ``fretwear.plans`` tell what figures and sections added to it take.
     """
-    from importlib.metadata import entry_points
-
     cases = len(plan.estimates)
     # Beside more cases than are drawn, what is added to their figures is a small part.
     some = [case for point in plan.points[:MOST_CASES_DRAWN] if (case := point.case)]
-    added = math.fsum(entry.load()(some) for entry in entry_points(group="fretwear.plans"))
+    added = math.fsum(entry.load()(some) for entry in plugins("fretwear.plans").values())
     drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
     merging = SECONDS_OF_MERGING + SECONDS_PER_BYTE_MERGED * plan.file_bytes
     reporting = SECONDS_OF_REPORT + SECONDS_PER_CASE_REPORTED * cases

@@ -157,9 +157,8 @@ class StudyJobs:
     @property
     def measurements(self) -> list[str]:
         """The files with what was measured, or the study if it has numbers only; none of others."""
-        fit = self.study.fit
-        files = {datum.file.path for datum in fit.data if datum.file} if fit else set()
-        return sorted(files) or ([str(self.study.file)] if fit else [])
+        fit = self.study.added.get("fit")
+        return [*map(str, fit.files or [self.study.file])] if fit else []
 
     @cached_property
     def batches(self) -> Mapping[str, Batch]:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar, cast
 
 from fretwear.forms import Either
 from fretwear.parts import Parameter, Part, Quantity, derived, required
+from fretwear.plugins import plugins
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.members import Block, Inline, PartOf
@@ -18,8 +19,7 @@ from fretwear.units import QuantityError, nearest
 
 _Value = TypeVar("_Value")
 
-SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output", "fit")
-"""Sections of a study file."""
+_SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
 
 _OTHER_NAMES = {
     word: (name, remedy)
@@ -68,6 +68,12 @@ class Leaf:
     kind: type[Part] | None  # the part that has it; None: the case itself
     field: str
     parameter: Parameter
+
+
+def section_names() -> tuple[str, ...]:
+    """The sections of a study file."""
+    added = plugins("fretwear.study_sections")
+    return *_SECTIONS, *(place for place in added if "." not in place)
 
 
 def leaves() -> Mapping[str, list[Leaf]]:
@@ -233,7 +239,7 @@ def read_values(
                 remedy, meant = "leave it out: the model does not depend on it", ()
             if words := other_name(key):
                 remedy, meant = f"write {words}", ()
-            if key in SECTIONS:
+            if key in section_names():
                 remedy, meant = "it is a section of its own, beside base", ()
             if key in leaves():
                 remedy, meant = f"write {whole}: {{{part}: ...}}", ()

@@ -89,10 +89,6 @@ SECONDS_PER_CELL_OF_SNAPSHOT = 1.9e-6
 # Of a file: the fields of a snapshot, compressed, twice as many if friction has two directions.
 BYTES_OF_FILE, BYTES_PER_CELL_OF_SNAPSHOT = 200_000, 10
 
-# Stresses of a cycle below one snapshot.
-SECONDS_PER_SNAPSHOT_STRESSED = 0.45
-SECONDS_PER_CELL_STRESSED = 2.4e-5
-
 USUAL_ACCURACY, USUAL_BUDGET = 0.02, 10.0
 MOST_MEMORY = 2 * 1024**3
 NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
@@ -335,11 +331,9 @@ class PlannedCases:
         """Plan the case of a point, unless another point shares it."""
         if (case := point.case) is None or (case_id := point.id) in self.estimates:
             return
-        cost, stress = estimate(case), point.study.stress
-        if stress is not None:
-            snapshots = len({0, *(stress.cycles or case.output_cycles)})
-            seconds = SECONDS_PER_SNAPSHOT_STRESSED + SECONDS_PER_CELL_STRESSED * cost.cells
-            cost = cost._replace(seconds=cost.seconds + snapshots * seconds)
+        cost = estimate(case)
+        added = sum(part.seconds(case, cost.cells) for part in point.study.added.values())
+        cost = cost._replace(seconds=cost.seconds + added)
         self.estimates[case_id] = cost
         for doubt in doubts(case):
             _, details = self.doubts.setdefault(doubt.what, (doubt, {}))

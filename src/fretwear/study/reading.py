@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from fretwear.mechanics.surface_files import Located
+from fretwear.plugins import StudySection, plugins
 from fretwear.problems import Problem, Problems
 from fretwear.study.case import Case, read_snapshots
-from fretwear.study.fits import FitRequest, read_free, with_sought
 from fretwear.study.overrides import OPTION, assign, override
 from fretwear.study.plan import Plan, PlannedCases
 from fretwear.study.points import Combinations, read_axes
 from fretwear.study.problems import StudyError, few_of
 from fretwear.study.sections import SEEDS, read_base, read_sections
-from fretwear.study.stresses import StressOutput
 from fretwear.study.study import ALL_POINTS, Point, Study
 from fretwear.study.trials import try_rules
 from fretwear.study.yamlfile import as_mapping, read_document
@@ -100,8 +100,7 @@ def content_of(point: Point) -> dict[str, object]:
     content = {**point.study.content}
     for axis, position in zip(point.study.axes, point.index, strict=True):
         assign(content, axis.name, axis.written[position])
-    content.pop("fit", None)
-    return content
+    return {key: value for key, value in content.items() if key not in point.study.added}
 
 
 def case_of_content(file: Path, content: Mapping[str, object]) -> Case:
@@ -123,19 +122,16 @@ def _checked(
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
     content, wrong = override(given, assignments)
     before, problems = [*problems, *wrong], Problems()
-    content, fit = _with_fit(content, file.parent, problems)
+    content, added = _with_added(content, file.parent, problems)
     sections = read_sections(as_mapping(_located(content, file.parent)), problems)
     axes = read_axes(sections.vary, sections.design, problems)
     fixed = read_base(sections, axes, content, problems)
     asked, snapshots = sections.output.get("cycles", "auto"), None
     with problems.at("output.cycles", asked):
         fixed["output_cycles"] = snapshots = read_snapshots(asked, in_file=True)
-    stress = None
-    if "stress" in sections.output:
-        with problems.at("output.stress", sections.output["stress"]):
-            stress = StressOutput.read(sections.output["stress"])
-            if stress.cycles is not None:
-                fixed["output_cycles"] = tuple(sorted({*(snapshots or ()), *stress.cycles}))
+    needed = [section.cycles for section in added.values() if section.cycles is not None]
+    if needed:
+        fixed["output_cycles"] = tuple(sorted({*(snapshots or ()), *chain(*needed)}))
     # Axes within a part that could not be read are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
@@ -145,32 +141,38 @@ def _checked(
     title = sections.title or file.stem
     # If the design cannot be read, fixed values are still checked.
     design = sections.design or Combinations()
-    study = Study(file, title, axes, design, fixed, content, sections.batch, stress, fit)
+    study = Study(file, title, axes, design, fixed, content, sections.batch, added)
     visit = None if before or problems else visit
-    points = ALL_POINTS if fit is not None else points
+    points = ALL_POINTS if added else points
     try_rules(study, problems, skip=sections.invalid == "skip", points=points, visit=visit)
     if not (before or problems) and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    if fit is not None and not (before or problems):
-        fit.check([point.case for point in study.points()], problems)
+    if added and not (before or problems):
+        for section in added.values():
+            section.check([point.case for point in study.points()], problems)
     if before or problems:
         raise StudyError(file, _in_order([*before, *problems], lines or {}, assignments))
     return study
 
 
-def _with_fit(
+def _with_added(
     content: dict[str, object], folder: Path, problems: Problems
-) -> tuple[dict[str, object], FitRequest | None]:
-    """The content with values of `base` for what is sought, and what the section `fit` asks for."""
-    if "fit" not in content:
-        return content, None
-    given, fit = _located(content["fit"], folder), None
-    # What can be read is filled in even if there are problems elsewhere in the section.
-    free = read_free(as_mapping(given).get("free"), Problems())
-    base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
-    with problems.at("fit", content["fit"]):
-        fit = FitRequest.read(given)
-    return {**content, "base": with_sought(free, base, vary, problems)}, fit
+) -> tuple[dict[str, object], dict[str, StudySection]]:
+    """The content with a completed `base`, and what packages beside the core read of it."""
+    added = {}
+    for place, entry in plugins("fretwear.study_sections").items():
+        *outer, key = place.split(".")
+        around = as_mapping(content.get(outer[0])) if outer else content
+        if key not in around:
+            continue
+        reader: type[StudySection] = entry.load()
+        given = _located(around[key], folder)
+        with problems.at(place, around[key]):
+            added[place] = reader.read(given)
+        base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
+        if (completed := reader.complete_base(given, base, vary, problems)) is not base:
+            content = {**content, "base": completed}
+    return content, added
 
 
 def _located(value: object, folder: Path) -> object:

@@ -7,23 +7,22 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from fretwear.parts import Choice, keys_schema
+from fretwear.plugins import plugins, study_sections
 from fretwear.problems import Problems, in_words
 from fretwear.study.case import SNAPSHOTS_SCHEMA
-from fretwear.study.fits import FitRequest
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
-    SECTIONS,
     base_names,
     missing_parameters,
     parameter_names,
     parameter_of,
     read_values,
     schema_required,
+    section_names,
     with_parts_of_distance,
 )
 from fretwear.study.points import MAX_POINTS, Axis, Combinations, Design
-from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError, listed
 
@@ -65,8 +64,8 @@ def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
     for name, given in raw.items():
         if is_flat and name in loose:
             continue
-        if name not in SECTIONS:
-            valid = () if name in parameter_names() else SECTIONS
+        if name not in section_names():
+            valid = () if name in parameter_names() else section_names()
             where = "vary" if isinstance(given, list) else "base"
             hint = (
                 f"known are {', '.join(valid)}"
@@ -80,14 +79,15 @@ def read_sections(raw: Mapping[str, object], problems: Problems) -> Sections:
                 )
             rule = "is not a section of a study"
             problems.add(name, given, rule, hint, valid_words=valid, written=name)
-        elif name not in ("seeds", "fit"):
+        elif name != "seeds" and name not in plugins("fretwear.study_sections"):
             with problems.at(name, given):
                 sections[name] = _read_section(name, given)
     output = dict(sections.get("output", {}))
     for name in _OF_SNAPSHOTS & output.keys():
         hint = "write cycles, a list of those at which fields are kept"
         problems.add(f"output.{name}", output.pop(name), "is not known", hint)
-    problems.unknown("output", output, ("cycles", "stress"))
+    added = [place.partition(".")[2] for place in plugins("fretwear.study_sections")]
+    problems.unknown("output", output, ("cycles", *filter(None, added)))
     vary = sections.get("vary", {})
     if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
         rule = f"would vary the same as vary.{twice[0]}"
@@ -156,7 +156,7 @@ def read_base(
         of_points = [*axis.values] if axis.name == "blocks" else of_points
     blocks = [block for of_point in of_points for block in of_point]
     # What stands in the wrong place has a problem already, and is not missing.
-    misplaced = {name for name in content if name not in SECTIONS}
+    misplaced = {name for name in content if name not in section_names()}
     misplaced |= {key for name in misplaced for key in as_mapping(content[name])}
     missing = [*missing_parameters({*base, *varied, *misplaced}, blocks)]
     are_wrong = not all(isinstance(content.get(name, {}), Mapping) for name in ("base", "vary"))
@@ -212,11 +212,12 @@ def study_schema() -> dict[str, object]:
             "default": "auto",
             "anyOf": [{"const": "auto"}, whole],
         },
-        "output": keys_schema(
-            {"cycles": SNAPSHOTS_SCHEMA, "stress": StressOutput.section_schema()}
-        ),
-        "fit": FitRequest.section_schema(),
     }
+    output: dict[str, object] = {"cycles": SNAPSHOTS_SCHEMA}
+    for place, reader in study_sections():
+        *outer, key = place.split(".")
+        (output if outer else sections)[key] = reader.section_schema()
+    sections["output"] = keys_schema(output)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "fretwear study",

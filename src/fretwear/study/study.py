@@ -11,13 +11,12 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from fretwear.parts import Part
+from fretwear.plugins import StudySection
 from fretwear.problems import in_words
 from fretwear.study.case import Case
-from fretwear.study.fits import FitRequest
 from fretwear.study.parameters import by_member, html_table, make_member
 from fretwear.study.points import Axis, Design, Sobol
 from fretwear.study.problems import few_of
-from fretwear.study.stresses import StressOutput
 from fretwear.study.yamlfile import as_mapping
 
 _MOST_PARTS = 1024  # kept of each member, so that neighbouring points share them
@@ -38,8 +37,8 @@ class Study:
     fixed: Mapping[str, Any]  # values of the other parameters, in SI units
     content: Mapping[str, object]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
-    stress: StressOutput | None = None  # what is asked for of stresses; None: nothing
-    fit: FitRequest | None = None  # what is sought, and what was measured; None: nothing
+    # Sections of packages beside the core, by their place in the file.
+    added: Mapping[str, StudySection] = field(default_factory=dict)
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 

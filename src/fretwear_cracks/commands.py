@@ -1,22 +1,21 @@
-"""The commands on stresses below the surface, and on files for other programs."""
+"""The commands ``fretwear stress`` and ``fretwear fatigue``."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fretwear.cli.common import (
     CaseFile,
     CommandError,
+    add_command,
     aligned,
     check_output,
-    check_results,
     opened,
     option,
     say,
@@ -34,12 +33,8 @@ _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
 _DISTANCE = "Critical distance, such as '40 um'; adds the point and the line method."
 _DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
-_TO = "Format of the files."
-_EXPORTED = "File to write; the names of several begin as this one does."
-_EXPORTED_CYCLE = "Snapshot to write."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
-_LARGE = 100_000_000  # bytes of exported files
 _PHASES = "Steps of the force over a cycle."
 _TABLE = (
     "tension: along x, of the surface at the edge of contact; damage: Miner's sum; –: not known"
@@ -150,7 +145,9 @@ def _written(
     from fretwear_cracks.results import write_stresses
 
     with opened(file) as (case, _):
-        path = check_output(output or file.with_name(f"{file.stem}-{ending}.nc"), ".nc")
+        # A loop over the files in cases/ must meet cases alone.
+        beside = file.parent.parent if file.parent.name == "cases" else file.parent
+        path = check_output(output or beside / f"{file.stem}-{ending}.nc", ".nc")
         try:
             computed = compute(case)
         except StressError as error:
@@ -163,39 +160,6 @@ def _written(
     return path, computed
 
 
-def export(
-    file: CaseFile,
-    to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
-    output: Annotated[
-        Path | None, option("-o/--output", "OUT", _EXPORTED, "OUT.pvd, OUT.csv or OUT.inp")
-    ] = None,
-    cycle: Annotated[
-        float | None, option("--cycle", "NUMBER", _EXPORTED_CYCLE, "all; abaqus: the last")
-    ] = None,
-) -> None:
-    """Write a case or its stresses in a format that other programs read.
-
-    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
-    """
-    check_results(file)
-
-    from fretwear.data.export import WRITERS, ExportError, at_cycle
-    from fretwear.data.safe import DataFileError
-    from fretwear_cracks.results import open_stresses
-
-    ending, write = WRITERS[to]
-    path = check_output(output or file.with_suffix(ending), ending)
-    with ExitStack() as stack:
-        try:
-            ds = stack.enter_context(open_stresses(file))
-        except DataFileError:
-            ds = stack.enter_context(opened(file))[0].fretwear.full()
-        try:
-            written = write(ds if cycle is None else at_cycle(ds, cycle), path)
-        except ExportError as error:
-            raise CommandError(f"{file}: {error}") from error
-    for path in written:
-        say(str(path))
-    if cycle is None and (size := sum(path.stat().st_size for path in written)) > _LARGE:
-        note = f"{size / 1e6:.0f} MB; --cycle NUMBER writes one snapshot alone"
-        typer.echo(f"fretwear: note: {note}", err=True)
+app = typer.Typer()
+add_command(app, stress_below, "fretwear stress results/demo/cases/ID.nc -o stress.nc")
+add_command(app, fatigue_of, "fretwear fatigue results/demo/cases/ID.nc")

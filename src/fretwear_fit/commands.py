@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
 from fretwear.cli.commands import logged
 from fretwear.cli.common import (
     CommandError,
     Processes,
     Results,
     StudyFile,
+    add_command,
     aligned,
     check_output,
     option,
@@ -62,3 +65,7 @@ def fit_scar(
     for warning in result.warnings:
         log.note(f"warning: {warning}")
     log.result(path, f"{result.computed} runs", runs=result.computed)
+
+
+app = typer.Typer()
+add_command(app, fit_scar, "fretwear fit studies/mine.yaml")

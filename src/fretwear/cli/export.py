@@ -1,0 +1,64 @@
+"""The command ``fretwear export``: results in formats that other programs read."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fretwear.cli.common import (
+    CaseFile,
+    CommandError,
+    check_output,
+    check_results,
+    opened,
+    option,
+    say,
+)
+
+_TO = "Format of the files."
+_OUTPUT = "File to write; the names of several begin as this one does."
+_CYCLE = "Snapshot to write."
+_LARGE = 100_000_000  # bytes of exported files
+
+
+def export(
+    file: CaseFile,
+    to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
+    output: Annotated[
+        Path | None, option("-o/--output", "OUT", _OUTPUT, "OUT.pvd, OUT.csv or OUT.inp")
+    ] = None,
+    cycle: Annotated[
+        float | None, option("--cycle", "NUMBER", _CYCLE, "all; abaqus: the last")
+    ] = None,
+) -> None:
+    """Write a case or its stresses in a format that other programs read.
+
+    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
+    """
+    check_results(file)
+
+    from fretwear.data.export import WRITERS, ExportError, at_cycle
+    from fretwear.data.files import open_lazily
+    from fretwear.data.safe import DataFileError
+
+    ending, write = WRITERS[to]
+    path = check_output(output or file.with_suffix(ending), ending)
+    with ExitStack() as stack:
+        try:
+            ds = stack.enter_context(open_lazily(file))
+        except DataFileError as error:
+            raise CommandError(str(error)) from error
+        if "case_id" in ds.attrs and "pressure" in ds:
+            ds = stack.enter_context(opened(file))[0].fretwear.full()
+        try:
+            written = write(ds if cycle is None else at_cycle(ds, cycle), path)
+        except ExportError as error:
+            raise CommandError(f"{file}: {error}") from error
+    for path in written:
+        say(str(path))
+    if cycle is None and (size := sum(path.stat().st_size for path in written)) > _LARGE:
+        note = f"{size / 1e6:.0f} MB; --cycle NUMBER writes one snapshot alone"
+        typer.echo(f"fretwear: note: {note}", err=True)
