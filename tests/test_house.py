@@ -1,20 +1,21 @@
-"""The code as CONTRIBUTING.md describes it: packages, their imports, one name per quantity."""
+"""The code as a whole: which way imports run, one meaning of a name, a core that stands alone."""
 
 import ast
-import re
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 from fretwear.vocabulary import RESULTS
 
-REPOSITORY = Path(__file__).parents[1]
-SOURCE = REPOSITORY / "src/fretwear"
-GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+from .studies import base, two_loads, write_study
+
+SOURCE = Path(__file__).parents[1] / "src"
+BESIDE = ("fretwear_fit", "fretwear_cracks", "fretwear_source_study")
 MODULES = {
-    ".".join(("fretwear", *file.relative_to(SOURCE).with_suffix("").parts)).removesuffix(
-        ".__init__"
-    ): file
-    for file in SOURCE.rglob("*.py")
+    ".".join(file.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__"): file
+    for package in ("fretwear", *BESIDE)
+    for file in (SOURCE / package).rglob("*.py")
 }
 # The package and `python -m fretwear` only pass on what users call.
 DOORS = {"fretwear", "fretwear.__main__"}
@@ -24,19 +25,19 @@ def parsed(file):
     return ast.parse(file.read_text(encoding="utf-8"))
 
 
-def imports(tree, *, when_loaded=False):
-    """Modules of the package that a module imports, or only those it needs to be loaded."""
+def imports(tree, *, inside_functions):
+    """Modules of ours that a module imports, but for annotations."""
     for node in ast.iter_child_nodes(tree):
-        if when_loaded and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            continue
-        if when_loaded and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             names = [f"{node.module}.{alias.name}" for alias in node.names]
+        elif inside_functions or not isinstance(node, ast.FunctionDef):
+            yield from imports(node, inside_functions=inside_functions)
+            continue
         else:
-            yield from imports(node, when_loaded=when_loaded)
             continue
         for name in names:
             found = name if name in MODULES else name.rpartition(".")[0]
@@ -44,108 +45,92 @@ def imports(tree, *, when_loaded=False):
                 yield found
 
 
-def package(module):
-    return module.split(".")[1]
+def graph(*, inside_functions, name=lambda module: module):
+    needed = {}
+    for module, file in MODULES.items():
+        if module not in DOORS:
+            found = map(name, imports(parsed(file), inside_functions=inside_functions))
+            needed.setdefault(name(module), set()).update({*found} - {name(module)})
+    return needed
 
 
-def test_imports_run_one_way_and_never_in_a_circle():
-    """A package imports only packages above it in the table, and only those named in its row."""
-    rows = re.findall(r"^\| `(\w+)(?:\.py|/)` \|[^|]*\| ([^|]*) \|$", GUIDE, re.MULTILINE)
-    allowed = {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
-    found = {name: set() for name in allowed}
-    for module in MODULES.keys() - DOORS:
-        found[package(module)] |= {package(each) for each in imports(parsed(MODULES[module]))}
-    for index, (name, known) in enumerate(allowed.items()):
-        assert found[name] - {name} <= known <= {*[*allowed][:index]}, name
-    assert set(allowed) == {package(module) for module in MODULES.keys() - DOORS}
-    loaded = {name: set(imports(parsed(f), when_loaded=True)) for name, f in MODULES.items()}
-    graph = {module: needed - {module} for module, needed in loaded.items()}
-    assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)
+def test_no_module_is_imported_in_a_circle():
+    assert len([*TopologicalSorter(graph(inside_functions=False)).static_order()]) > 50
+
+
+def test_imports_between_packages_run_one_way():
+    """Also those within functions."""
+
+    def package(module):
+        parts = module.split(".")
+        return ".".join(parts[:2]) if parts[0] == "fretwear" else parts[0]
+
+    needed = graph(inside_functions=True, name=package)
+    assert len([*TopologicalSorter(needed).static_order()]) > 10
+    for name in needed.keys() - {*BESIDE}:
+        assert not needed[name] & {*BESIDE}, name
+
+
+def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
+    for file in (SOURCE / "fretwear").rglob("*.*"):
+        if file.suffix in (".py", ".j2", ".js"):
+            assert not [n for n in BESIDE if n in file.read_text(encoding="utf-8")], file
+    content = two_loads(base=base(cycles=100, cell="10 um"), output={"cycles": [0]})
+    file = write_study(tmp_path / "small.yaml", content)
+    steps = [[step, str(file)] for step in STEPS]
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE.format(beside=BESIDE, steps=steps)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "results/small/report.html").stat().st_size > 10_000
+
+
+STEPS = ("plan", "batch", "merge", "figures", "report")
+ALONE = """
+import sys
+from importlib import metadata
+
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {beside}:
+            raise ModuleNotFoundError(name)
+
+sys.meta_path.insert(0, Blocked())
+found = metadata.entry_points
+metadata.entry_points = lambda **of: [
+    e for e in found(**of) if e.module.partition(".")[0] not in {beside}
+]
+
+import fretwear
+from fretwear.cli.program import app
+
+for step in {steps}:
+    try:
+        app(step)
+    except SystemExit as end:
+        if end.code:
+            raise
+assert not hasattr(fretwear, "stress")
+"""
 
 
 def test_a_public_name_of_a_module_means_one_thing_in_the_package():
     places = {}
-    for file in SOURCE.rglob("*.py"):
+    for module, file in MODULES.items():
         for node in parsed(file).body:
             defined = isinstance(node, ast.FunctionDef | ast.ClassDef)
-            names = [node.name] if defined else assigned(node)
-            for name in names:
-                if not name.startswith("_"):
-                    places.setdefault(name, []).append(file.relative_to(SOURCE).as_posix())
-    assert len(places) > 400
-    assert not {name: files for name, files in places.items() if len(files) > 1}
+            targets = getattr(node, "targets", [getattr(node, "target", None)])
+            names = [at.id for at in targets if isinstance(at, ast.Name)]
+            for name in [node.name] if defined else names:
+                if not name.startswith("_") and name != "app":
+                    places.setdefault(name, []).append(module)
+    assert len(places) > 300
+    assert not {name: at for name, at in places.items() if len(at) > 1}
 
 
-def test_functions_of_the_mechanics_can_be_read_at_once():
-    """At most 70 lines, docstring included."""
-    lengths = {
-        f"{module}.{node.name}": node.end_lineno - node.lineno + 1
-        for module, file in MODULES.items()
-        if module.startswith("fretwear.mechanics")
-        for node in ast.walk(parsed(file))
-        if isinstance(node, ast.FunctionDef)
-    }
-    assert len(lengths) > 500
-    assert not {name: lines for name, lines in lengths.items() if lines > 70}
-
-
-def assigned(node):
-    """Names that a statement of a module gives a value."""
-    targets = getattr(node, "targets", [getattr(node, "target", None)])
-    return [target.id for target in targets if isinstance(target, ast.Name)]
-
-
-def test_small_values_in_si_units_are_compared_relative_to_them_alone():
-    """`pytest.approx` adds 1e-12 to a tolerance, more than many a wear volume; `near` does not."""
-    for folder in ("data", "mechanics", "run", "study", "cracks"):
-        for file in (REPOSITORY / "tests" / folder).glob("*.py"):
-            for node in ast.walk(parsed(file)):
-                if isinstance(node, ast.Call) and ast.unparse(node.func) == "pytest.approx":
-                    is_zero = ast.unparse(node.args[0]) == "0.0"
-                    assert is_zero or "abs" in {each.arg for each in node.keywords}, file
-
-
-def labels(file):
-    """Texts of a source file that stand by themselves, a unit in brackets behind them aside."""
-    text = file.read_text(encoding="utf-8")
-    if file.suffix == ".py":
-        tree = ast.parse(text)
-        docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        texts = (node for node in ast.walk(tree) if isinstance(getattr(node, "value", 0), str))
-        found = [node.value for node in texts if id(node) not in docstrings]
-    elif file.suffix == ".js":
-        found = [each for _, each in re.findall(r"""(["'`])(.*?)\1""", text)]
-    else:
-        found = re.findall(r">([^<>{}]+)<", text)
-    for each in found:
-        yield re.sub(r"\s*[,(].*", "", each, flags=re.DOTALL).strip().lower()
-
-
-SOURCES = [
-    file
-    for file in sorted(SOURCE.rglob("*"))
-    if file.suffix in (".py", ".js", ".j2") and file.name != "vocabulary.py"
-]
-
-
-def test_results_are_called_by_their_words_everywhere():
+def test_a_result_has_words_of_its_own():
     assert len({result.words for result in RESULTS.values()}) == len(RESULTS)
-    pages = [*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md"), *SOURCES]
-    pages.append(REPOSITORY / "Snakefile")
-    for page in pages:
-        if "generated" not in page.parts and page.name != "CONTRIBUTING.md":
-            text = " ".join(page.read_text(encoding="utf-8").lower().split())
-            assert not [words for words in (*OTHER_WORDS, *TRANSLATED) if words in text], page
-    # A label, a long name or the head of a column anywhere else would be a second table.
-    words = {result.words for result in RESULTS.values()} - set(RESULTS)
-    again = {file.name: words & set(labels(file)) for file in SOURCES}
-    assert not {name: found for name, found in again.items() if found}
-
-
-OTHER_WORDS = ("pressure in the middle", "energy dissipated per cycle", "greatest wear depth")
-OTHER_WORDS += ("largest wear depth", "deepest wear depth", "maximum pressure", "half width")
-
-# Phrases translated word by word, which came back before.
-TRANSLATED = ("goes on where", "go on where", "is done and sound", "rooms of the code")
-TRANSLATED += ("is to end in", "is no whole", "heat. there is none", "the caller's one of them")
-TRANSLATED += ("in their order, one",)

@@ -23,7 +23,6 @@ from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
 from fretwear.study.sections import study_schema
 from fretwear.study.setup import members
-from fretwear.study.stresses import StressOutput
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CRACKS,
@@ -43,6 +42,7 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+from fretwear_cracks.section import StressOutput
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fretwear.plugins import plugins
 from fretwear.version import __version__
@@ -49,7 +49,7 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> object:
+def __getattr__(name: str) -> Any:
     # Numerics and labelled arrays take about a second to import, and are imported when used.
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)

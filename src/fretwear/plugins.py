@@ -50,8 +50,11 @@ class StudySection:
 
     cycles: tuple[int, ...] | None = None
     """Snapshots that the section needs, which every case then keeps."""
-    files: Sequence[Path] = ()
-    """Files that it names."""
+
+    @property
+    def files(self) -> Sequence[Path]:
+        """Files that the section names."""
+        return ()
 
     @classmethod
     def read(cls, given: object) -> Self:

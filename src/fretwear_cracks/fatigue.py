@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,7 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_case
 from fretwear.data.labels import attributes_from
-from fretwear.data.merge import Besides
 from fretwear.data.safe import DataFileError
-from fretwear.study.stresses import StressOutput
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
@@ -33,6 +31,7 @@ from fretwear.vocabulary import (
 from fretwear_cracks.inputs import StressError, read_quantity, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
 from fretwear_cracks.results import open_stresses, stress, write_stresses
+from fretwear_cracks.section import StressOutput
 
 # Number of depths of stresses.
 _COUNT = 20
@@ -186,12 +185,13 @@ def fatigue(
     )
 
 
-def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
-    """The fatigue of a case file, from a file that has it, or computed and written there.
+def stored_fatigue(case: Path, asked: StressOutput) -> xr.Dataset:
+    """The fatigue of a case file, from the folder ``fatigue`` beside that of the cases.
 
-    `StressError` if stresses of the case are not known, `DataFileError` if a file cannot be read or
-    written.
+    It is computed where it is missing, or of another case file, request or code. `StressError` if
+    stresses of the case are not known, `DataFileError` if a file cannot be read or written.
     """
+    path = case.parent.parent / "fatigue" / case.name
     code = code_digest("fretwear_cracks")
     settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code], default=str)
     with suppress(DataFileError), open_stresses(path) as stored:
@@ -207,27 +207,10 @@ def stored_fatigue(case: Path, path: Path, asked: StressOutput) -> xr.Dataset:
     return outcome
 
 
-def fatigue_of_study(folder: Path, asked: StressOutput, tell: Callable[[str], None]) -> Besides:
-    """The fatigue of the cases of a study, for `merge_study`; files of it go to a folder.
-
-    `tell` takes the reasons why some cases have none.
-    """
-
-    def of_case(case: Path, cycles: Array) -> Mapping[Variable, Array]:
-        try:
-            outcome = stored_fatigue(case, folder / case.name, asked)
-        except StressError as error:
-            tell(f"{case.stem} has no stresses: {error}")
-            return {}
-        values = {}
-        for about in FATIGUE:
-            if about.name in outcome:
-                values[about] = np.full(cycles.size, np.nan)
-                places = np.searchsorted(cycles, outcome[CYCLE.name].values)
-                values[about][places] = outcome[about.name].values
-        return values
-
-    return of_case
+def fatigue_over(cycles: Array, case: Path, asked: StressOutput) -> dict[Variable, Array]:
+    """The results of `stored_fatigue` over cycles, NaN between its snapshots."""
+    outcome = stored_fatigue(case, asked).reindex({CYCLE.name: cycles})
+    return {about: outcome[about.name].values for about in FATIGUE if about.name in outcome}
 
 
 def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:

@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 
 from fretwear.data.files import open_lazily
 from fretwear.figures.axes import make_panels
-from fretwear.figures.history import CyclePlot
+from fretwear.figures.history import CyclePlot, representative_cases
 from fretwear.figures.maps import add_scale
+from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
@@ -22,7 +23,7 @@ from fretwear.vocabulary import CRACKS, FATIGUE, FATIGUE_OUTCOMES, PointStatus
 
 _SHOWN = {about.name: about for about in FATIGUE}
 _HISTORIES = ("largest_smith_watson_topper", "largest_damage")
-_OUTCOME = "fatigue_outcome"
+_OUTCOME, _CATEGORY = "fatigue_outcome", "Below the surface"
 _COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])
 
 
@@ -114,28 +115,23 @@ def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     return figure
 
 
-def crack_figures(
-    summary: xr.Dataset, folder: Path, case_ids: dict[str, str]
-) -> Iterator[tuple[str, str, Figure]]:
-    """Yield name, caption and figure of all that a merged study says of cracks, if anything.
-
-    Maps are of the cases with these ids, by their titles, from files in a folder.
-    """
+def crack_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+    """Yield the figures of a merged study on cracks, with maps of a few representative cases."""
     if not (_HISTORIES[0] in summary and summary[_HISTORIES[0]].notnull().any()):
         return
     for name in _HISTORIES:
         if name in summary and bool((summary[name] > 0.0).any()):
             plot = CyclePlot(summary, _SHOWN[name])
-            yield name, plot.caption, plot.draw()
+            yield StudyFigure(name, plot.caption, _CATEGORY, plot.draw())
     varied = [size for size in summary["status"].sizes.values() if size > 1]
     if _OUTCOME in summary and varied and "point" not in summary.dims:
         caption = (
             "Whether wear or a crack wins by the last cycle; numbers are the cycle of the first "
             "crack."
         )
-        yield "fatigue_map", caption, fatigue_map(summary)
-    for number, (title, case_id) in enumerate(case_ids.items(), start=1):
-        file = folder / f"{case_id}.nc"
+        yield StudyFigure("fatigue_map", caption, _CATEGORY, fatigue_map(summary))
+    for number, (title, case_id) in enumerate(representative_cases(summary).ids.items(), 1):
+        file = cases.parent / "fatigue" / f"{case_id}.nc"
         if file.exists():
             with open_lazily(file) as cracks:
                 of_case = f", {title}" if title else ""
@@ -143,4 +139,4 @@ def crack_figures(
                     f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "
                     "wear; the cross marks where a crack is expected, the line its plane."
                 )
-                yield f"crack_map_{number}", caption, crack_map(cracks)
+                yield StudyFigure(f"crack_map_{number}", caption, _CATEGORY, crack_map(cracks))

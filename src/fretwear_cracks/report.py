@@ -2,69 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
+import xarray as xr
+from markupsafe import Markup
 
-from fretwear.figures.cracks import first_crack
-from fretwear.report.results import PointResult
+from fretwear.arrays import Array
+from fretwear.data.effects import point_values, varied_names
+from fretwear.report import Section
+from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text, number_text
 from fretwear.vocabulary import FATIGUE_OUTCOMES
+from fretwear_cracks.figures import first_crack
 
-if TYPE_CHECKING:
-    import xarray as xr
+_MOST_ROWS = 2000
+# Heads of columns, results, sizes of the units and digits.
+_COLUMNS = (
+    ("Parameter (MPa)", "largest_smith_watson_topper", MEGAPASCAL.size, 3),
+    ("x (µm)", "crack_x", MICROMETRE.size, 3),
+    ("Depth (µm)", "crack_depth", MICROMETRE.size, 3),
+    ("Plane (°)", "crack_angle", 1.0, 2),
+    ("Life", "life", 1.0, 3),
+    ("Damage", "largest_damage", 1.0, 3),
+)
+_WORDS = (
+    "The first crack is expected where the Smith–Watson–Topper parameter is largest on the plane "
+    "y = 0. The table has this place from the first snapshot to the last (→), and the angle of its "
+    "plane, downwards from the direction of slip."
+)
+_OF_LIVES = (
+    " Lives are those at the stresses of one snapshot. Damage is Miner’s sum over points fixed in "
+    "the material that wear has not removed; at 1 a crack is expected. Wear wins where it prevents "
+    "a crack or wears one away."
+)
 
 
-class ExpectedCrack(NamedTuple):
-    """A row of the table: texts of a case before and after wear."""
-
-    title: str
-    parameter: str  # largest Smith–Watson–Topper parameter, MPa
-    x: str  # place along x, µm
-    depth: str  # µm
-    angle: str  # degrees
-    life: str  # cycles; empty without constants of the material
-    damage: str
-    outcome: str
-
-
-def expected_cracks(summary: xr.Dataset, results: Sequence[PointResult]) -> list[ExpectedCrack]:
-    """Return a row for each finished point, or none if the study asks for no stresses."""
-    if "largest_smith_watson_topper" not in summary:
-        return []
-    has_lives = "life" in summary
-
-    def pair(name: str, place: tuple[int, ...], size: float = 1.0, digits: int = 3) -> str:
-        """A value before wear and after, rounded."""
-        value = summary[name].values[place]
-        value = value[np.isfinite(value)] / size
-        texts = [number_text(float(value[end]), digits) for end in (0, -1)] if value.size else ["–"]
-        return " → ".join(dict.fromkeys(texts))
-
-    first_cracks = first_crack(summary).values if has_lives else np.empty(0)
+def crack_table(summary: xr.Dataset) -> pd.DataFrame:
+    """Texts about the finished points that have stresses: before wear → after it."""
+    lives = "life" in summary
+    points = np.ndindex(summary["status"].shape)
+    varied = {name: point_values(summary, name) for name in varied_names(summary)}
     rows = []
-    places = np.ndindex(summary["status"].shape)
-    for result, place in zip(results, places, strict=True):
-        swt = summary["largest_smith_watson_topper"].values[place]
-        if not result.done or not np.isfinite(swt).any():
+    for number, place in enumerate(points):
+
+        def values(name: str, place: tuple[int, ...] = place) -> Array:
+            found: Array = summary[name].values[place]
+            return found[np.isfinite(found)]
+
+        if not values("largest_smith_watson_topper").size:
             continue
-        outcome = ""
-        if has_lives:
-            kind = summary["fatigue_outcome"].values[place]
-            outcome = FATIGUE_OUTCOMES[int(kind[np.isfinite(kind)][-1])]
-            first = np.nanmax(np.append(first_cracks[place], 0.0))
-            outcome += f", first at cycle {cycle_text(float(np.round(first)))}" if first else ""
-        rows.append(
-            ExpectedCrack(
-                result.title,
-                pair("largest_smith_watson_topper", place, MEGAPASCAL.size),
-                pair("crack_x", place, MICROMETRE.size),
-                pair("crack_depth", place, MICROMETRE.size),
-                pair("crack_angle", place, 1.0, 2),
-                pair("life", place) if has_lives else "",
-                pair("largest_damage", place) if has_lives else "",
-                outcome,
-            )
-        )
-    return rows
+        row = {
+            parameter(name).words.capitalize(): value_text(name, of_points[number])
+            for name, of_points in varied.items()
+        }
+        for head, name, size, digits in _COLUMNS:
+            if name in summary:
+                ends = [values(name)[end] / size for end in (0, -1) if values(name).size]
+                texts = [number_text(float(end), digits) for end in ends] or ["–"]
+                row[head] = " → ".join(dict.fromkeys(texts))
+        if lives:
+            row["Outcome"] = FATIGUE_OUTCOMES[int(values("fatigue_outcome")[-1])]
+            if (first := np.nan_to_num(first_crack(summary).values[place]).max()) > 0.0:
+                row["Outcome"] += f", first at cycle {cycle_text(float(np.round(first)))}"
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def crack_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001
+    """Yield the section of a study that asks for stresses."""
+    if "largest_smith_watson_topper" not in summary or (table := crack_table(summary)).empty:
+        return
+    shown = table.head(_MOST_ROWS).to_html(index=False, border=0, na_rep="")
+    words = _WORDS + _OF_LIVES * ("Life" in table)
+    body = f'<p>{words}</p><div class="scroll" tabindex="0">{shown}</div>'
+    yield Section("cracks", "Cracks", Markup(body))

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
+from fretwear.arrays import Array
 from fretwear.parts import Part, Quantity, keys_schema, read_fields
+from fretwear.plugins import StudySection
 from fretwear.problems import Problems
-from fretwear.study.case import SNAPSHOTS_SCHEMA, read_snapshots
+from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
 from fretwear.units import QuantityError
+from fretwear.vocabulary import Variable
 
+# Stresses of a cycle below one snapshot.
+_SECONDS_PER_SNAPSHOT, _SECONDS_PER_CELL = 0.45, 2.4e-5
 _EXAMPLE = "{depth: 0.5 mm, fatigue_strength: 1000 MPa, strength_exponent: -0.1}"
 _PAIRS = (
     ("fatigue_strength", "strength_exponent"),
@@ -19,7 +26,7 @@ _PAIRS = (
 
 
 @dataclass(frozen=True)
-class StressOutput(Part):
+class StressOutput(Part, StudySection):
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
 
     depth: Annotated[
@@ -77,6 +84,32 @@ class StressOutput(Part):
         pairs = [(getattr(self, first), getattr(self, second)) for first, second in _PAIRS]
         named = zip(("basquin", "manson_coffin"), pairs, strict=True)
         return {name: pair for name, pair in named if pair[0] is not None}
+
+    def seconds(self, case: Case, cells: float) -> float:
+        """The processor time of the stresses of a case, s."""
+        snapshots = len({0, *(self.cycles or case.output_cycles)})
+        return snapshots * (_SECONDS_PER_SNAPSHOT + _SECONDS_PER_CELL * cells)
+
+    def after_case(self, case: Path) -> None:
+        """Store the fatigue of a case that has just been finished; problems are told by `merge`."""
+        from fretwear_cracks.fatigue import stored_fatigue
+        from fretwear_cracks.inputs import StressError
+
+        with suppress(StressError):
+            stored_fatigue(case, self)
+
+    def extra_results(
+        self, case: Path, cycles: Array, tell: Callable[[str], None]
+    ) -> Mapping[Variable, Array]:
+        """The fatigue of a case over cycles."""
+        from fretwear_cracks.fatigue import fatigue_over
+        from fretwear_cracks.inputs import StressError
+
+        try:
+            return fatigue_over(cycles, case, self)
+        except StressError as error:
+            tell(f"{case.stem} has no stresses: {error}")
+            return {}
 
     @classmethod
     def section_schema(cls) -> dict[str, object]:

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.study.fits import BASELINE, Measurement
 from fretwear_fit.noise import Noise, NoiseEvidence
+from fretwear_fit.request import BASELINE, Measurement
 from fretwear_fit.runs import Prediction
 
 # Points of the grid of a signal, over cells: a scar is interpolated twice.

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.study.fits import FreeParameter
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.noise import Noise
+from fretwear_fit.request import FreeParameter
 
 LEVELS = (0.68, 0.9, 0.95)
 """Probabilities of the intervals."""

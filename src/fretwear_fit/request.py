@@ -27,6 +27,7 @@ from fretwear.parts import (
     keys_schema,
     read_fields,
 )
+from fretwear.plugins import StudySection
 from fretwear.problems import Problems
 from fretwear.study.case import Case
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
@@ -209,12 +210,30 @@ class Measurement(Part):
 
 
 @dataclass(frozen=True)
-class FitRequest:
+class FitRequest(StudySection):
     """The section ``fit``: free parameters and measurements."""
 
     free: tuple[FreeParameter, ...]
     data: tuple[Measurement, ...]
     sampler: str | None = None  #: ensemble or none; by default an ensemble where it is needed
+
+    @property
+    def files(self) -> list[Path]:
+        """The files with what was measured, without the study if it has numbers only."""
+        return [*dict.fromkeys(Path(datum.file.path) for datum in self.data if datum.file)]
+
+    @classmethod
+    def complete_base(
+        cls,
+        given: object,
+        base: Mapping[str, object],
+        vary: Mapping[str, object],
+        problems: Problems,
+    ) -> dict[str, object]:
+        """`base` with a value within its range for each sought parameter that it lacks."""
+        # What can be read is filled in even if there are problems elsewhere in the section.
+        free = read_free(as_mapping(given).get("free"), Problems())
+        return with_sought(free, base, vary, problems)
 
     @classmethod
     def read(cls, given: object) -> FitRequest:

@@ -11,7 +11,6 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.study.case import Case
-from fretwear.study.fits import FitRequest
 from fretwear.study.overrides import assign
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import case_of_content, content_of, load_study
@@ -23,6 +22,7 @@ from fretwear.vocabulary import RESULTS
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown
 from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sample
+from fretwear_fit.request import FitRequest
 from fretwear_fit.results import Fit, compared
 from fretwear_fit.runs import Prediction, Runs
 from fretwear_fit.words import doubts_of
@@ -146,10 +146,11 @@ def fit(
         If the study has no section ``fit``, or its first run fails.
     """
     study = study if isinstance(study, Study) else load_study(study)
-    if study.fit is None:
+    request = study.added.get("fit")
+    if not isinstance(request, FitRequest):
         raise FitError(f"{study.file}: needs a section fit, with free (what is sought) and data")
-    tests = _Tests.of(study, study.fit)
-    lines = {(datum.quantity, datum.along) for datum in study.fit.data if datum.is_profile}
+    tests = _Tests.of(study, request)
+    lines = {(datum.quantity, datum.along) for datum in request.data if datum.is_profile}
     with Runs(lines, None if folder is None else Path(folder), processes) as runs:
         return _fitted(tests, runs, tell, seed)
 

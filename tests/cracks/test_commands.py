@@ -17,6 +17,9 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
         assert {"von_mises", "crossland", "fatemi_socie_normal"} <= set(stored.data_vars)
         assert (float(stored.cycle), stored.bulk_stress) == (20.0, 50e6)
     assert desk.files() == ["stress.nc", "tiny.yaml"]
+    pytest.importorskip("pyevtk")
+    said = desk.call("export", "stress.nc", "--to", "vtk").stdout
+    assert said.splitlines()[-1] == "stress.pvd"
 
 
 @pytest.mark.parametrize(

@@ -51,21 +51,6 @@ def test_paraview_gets_a_grid_for_each_snapshot(worn, tmp_path):
         np.testing.assert_array_equal(values, worn[name][-1])
 
 
-def test_stresses_at_points_and_in_planes_open_in_paraview(worn, tmp_path):
-    plane = fretwear.stress(worn, depths=[1e-5, 3e-5], phases=2)
-    first, *_ = write_vtk(plane, tmp_path / "plane.pvd")
-    found = dict(appended(first))
-    sizes = plane.sizes["x"], 1, plane.sizes["z"]
-    np.testing.assert_array_equal(
-        found["stress_xx"].reshape(sizes, order="F"), plane.stress_xx.isel(phase=0)
-    )
-    np.testing.assert_array_equal(found["z_coordinates"], plane.z)
-    assert found["smith_watson_topper"].size == np.prod(sizes)
-    points = fretwear.stress(worn, points=[(0, 0, 1e-5), (1e-4, 0, 2e-5)], phases=2)
-    first, *_ = write_vtk(points, tmp_path / "points.pvd")
-    np.testing.assert_array_equal(dict(appended(first))["von_mises"], points.von_mises[0])
-
-
 def test_a_dataset_without_fields_is_refused(worn, tmp_path):
     with pytest.raises(ExportError, match="no fields"):
         write_vtk(worn[["wear_volume"]].drop_dims(["x", "y"], errors="ignore"), tmp_path / "a.pvd")

@@ -8,9 +8,9 @@ import xarray as xr
 
 from fretwear.run.simulate import run, simulate
 from fretwear.study.case import Case
-from fretwear.study.fits import Measurement
 from fretwear.study.reading import load_study
 from fretwear_fit.comparison import Comparison
+from fretwear_fit.request import Measurement
 from fretwear_fit.runs import Prediction
 from fretwear_fit.search import FitError, fit
 from fretwear_fit.section import fit_figures, fit_sections

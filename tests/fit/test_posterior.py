@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from fretwear.study.fits import FreeParameter, Measurement
 from fretwear.study.parameters import parameter_of
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Fitter, Profile, Unknown
 from fretwear_fit.posterior import sampled, why_to_sample
+from fretwear_fit.request import FreeParameter, Measurement
 from fretwear_fit.search import _best_of_all, fit
 
 REACH = np.linspace(-3.0, 3.0, 25)

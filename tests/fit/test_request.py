@@ -38,7 +38,7 @@ def test_readings_are_in_si_units_and_heights_count_upwards(tmp_path):
         text(X / 1e3, -SCAR * 1e3, "x (mm), height (nm)"),
         text(X[::-1], SCAR[::-1], "# a remark\nx_um;depth_um").replace(",", ";"),
     ):
-        x, depth = study(tmp_path, scar).fit.data[0].readings
+        x, depth = study(tmp_path, scar).added["fit"].data[0].readings
         assert x == pytest.approx(X * 1e-6, abs=1e-15)
         assert depth == pytest.approx(SCAR * 1e-6, abs=1e-15)
 
@@ -137,7 +137,7 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
 
     def line(**changes):
         given = {"file": "map.nc", "noise": "20 nm"} | changes
-        return study(tmp_path, **given).fit.data[0].readings
+        return study(tmp_path, **given).added["fit"].data[0].readings
 
     for expected, changes in (
         (depth[:, 10], {"line": "100 um"}),
@@ -154,11 +154,11 @@ def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_
     turn = np.linspace(0.0, 2 * np.pi, 20, endpoint=False)
     x, force, head = np.cos(turn), -2 * np.sin(turn), "displacement (um),force (kN)"
     scar, loop = text(x, force, head), {"quantity": "loop", "force_noise": "0.2 N"}
-    (measured,) = study(tmp_path, scar, **loop).fit.data
+    (measured,) = study(tmp_path, scar, **loop).added["fit"].data
     assert measured.readings[0] == near(1e-6 * x)
     assert measured.readings[1] == near(1e3 * force)
     for order in (np.roll(np.arange(20), 7), np.arange(20)[::-1]):
-        (other,) = study(tmp_path, text(x[order], force[order], head), **loop).fit.data
+        (other,) = study(tmp_path, text(x[order], force[order], head), **loop).added["fit"].data
         for each, first in zip(other.readings, measured.readings, strict=True):
             assert each == pytest.approx(first, abs=1e-9 * np.ptp(first))
     order = np.random.default_rng(1).permutation(20)
@@ -175,7 +175,7 @@ def test_loops_of_line_contacts_have_forces_per_length(tmp_path):
     content = {"base": TITANIUM, "fit": {"free": {"friction": [0.1, 0.9]}, "data": [loop]}}
     file, head = tmp_path / "line.yaml", "displacement (um),force (N/mm)"
     (tmp_path / "loop.csv").write_text(text(np.cos(turn), -640 * np.sin(turn), head))
-    (measured,) = load_study(write_study(file, content)).fit.data
+    (measured,) = load_study(write_study(file, content)).added["fit"].data
     assert measured.readings[1] == pytest.approx(-640e3 * np.sin(turn), abs=1e-6)
     loop["force_noise"] = "2 N"
     with pytest.raises(StudyError, match="must be a force"):
@@ -191,7 +191,8 @@ def test_a_sampler_is_an_ensemble_or_none(tmp_path):
     data = [{"quantity": "wear_volume", "value": "1e-3 mm^3", "error": "5 %"}]
     content = {"base": base(wear_coefficient=None), "fit": {"free": SCHEMA_FREE, "data": data}}
     content["fit"]["sampler"] = "ensemble"
-    assert load_study(write_study(tmp_path / "one.yaml", content)).fit.sampler == "ensemble"
+    read = load_study(write_study(tmp_path / "one.yaml", content)).added["fit"]
+    assert read.sampler == "ensemble"
     content["fit"]["sampler"] = "ensembel"
     with pytest.raises(StudyError, match="must be ensemble or none"):
         load_study(write_study(tmp_path / "two.yaml", content))

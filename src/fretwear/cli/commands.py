@@ -8,7 +8,6 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -405,6 +404,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     from fretwear.data.files import open_history, open_summary
     from fretwear.data.merge import remarks_on_summary
     from fretwear.figures.study import StudyFigure, write_study_figures
+    from fretwear.plugins import added
 
     _collect_rarely()
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
@@ -423,6 +423,7 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
 
     from fretwear.data.files import open_summary
     from fretwear.data.safe import write_text
+    from fretwear.plugins import added
     from fretwear.report import Section, answer_text, answers, build_report
     from fretwear.study.plan import Plan
 
