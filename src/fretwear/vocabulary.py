@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -97,19 +97,6 @@ class Variable:
         if self.may_diverge:
             comment += "; infinite where the value grows without bound as cells get narrower"
         return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)
-
-    @property
-    def coupling_error(self) -> Variable:
-        """How far friction in two directions would move this variable over a cycle, in its unit."""
-        return replace(
-            self,
-            name=f"{self.name}_coupling_error",
-            words=f"estimated coupling error of the {self.words}",
-            symbol="",
-            comment="displacements along y, left out by the slip model; narrower cells keep it",
-            dtype="float64",
-            is_error=True,
-        )
 
     def allows(self, values: ArrayLike) -> bool:
         """Whether values are finite, or NaN or infinite where that has a meaning."""
@@ -284,18 +271,6 @@ wear_volume_flat | m3 | $V_2$ || wear volume of the flat | log | since cycle 0
 )
 SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
 
-COUPLED = (
-    "slip",
-    "maximum_wear_depth",
-    "wear_volume",
-    "contact_half_width_x",
-    "contact_half_width_y",
-    "stick_half_width_x",
-    "stick_half_width_y",
-    "dissipated_energy",
-)
-"""Results that friction in two directions moves; a slip model of one estimates by how much."""
-
 AT_SNAPSHOTS = ("sliding_criterion",)
 """Scalars absent from the history of all steps, because each value takes a contact solution."""
 
@@ -431,12 +406,6 @@ def scalars_of(frame: ContactFrame) -> tuple[Variable, ...]:
     """Return the scalars of a point or a line contact."""
     there = (scalar for scalar in SCALARS if Y.name in frame.axes or not scalar.across)
     return tuple(scalar.in_frame(frame) for scalar in there)
-
-
-def coupling_errors_of(names: Container[str]) -> tuple[Variable, ...]:
-    """Return the coupling errors that are among some names."""
-    errors = (RESULTS[name].coupling_error for name in COUPLED)
-    return tuple(error for error in errors if error.name in names)
 
 
 def contact_frame(names: Iterable[object]) -> ContactFrame:

@@ -21,7 +21,7 @@ from fretwear.data.labels import history_line, labelled_case, labelled_history, 
 from fretwear.data.stack import positions_inside, resampled
 from fretwear.study.case import Case
 from fretwear.units import POINT_CONTACT
-from fretwear.vocabulary import AT_SNAPSHOTS, COUPLED, FIELDS, SCALARS
+from fretwear.vocabulary import AT_SNAPSHOTS, FIELDS, SCALARS
 
 from ..studies import near
 
@@ -41,9 +41,7 @@ CONTRACT_UNITS = {
 def test_every_variable_and_coordinate_of_the_contract_has_its_units_and_type(results, case):
     dataset, state = results.dataset, results.dataset.contact_state
     expected = {name: units for units, names in CONTRACT_UNITS.items() for name in names.split()}
-    of_coupling = {f"{name}_coupling_error": expected[name] for name in COUPLED}
-    assert set(dataset.data_vars) == {*expected, *of_coupling, "contact_state"}
-    expected |= of_coupling
+    assert set(dataset.data_vars) == {*expected, "contact_state"}
     for name, units in expected.items():
         on_surface = dataset[name].dims == ("cycle", "x", "y")
         assert on_surface or dataset[name].dims == ("cycle",)

@@ -8,7 +8,6 @@ import pytest
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import evolve, first_loading
@@ -253,25 +252,6 @@ def test_narrower_rings_and_shorter_steps_change_nothing(studied):
     shorter = measured([3000, 7000], 0.005, junction_growth=ALPHA)
     np.testing.assert_allclose(narrower, studied[:1], rtol=2e-3)
     np.testing.assert_allclose(shorter, studied[:2], rtol=2e-3)
-
-
-@pytest.mark.slow
-def test_both_directions_of_friction_yield_alike_by_junction_growth():
-    """Coupling moves the volume less than a percent, as it does without a limit."""
-    found = []
-    for model, geometry in ((Jaeger(), Rings), (Coupled(), Polar)):
-        problem = fretting(
-            limit=2.5, junction_growth=ALPHA, slip_model=model, geometry=geometry, load_ratio=0.7
-        )
-        *_, state = evolve(problem, [cycles_of(problem, 2.0)])
-        integral = state.geometry.integral
-        stick = measure(problem, state).stick_area
-        found.append([integral(state.wear), stick])
-        assert state.plastic.any()
-        assert excess(problem, state).max() < 0.03
-    single, coupled = np.array(found)
-    assert coupled[0] == near(single[0], rel=0.01)
-    assert coupled[1] == near(single[1], rel=0.03)
 
 
 def test_blocks_keep_what_earlier_ones_have_pressed_in():

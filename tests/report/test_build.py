@@ -24,7 +24,6 @@ from fretwear.report.explorer import EXPLORED_PROFILES
 from fretwear.report.page import macros
 from fretwear.report.results import (
     computation_facts,
-    coupling_remark,
     examine,
     point_results,
     residuals,
@@ -351,39 +350,6 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
     assert words["wear_volume"]["label"].startswith("Wear volume per length (")
 
 
-def test_the_report_tells_how_far_friction_in_two_directions_would_move_results(finished, page):
-    """Its numbers are the largest in the files of the cases."""
-    last, most, moved, marked = 0.0, 0.0, 0.0, 0
-    for file in finished.cases.glob("*.nc"):
-        with xr.open_dataset(file) as case:
-            shares = case.maximum_wear_depth_coupling_error / case.maximum_wear_depth
-            last, most = max(last, float(shares[-1])), max(most, float(shares[1:].max()))
-            moved = max(moved, float(case.slip_coupling_error.max()))
-            final = case.isel(cycle=-1)
-            errors = {name: f"{name}_coupling_error" for name in HEADLINES}
-            marked += sum(
-                float(final[error]) > 0.02 * float(final[name]) > 0.0
-                for name, error in errors.items()
-                if error in final
-            )
-    assert 0.02 < last < most
-    remark = coupling_remark(finished.summary)
-    assert f"by up to {100 * most:.2g} % ({100 * last:.2g} % after the last cycle)," in remark
-    assert remark.endswith(f"local slip by {1e9 * moved:.2g} nm")
-    slip = finished.summary["slip_coupling_error"]
-    large = finished.summary.assign(slip_coupling_error=slip * (7.8e-7 / moved))
-    assert coupling_remark(large).endswith("local slip by 780 nm")
-    assert remark in page
-    assert len(re.findall(r"‡ [\d.]+ %", page)) == marked > 0
-    none = finished.summary.drop_vars([n for n in finished.summary if "_coupling_error" in str(n)])
-    assert not coupling_remark(none)
-    assert not coupling_remark(
-        finished.summary.assign(
-            {n: 0.0 * v for n, v in finished.summary.items() if "_coupling_error" in str(n)}
-        )
-    )
-
-
 @pytest.mark.parametrize(
     ("kinds", "vector", "single"),
     [
@@ -398,13 +364,3 @@ def test_the_report_says_how_slip_was_computed(kinds, vector, single):
     assert told.count("Coulomb’s law") == vector
     assert told.count("reduced load") == single
     assert made["limits"]({"point", *kinds}).count("One component of traction") == single
-
-
-@pytest.mark.parametrize(
-    ("kinds", "rings", "angles"), [({"grid"}, 0, 0), ({"rings"}, 1, 0), ({"polar"}, 1, 1)]
-)
-def test_the_report_says_on_which_cells_contacts_were_solved(kinds, rings, angles):
-    told = macros()["computation"]({}, "study.yaml", "", {"point", "two directions", *kinds})
-    assert told.count("concentric rings") == rings
-    assert told.count("several angles") == angles
-    assert told.count("fast Fourier transforms") == 1 - rings

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import chain, zip_longest
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -25,7 +24,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import in_unit, listed, number_text, readable_unit, with_error
+from fretwear.units import in_unit, number_text, readable_unit, with_error
 from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus, Variable
 
 if TYPE_CHECKING:
@@ -97,13 +96,10 @@ def compare(
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
     forces = (results for given, results in FORCES.items() if given not in case.coords)
-    results, errors_of_coupling = {}, {}
+    results = {}
     for name in (name for name in (*_CASE_RESULTS, *chain(*forces)) if name in case):
         error, units = RESULTS[name].error.name, case[name].attrs["units"]
         errors = case[error].values.tolist() if error in case else None
-        of_coupling = RESULTS[name].coupling_error.name
-        if of_coupling in case:
-            errors_of_coupling[name] = case[of_coupling].values.tolist()
         results[name] = {"values": case[name].values.tolist(), "errors": errors, "units": units}
     return {
         **{name: case.attrs.get(name) for name in ("case_id", "code_digest", "title", "source")},
@@ -120,7 +116,6 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         },
         "cycle": case["cycle"].values.tolist(),
         "results": results,
-        "coupling_errors": errors_of_coupling,
         "unworn": _unworn(case),
     }
 
@@ -150,16 +145,6 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         about = RESULTS[name].in_units(result["units"])
         rows.append((about.marked, *_texts(values, about, [errors[0], errors[-1]])))
     yield from aligned(rows)
-    moved: list[str] = []
-    for name, errors in content["coupling_errors"].items():
-        if (value := content["results"][name]["values"][-1]) and errors[-1]:
-            share = number_text(100.0 * errors[-1] / abs(value), 2)
-            up_to = "" if moved else "up to "
-            moved.append(f"{RESULTS[name].words} by {up_to}{share} %")
-    if moved:
-        words = "Friction along y is neglected; slip_model: coupled includes it. It may change "
-        words += f"{listed(moved)}."
-        yield from ("", *wrap(words, 80))
     yield from ("", _MARK, _UNWORN)
 
 

@@ -32,7 +32,6 @@ from fretwear.vocabulary import (
     X,
     Y,
     contact_frame,
-    coupling_errors_of,
     of_steps,
     scalars_of,
 )
@@ -96,8 +95,7 @@ def case_problems(file: netCDF4.Dataset, size: int, *, by_us: bool, values: bool
         scalars = scalars_of(contact_frame(file.variables))
         errors = (scalar.error for scalar in scalars if scalar.error.name in file.variables)
         yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
-        of_coupling = coupling_errors_of(file.variables)
-        yield from _variable_problems(file, (*scalars, *errors, *of_coupling), (CYCLE.name,))
+        yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
         if HISTORY_GROUP in file.groups:
             steps = (*of_steps(scalars), *_OF_STEPS)
             yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))

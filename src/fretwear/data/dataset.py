@@ -231,7 +231,7 @@ class Accessor:
             si_unit = variable.attrs.get("units", "")
             if si_unit == "1" or not is_readable(si_unit) or variable.dtype.kind != "f":
                 continue
-            scalar = str(name).removesuffix("_error").removesuffix("_coupling")
+            scalar = str(name).removesuffix("_error")
             alike = positions if name in positions else [scalar if scalar in dataset else name]
             values = np.concatenate([dataset[other].values.ravel() for other in alike])
             unit = readable_unit(values, si_unit)

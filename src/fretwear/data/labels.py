@@ -38,7 +38,6 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
-    coupling_errors_of,
     of_steps,
     scalars_of,
 )
@@ -94,7 +93,6 @@ def labelled_case(
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
     errors: Mapping[str, ArrayLike] | None = None,
-    coupling_errors: Mapping[str, ArrayLike] | None = None,
     *,
     computed: Case | None = None,
     trouble: str = "",
@@ -112,7 +110,7 @@ def labelled_case(
     `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the available `BODY_FIELDS` and
     `VECTOR_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole contact,
     and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by the names of
-    the scalars, or empty; `coupling_errors` are due to a slip model of one direction; `trouble`
+    the scalars, or empty; `trouble`
     says why they are missing although the case asks for them, and `beyond_friction` is the share of
     the stick zone in which shear had to be cut. A case that asks for an accuracy was `computed` on
     cells of its own, and may not have reached it.
@@ -130,12 +128,10 @@ def labelled_case(
     of_scalars = (*scalars_of(case.frame), *of_bodies)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
-    of_coupling = {f"{n}_coupling_error": e for n, e in (coupling_errors or {}).items()}
     variables = {
         **_columns(of_fields, fields, dims, shape),
         **_columns(of_scalars, scalars, dims[:1], shape[:1]),
         **_columns(of_errors, by_name, dims[:1], shape[:1]),
-        **_columns(coupling_errors_of(of_coupling), of_coupling, dims[:1], shape[:1]),
     }
     for name, (value, units, words) in (computed or case).scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)

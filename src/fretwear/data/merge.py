@@ -49,10 +49,8 @@ from fretwear.vocabulary import (
     ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
-    COUPLED,
     CYCLE,
     POINT,
-    RESULTS,
     STATUS,
     STEP,
     PointStatus,
@@ -234,8 +232,7 @@ def merge_study(
 def _scalars(done: Sequence[_Done]) -> list[Variable]:
     """Return the scalars of the cases, and their errors, which not every case has."""
     expected = scalars_of(done[0][1].frame)
-    coupling = (RESULTS[name].coupling_error for name in COUPLED)
-    return [*expected, *(scalar.error for scalar in expected), *coupling]
+    return [*expected, *(scalar.error for scalar in expected)]
 
 
 def _read_case(path: Path, case: Case, *, scalars: Sequence[Variable], keep_older: bool) -> Excerpt:

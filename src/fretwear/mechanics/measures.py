@@ -12,7 +12,6 @@ at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, nan
 
@@ -36,17 +35,6 @@ _STRAIGHT, _TOLERANCE = 1e-6, 1e-5
 _DOUBLED = 0.5
 # Cells beside a stick edge, and the ratio of the last to their mean up to which they resolve it.
 _ALONG, _RESOLVED = 4, 1.3
-# Relative differences of contacts by one and by two directions of friction, over (κ − 1)/κ, smooth
-# and rough: largest ones of ν = 0.15 to 0.45, Q/µP = 0.3 to 0.95 and τ up to 20, rounded up. Where
-# the bodies yield, the stick edge moves by up to 0.9.
-_COUPLED = {
-    "slip": (1.0, 1.3),
-    "deepest": (0.85, 1.4),
-    "volume": (0.12, 0.35),
-    "energy": (0.2, 0.5),
-    "contact": (0.055, 0.15),
-    "stick": (0.05, 0.25),
-}
 # Exponent of the load in the approach of a sphere.
 _SPHERE = 2.0 / 3.0
 
@@ -212,50 +200,6 @@ def scatter(state: State) -> dict[str, float]:
     deviations["stick_load_share"] = of_load / carried if carried else 0.0
     deviations["mean_stick_pressure"] = of_mean / area if area else 0.0
     return deviations
-
-
-def coupling_errors(
-    problem: WearProblem, states: Sequence[State], energies: Array
-) -> dict[str, Array]:
-    """What a slip model of one direction leaves out of results at some states, in SI units.
-
-    On the stick edge friction in two directions slips by 1/κ and (2κ − 1)/κ of the slip in one,
-    which both differ by e = (κ − 1)/κ. All errors are in proportion to it, by `_COUPLED`. A depth
-    that has nearly reached its limit hardly depends on slip any more: as slip multiplies cycles, it
-    moves by e dw/d ln N, or at most e w where the loading has changed. ``energies``, J, are those
-    dissipated at the states: as they fall, the error of the largest stays. Empty where the model
-    has both directions, in line contacts, where there is one, and over strokes.
-    """
-    kappa, first = problem.bodies.coupling, states[0]
-    if problem.slip_model.couples or first.geometry.plane_strain or problem.loading.stroke:
-        return {}
-    rough = problem.roughness is not None or problem.counterface is not None
-    part, is_constant = abs(kappa - 1.0) / kappa, not (problem.blocks or problem.kinks)
-    most = {name: of_both[rough] for name, of_both in _COUPLED.items()}
-    rows = []
-    for state in states:
-        now, wear = problem.of(state), state.wear
-        slip = now.slip(state.reduced)
-        rate = 4.0 * now.combined_wear_coefficient * state.pressure * slip
-        rate = rate if state.pulse is None else state.pulse.rate
-        deepest = int(wear.argmax())
-        worn = float(wear.ravel()[deepest])
-        if is_constant:
-            worn = min(worn, state.cycle * float(rate.ravel()[deepest]))
-        row = {
-            "slip": most["slip"] * float(slip[in_contact(state)].max(initial=0.0)),
-            "maximum_wear_depth": most["deepest"] * worn,
-            "wear_volume": most["volume"] * state.geometry.integral(wear),
-        }
-        of_edges = most["contact"], 1.0 if state.plastic.any() else most["stick"]
-        for axis, name in enumerate("xy"):
-            both = half_widths(state, state.geometry.along(axis))
-            widths = zip(("contact", "stick"), both, of_edges, strict=True)
-            row |= {f"{zone}_half_width_{name}": share * wide for zone, wide, share in widths}
-        rows.append(row)
-    errors = {name: part * np.array([row[name] for row in rows]) for name in rows[0]}
-    largest = np.maximum.accumulate(energies)
-    return errors | {"dissipated_energy": part * most["energy"] * largest}
 
 
 def share_beyond_friction(state: State) -> float:

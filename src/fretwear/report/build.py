@@ -24,7 +24,6 @@ from fretwear.report.page import Section, embedded, environment, macros, page_sc
 from fretwear.report.results import (
     PointResult,
     computation_facts,
-    coupling_remark,
     display_units,
     examine,
     levels_of,
@@ -127,7 +126,7 @@ def build_report(
     explored = explorer.numbers if explorer else ()
     varied = [row for row in parameters if row.choices]
     csv = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
-    table = (varied, *_cases(results), explored, csv, coupling_remark(summary))
+    table = (varied, *_cases(results), explored, csv)
     page += [
         section("parameters", "Parameters", parameters),
         section("cases", "Cases and key results", *table, entry="Cases"),
@@ -270,14 +269,9 @@ def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
         cells = [undefined] * len(units)
         for place, (name, unit) in enumerate(units.items() if result.done else ()):
             value, error = result.values[name], result.errors.get(name, 0.0)
-            left_out = result.couplings.get(name, 0.0)
-            marks = [
-                f"{sign} {number_text(100.0 * part, 2)} %"
-                for sign, part in {"±": error, "‡": left_out}.items()
-                if part > SMALL_ERROR
-            ]
+            mark = f"± {number_text(100.0 * error, 2)} %" if error > SMALL_ERROR else ""
             if not math.isnan(value):
-                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", " ".join(marks)
+                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", mark
         rows.append((result, cells))
     ensembles = []
     for ensemble in over_seeds(results):

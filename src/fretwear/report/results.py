@@ -6,15 +6,14 @@ import importlib.metadata
 import math
 import platform
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array
 from fretwear.data.contents import HISTORY_GROUP
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
 from fretwear.data.files import opened_case
@@ -27,14 +26,12 @@ from fretwear.units import (
     POINT_CONTACT,
     ContactFrame,
     Unit,
-    listed,
     number_text,
     readable_unit,
     span,
 )
 from fretwear.vocabulary import (
     CONVOLUTIONS,
-    COUPLED,
     CYCLE,
     ERROR_ESTIMATE,
     HEADLINES,
@@ -84,8 +81,6 @@ class PointResult:
     values: Mapping[str, float]
     errors: Mapping[str, float]
     frame: ContactFrame  # of a line contact, volumes and energies are per length
-    # Relative changes by friction in two directions, where the slip model leaves one out.
-    couplings: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def done(self) -> bool:
@@ -127,72 +122,22 @@ def point_results(
         outcome = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
         reason, values = point.problem, {}
         errors: dict[str, float] = {}
-        couplings: dict[str, float] = {}
         if outcome == PointStatus.DONE:
             values = {name: float(column[place]) for name, column in columns.items()}
             for name, value in values.items():
-                about = RESULTS[name]
-                for relative, kind in ((errors, about.error), (couplings, about.coupling_error)):
-                    error = final.get(kind.name)
-                    if value and error is not None and math.isfinite(error[place] / value):
-                        size = abs(value) if name != "dissipated_energy" else largest[place]
-                        relative[name] = float(error[place] / size)
+                error = final.get(RESULTS[name].error.name)
+                if value and error is not None and math.isfinite(error[place] / value):
+                    size = abs(value) if name != "dissipated_energy" else largest[place]
+                    errors[name] = float(error[place] / size)
         elif point.case:
             reason = failures.get(point.id, _UNKNOWN_REASON)
         of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}
         frame = point.case.frame if values and point.case else POINT_CONTACT
         number = len(results) + 1
         results.append(
-            PointResult(
-                number, point.id, outcome, reason, of_point, values, errors, frame, couplings
-            )
+            PointResult(number, point.id, outcome, reason, of_point, values, errors, frame)
         )
     return results
-
-
-def coupling_remark(summary: xr.Dataset) -> str:
-    """Return how far friction in two directions would move results of one; empty if it would not.
-
-    Each number is the largest of all points.
-    """
-    moved = {
-        name: summary[about.name].values
-        for name in COUPLED
-        if (about := RESULTS[name].coupling_error).name in summary
-    }
-    if not any((errors > 0.0).any() for errors in moved.values()):
-        return ""
-    final = final_results(summary)
-
-    def share(*names: str) -> str:
-        """The largest part of results after the last cycle."""
-        pairs = ((final[RESULTS[name].coupling_error.name], final[name]) for name in names)
-        return _percent(pairs)
-
-    zones = {
-        words: [f"{zone}_half_width_{axis}" for axis in "xy"]
-        for words, zone in {"the contact": "contact", "the stick zone": "stick"}.items()
-    }
-    widths = listed([f"{words} by {share(*names)}" for words, names in zones.items()])
-    slip = float(np.nanmax(moved["slip"]))
-    unit = readable_unit([slip], "m")
-    depth = "maximum_wear_depth"
-    most, last = _percent([(moved[depth], summary[depth].values)]), share(depth)
-    at_the_end = f" ({last} after the last cycle)" if last != most else ""
-    return (
-        "The slip model neglects friction along y, which may change the maximum wear depth by up "
-        f"to {most}{at_the_end}, half-widths of {widths}, and local "
-        f"slip by {number_text(unit.of(slip), 2)} {unit.name}"
-    )
-
-
-def _percent(pairs: Iterable[tuple[Array, Array]]) -> str:
-    """The largest change over its value, in per cent, where neither is zero or undefined."""
-    largest = 0.0
-    for changes, values in pairs:
-        finite = (values > 0.0) & np.isfinite(changes)
-        largest = max(largest, float((changes[finite] / values[finite]).max(initial=0.0)))
-    return f"{number_text(100.0 * largest, 2)} %"
 
 
 def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:

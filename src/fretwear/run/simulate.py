@@ -23,7 +23,6 @@ from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import (
     Loop,
     Measures,
-    coupling_errors,
     fractions,
     loop,
     measure,
@@ -263,7 +262,6 @@ class _Computed:
     rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
-    coupling_errors: Mapping[str, NDArray[np.float64]]
     loops: Sequence[Loop]
     trouble: str  # why there are no errors although they are asked for
 
@@ -322,8 +320,7 @@ def _run_on_cells(
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     rounds[-1] = replace(finished, errors=relative_errors(scalars, errors))
-    coupling = coupling_errors(problem, snapshots, scalars["dissipated_energy"])
-    return _Computed(case, workspace, rounds, scalars, errors, coupling, loops, trouble)
+    return _Computed(case, workspace, rounds, scalars, errors, loops, trouble)
 
 
 def _labelled(
@@ -358,7 +355,6 @@ def _labelled(
         fields,
         scalars,
         errors,
-        computed.coupling_errors,
         computed=case,
         trouble=computed.trouble,
         unreached=unreached(asked, computed.rounds),

@@ -41,13 +41,11 @@ SECONDS_PER_CELL_AND_CONVOLUTION = 9e-9
 SECONDS_PER_CELL_AND_STEP = 7.5e-7
 SECONDS_PER_CELL_OF_LOOP = 9e-7
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
-# A run with friction in two directions over one without, on whole windows and on quarters; and on
-# rings, at several angles each.
-TIMES_COUPLED, TIMES_COUPLED_ON_RINGS = (3.5, 2.5), 8.0
+# A run with friction in two directions over one without, on whole windows and on quarters.
+TIMES_COUPLED = 3.5, 2.5
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
-MEMORY_OF_ANGLES = 100_000_000
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
@@ -233,9 +231,6 @@ class _Runs:
         if self._on_rings:
             per_convolution, arrays = SECONDS_PER_SOLUTION, 0
             per_step = SECONDS_PER_STEP_ON_RINGS
-            if case.slip_model.couples:
-                per_convolution *= TIMES_COUPLED_ON_RINGS
-                arrays = MEMORY_OF_ANGLES
         elif stroke:
             places = 1.0
             if case.loading.travel > case.small_stroke:

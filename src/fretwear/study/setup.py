@@ -12,7 +12,6 @@ import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.forms import AlongXY
 from fretwear.mechanics.geometry import Geometry
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.polar import Polar
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.loading import Loading, Normal, SlidingDistance
@@ -208,15 +207,11 @@ class Draft(Setup):
 
     @cached_property
     def geometry(self) -> type[Geometry]:
-        """The kind of cells: rings for rotational symmetry that no waves or stroke break.
-
-        Friction in two directions breaks it too, and needs rings at several angles.
-        """
+        """The kind of cells: rings for rotational symmetry, which friction as a vector breaks."""
         if self.frame is LINE_CONTACT:
             return Strips
-        if not (self.indenter.is_axisymmetric and self._is_plain):
-            return Grid
-        return Polar if self.slip_model.couples else Rings
+        round_and_plain = self.indenter.is_axisymmetric and self._is_plain
+        return Rings if round_and_plain and not self.slip_model.couples else Grid
 
     @cached_property
     def is_graded(self) -> bool:
