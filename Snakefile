@@ -4,8 +4,6 @@
 #     snakemake --cores 2 --config study=paper     runs studies/paper.yaml
 #     snakemake --cores 2 --config keep_older=true
 #                                  keeps cases computed by another version of the solver
-#     snakemake --cores 8 --config threads=4
-#                                  gives each case four of the eight cores
 #
 # The study is checked here, before any job; the jobs call the command `fretwear`.
 import logging
@@ -22,7 +20,6 @@ from fretwear.study.problems import StudyError
 from fretwear.version import __version__
 
 try:
-    # Fails if its kernels in C++ have not been compiled.
     from fretwear.run.workflow import (
         BATCHES,
         CAPTION,
@@ -111,7 +108,7 @@ onstart:
         tell(f"fretwear: warning: {sentence}")
     # A cluster has a number of jobs instead of cores.
     given = workflow.resource_settings
-    at_once = given.nodes or max(1, (given.cores or 1) // JOBS.threads)
+    at_once = given.nodes or given.cores or 1
     PROGRESS.append(Progress(JOBS, at_once, tell))
     PROGRESS[0].start()
 
@@ -159,7 +156,6 @@ rule simulate:
     benchmark:
         f"{RESULTS}/benchmarks/{BATCHES}/{{batch}}.tsv"
     priority: lambda wildcards: JOBS.job(wildcards.batch).priority
-    threads: JOBS.threads
     resources:
         mem_mb=lambda wildcards: JOBS.job(wildcards.batch).memory_mb,
         runtime=lambda wildcards: JOBS.job(wildcards.batch).minutes,
@@ -175,7 +171,7 @@ rule simulate:
     # would then kill the command before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
-        "--threads {threads} {KEEP_OLDER} "
+        "{KEEP_OLDER} "
         ">{log:q} 2>&1"
 
 

@@ -101,7 +101,7 @@ def cases_figure(data: Data) -> Figure:
 
 def measure_peers() -> Data:
     """The cold solve and the wear loop, in turn with other programs."""
-    cold = [result.as_json() for result in contacts.compare(CELLS, 1)]
+    cold = [result.as_json() for result in contacts.compare(CELLS)]
     return {"cold": cold, "loop": wear_loop.compare(CELLS_ON_RADIUS)}
 
 

@@ -22,7 +22,6 @@ from benchmarks.clock import Spent, Stopwatch, middle
 from fretwear.arrays import Array
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.team import Team
 from fretwear.run import simulate
 
 _ITERATIONS = 20_000
@@ -214,22 +213,22 @@ class Contestant:
     solve: Callable[[], Array]
 
 
-def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactProblem:
+def sphere(cells: int, *, quarter: bool = False) -> ContactProblem:
     """The smooth first loading on so many whole cells along x and y."""
     case = study_case()
     problem = simulate.wear_problem(case)
     width = MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
-    bodies = window.half_space(problem.bodies.composite_modulus, Team(workers))
+    bodies = window.half_space(problem.bodies.composite_modulus)
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 
-def own(cells: int, *, quarter: bool, workers: int) -> Contestant:
+def own(cells: int, *, quarter: bool) -> Contestant:
     """This simulator's solver, on the quarter or on the whole window."""
 
     def solve() -> Array:
-        problem = sphere(cells, quarter=quarter, workers=workers)
+        problem = sphere(cells, quarter=quarter)
         pressure = solve_contact(problem, tolerance=RESIDUAL).pressure
         return unfolded(pressure) if quarter else pressure
 
@@ -272,15 +271,17 @@ class Result:
         return {"name": self.name, "settings": self.settings, "residual": self.residual} | times
 
 
-def compare(cells: int = 512, workers: int = 1, repeats: int = 3) -> list[Result]:
+def compare(cells: int = 512, repeats: int = 3) -> list[Result]:
     """Everyone in turn, several times; the fastest of this simulator first.
 
     Each peer runs with the largest tolerance that gives the residual: found on fewer cells, made
     smaller here as long as it does not.
     """
-    _threads(workers)
+    import tamaas
+
+    tamaas.initialize(1)
     problem = sphere(cells)
-    contestants = [own(cells, quarter=quarter, workers=workers) for quarter in (True, False)]
+    contestants = [own(cells, quarter=quarter) for quarter in (True, False)]
     residuals = {}
     for kind in PEERS:
         tolerance = tuned(kind, min(cells, TUNING_CELLS))
@@ -303,10 +304,3 @@ def compare(cells: int = 512, workers: int = 1, repeats: int = 3) -> list[Result
         Result(one.name, one.settings, middle(times[one.name]), residuals[one.name])
         for one in contestants
     ]
-
-
-def _threads(workers: int) -> None:
-    """Tell tamaas how many threads to use; ContactMechanics has no such setting."""
-    import tamaas
-
-    tamaas.initialize(workers)

@@ -13,3 +13,5 @@ Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
 # The type of the elements of a field, which its result shares.
 Element = TypeVar("Element", bound=np.generic)
+# A field in double or single precision; the result has the precision of the argument.
+Real = TypeVar("Real", Array, Single)

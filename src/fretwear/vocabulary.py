@@ -175,7 +175,7 @@ def _rows(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
 
 
 (
-    X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, ARITHMETIC, STATUS, ERROR_ESTIMATE,
+    X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE,
     CONVOLUTIONS,
 ) = _rows("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
@@ -186,7 +186,6 @@ step  | 1 | | | accepted step of the wear integration | int32 |
 point | 1 | | | point of the study | int32 |
 case_id        |   | | | id of the case and name of its file | |
 code_digest    |   | | | digest of the code and libraries that computed the case | |
-arithmetic     |   | | | processor, compiler and libraries that decide the last bits | |
 status         |   | | | what became of the point | int8 |
 error_estimate | 1 | | | estimated relative error of the step | |
 convolutions   | 1 | | | convolutions spent on the step | int32 |

@@ -82,7 +82,7 @@ def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
 
 def test_where_many_asperities_yield_both_models_are_the_same_by_default_too():
     """Tractions less accurate between requested cycles moved some depths by 1e-3."""
-    given = {"bodies": Elastic(coupling=1.0), "roughness": ROUGH, "limit": 2.0}
+    given = {"bodies": Elastic(coupling=1.0), "roughness": ROUGH, "limit": 1.9}
     coupled, single = (
         worn(fretting(32, slip_model=model, **given), [4.0])[0] for model in (Coupled(), Jaeger())
     )

@@ -5,10 +5,10 @@ import pytest
 
 from fretwear.mechanics.geometry import Region
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.unlike import UnlikeContact
 from fretwear.theory import HertzContact
 
 from ..studies import near
+from .unlike import UnlikeContact
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import xarray as xr
 
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import _host
-from fretwear.run import batch, simulate
+from fretwear.run import simulate
 from fretwear.run.batch import (
     Checkpoint,
     identity_of,
@@ -92,20 +92,6 @@ def test_an_interrupted_run_resumes_to_the_same_bits(path, changes):
     seen = []
     assert_resumed(simulate.run(case, [seen.append], record=Checkpoint(path, case, print).record))
     assert seen == []
-
-
-def test_a_run_resumed_on_another_processor_says_so_and_its_file_names_both(
-    case, path, monkeypatch
-):
-    interrupted(case, Checkpoint(path, case, print), 3)
-    for module in (simulate, batch):
-        monkeypatch.setattr(module, "arithmetic", lambda: "another processor")
-    told = []
-    record = Checkpoint(path, case, told.append).record
-    first = record.arithmetic[0]
-    assert f"computed so far with {first}, and from here with another processor" in told[1]
-    rerun = simulate.run(case, record=record).dataset
-    assert rerun.attrs["arithmetic"] == f"{first}; then another processor"
 
 
 def refusal(path, case):

@@ -1,12 +1,8 @@
 """A case from end to end: what the dataset says must agree with itself and with closed forms."""
 
-import os
-import pickle
-import re
 import subprocess
 import sys
 from dataclasses import dataclass
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -247,7 +243,7 @@ class Uneven(WavyRoughness):
     even = (False, True)
 
 
-def test_half_domain_quarter_and_threads_give_the_same_dataset(datasets):
+def test_half_domain_and_quarter_give_the_same_dataset(datasets):
     quarter = datasets["rough capped"]
     case = make(**KINDS["rough capped"])
     half = simulate(case.replace(roughness=Uneven(**vars(case.roughness))), quarter=True)
@@ -258,13 +254,10 @@ def test_half_domain_quarter_and_threads_give_the_same_dataset(datasets):
     for key, values in quarter.data_vars.items():
         scale = float(np.abs(values).max())
         if key.endswith("_error"):
-            scale = float(
-                np.abs(quarter[key.removesuffix("_error")]).max()
-            )
+            scale = float(np.abs(quarter[key.removesuffix("_error")]).max())
         # Fractions follow from gaps that are solved to a millionth, and are 4e-6 off.
         few = 50.0 if key.endswith("_fraction") else 1.0
         np.testing.assert_allclose(corner[key], values, atol=few * SINGLE * scale, err_msg=key)
-    xr.testing.assert_equal(simulate(case, quarter=True, threads=2), quarter)
 
 
 def test_history_holds_every_step_and_observers_see_each():
@@ -469,60 +462,3 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
     text = case._repr_html_()
     for words in ("<code>load</code>", "normal load", "N</td>"):
         assert words in text
-
-
-BITS = """
-import hashlib, pickle, sys, warnings
-from fretwear import simulate
-
-warnings.simplefilter("ignore")
-for case in pickle.load(sys.stdin.buffer):
-    results = simulate(case, quarter=True)
-    content = b"".join(values.values.tobytes() for values in results.values())
-    print(hashlib.sha256(content).hexdigest(), results.attrs["arithmetic"])
-"""
-
-
-def bits(*cases, **environment):
-    """Digest of the results and arithmetic of each case, in a process with some environment."""
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    given = {name: value for name, value in os.environ.items() if name not in names}
-    done = subprocess.run(
-        [sys.executable, "-c", BITS],
-        env=given | environment,
-        input=pickle.dumps(cases),
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    return [tuple(line.split(" ", 1)) for line in done.stdout.decode().splitlines()]
-
-
-@pytest.mark.slow
-def test_threads_of_blas_change_no_bit_and_each_file_tells_what_decides_its_last_bits():
-    """Products of matrices of some hundreds of rings or cells would be shared out otherwise.
-
-    Forced to older processors, the same case has other last bits, and another arithmetic.
-    """
-    stroke = {
-        "cell": None,
-        "radius": None,
-        "indenter": {"kind": "cylinder", "radius": "6 mm"},
-        "load": "100 N/mm",
-        "tangential_ratio": None,
-        "sliding_amplitude": "20 um",
-        "wear_coefficient": ["1e-14 / Pa", "2e-14 / Pa"],
-    }
-    cases = make(error_estimate=False), make(error_estimate=False, **stroke)
-    usual = bits(*cases)
-    assert len(usual) == 2
-    assert bits(*cases, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1") == usual
-    dispatched = " ".join(import_module("numpy._core._multiarray_umath").__cpu_dispatch__)
-    (blas,) = bits(cases[0], OPENBLAS_CORETYPE="Nehalem")
-    (numpy,) = bits(cases[0], NPY_DISABLE_CPU_FEATURES=dispatched)
-    arithmetic = usual[0][1]
-    assert re.fullmatch(r"kernels [\w-]+ by (GCC|Clang) \d.*, NumPy \S+, openblas .*", arithmetic)
-    assert "NumPy baseline" in numpy[1]
-    assert "Nehalem" in blas[1] or "openblas" not in blas[1]
-    # Other bits are told: no two bits of one arithmetic.
-    every = usual[0], blas, numpy
-    assert len({told for _, told in every}) == len({*every})

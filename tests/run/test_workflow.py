@@ -224,10 +224,10 @@ def test_another_study_is_chosen_by_its_name_and_an_old_lock_is_told(checkout):
     locks = checkout.folder / ".snakemake/locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").touch()
-    config = ("--config", "study=other", "threads=2", "keep_older=true")
+    config = ("--config", "study=other", "keep_older=true")
     planned = checkout.snakemake("--dry-run", "-p", *config, status=0)
     assert "Simulating P40N-Q9N" in planned
-    assert "--supervise --threads 2 --keep-older" in planned
+    assert "--supervise --keep-older" in planned
     assert "merge studies/other.yaml --keep-older" in planned
     assert "if none is running: snakemake --unlock, then the same command again" in planned
 
@@ -380,15 +380,15 @@ def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_
     monkeypatch.chdir(checkout.folder)
     checkout.write(TINY, "paper")
     for config, expected in (
-        ({}, ("demo", False, 1)),
-        ({"study": "paper"}, ("paper", False, 1)),
-        ({"keep_older": "True"}, ("demo", True, 1)),
-        ({"keep_older": False, "threads": 4}, ("demo", False, 4)),
+        ({}, ("demo", False)),
+        ({"study": "paper"}, ("paper", False)),
+        ({"keep_older": "True"}, ("demo", True)),
+        ({"keep_older": False}, ("demo", False)),
     ):
         found = StudyJobs.of(config)
-        assert (found.study.name, found.keep_older, found.threads) == expected
+        assert (found.study.name, found.keep_older) == expected
     misspelt = ({"stdy": "a"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1})
-    for config in (*misspelt, {"threads": 0}, {"threads": "two"}, {"threads": True}):
+    for config in misspelt:
         with pytest.raises(StudyError, match="--config"):
             StudyJobs.of(config)
 

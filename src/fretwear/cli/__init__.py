@@ -22,9 +22,6 @@ _WORDS = dict(
     zip(STOPPING, ("by Ctrl-C", "by SIGTERM", "because its terminal was closed"), strict=False)
 )
 
-KERNELS = "fretwear.mechanics.kernels"
-"""Name of the compiled module, without which nothing can be computed or planned."""
-
 # A terminal and a workflow may both ask a process to stop; only a later signal is a second request.
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
@@ -57,10 +54,6 @@ def main(*, watched: bool = True) -> None:
             app()
     except Stopped as stopped:
         _leave(stopped.exit_status, f"stopped: {stopped}")
-    except ImportError as error:
-        if error.name != KERNELS:
-            raise
-        _leave(1, f"error: {error}")
     except MemoryError:  # before a command could open its log
         _leave(1, "error: there is not enough memory to start")
 

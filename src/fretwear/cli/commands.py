@@ -24,7 +24,6 @@ from fretwear.cli.common import (
     Results,
     Status,
     StudyFile,
-    Threads,
     aligned,
     argument,
     case_ids,
@@ -270,7 +269,6 @@ def run_case(
     output: Annotated[
         Path | None, option("-o/--output", "OUT.nc", "File to write.", "ID.nc")
     ] = None,
-    threads: Threads = 1,
 ) -> None:
     """Simulate one case of a study and write it to one file.
 
@@ -285,7 +283,7 @@ def run_case(
 
     with log.case(case, path) as observe:
         outcome = simulate_to_file(
-            case, path, observers=[observe], tell=log.note, command=log.typed, threads=threads
+            case, path, observers=[observe], tell=log.note, command=log.typed
         )
     ending = ", by another process" if outcome.is_taken_over else ""
     message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
@@ -300,7 +298,6 @@ def batch(
     results: Results = None,
     finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
     keep_older: KeepOlder = False,
-    threads: Threads = 1,
     supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
 ) -> None:
     """Simulate several points of a study in turn, each to its file in cases/.
@@ -334,7 +331,6 @@ def batch(
         log,
         lambda to: Log(stream=to),
         keep_older=keep_older,
-        threads=threads,
     )
     count, present = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:

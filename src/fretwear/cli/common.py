@@ -150,10 +150,6 @@ KeepOlder = Annotated[
 Processes = Annotated[
     int, typer.Option("--processes", metavar="NUMBER", min=1, help="Processes that run at once.")
 ]
-Threads = Annotated[
-    int,
-    typer.Option("--threads", metavar="NUMBER", min=1, help="Threads that share a case's work."),
-]
 
 
 def say(text: str) -> None:

@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 import fretwear
-from fretwear.cli import KERNELS, Stopped, commands
+from fretwear.cli import Stopped, commands
 from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
 from fretwear.cli.common import CommandError, Help, Status, add_command, say
 from fretwear.cli.export import export
@@ -73,8 +73,7 @@ def _tell(error: BaseException, call: Call) -> int:
     """Report the error that ended a command; return its exit status."""
     if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
         return Status.WRONG_INPUT
-    of_kernels = getattr(error, "name", "") == KERNELS
-    if not isinstance(error, Exception | Stopped) or of_kernels:
+    if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
 

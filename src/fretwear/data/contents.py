@@ -17,7 +17,6 @@ import numpy as np
 
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
-    ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
     CONVOLUTIONS,
@@ -50,7 +49,7 @@ _MOST_TEXT = 10_000_000
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
 _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
-_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name, ARITHMETIC.name)
+_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
 
 
 def lacking_variables(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.vocabulary import (
-    ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
@@ -42,7 +41,7 @@ MERGED_PROFILES: dict[str, Variable] = {
 MERGED_HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 """Histories in a merged study."""
 
-_TEXTS = CASE_ID.name, CODE_DIGEST.name, ARITHMETIC.name, "source"
+_TEXTS = CASE_ID.name, CODE_DIGEST.name, "source"
 
 
 class ExcerptError(ValueError):
@@ -60,7 +59,7 @@ def _is_text(value: object) -> bool:
 class Excerpt:
     """Scalars, profiles and histories of a case."""
 
-    texts: dict[str, str]  # case id, code digest, arithmetic and source
+    texts: dict[str, str]  # case id, code digest and source
     cycles: NDArray[np.float64]  # of the snapshots, (cycle,)
     cells: NDArray[np.float64]  # m, (x,)
     history: NDArray[np.float64]  # of `MERGED_HISTORIES`, in their order, (history, step)

@@ -23,7 +23,6 @@ from fretwear.study.doubts import Unreached, doubts
 from fretwear.units import ContactFrame
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
-    ARITHMETIC,
     BODY_FIELDS,
     BODY_SCALARS,
     CODE_DIGEST,
@@ -100,7 +99,6 @@ def labelled_case(
     beyond_friction: float = 0.0,
     symmetry: str = "even_xy",
     command: str = "fretwear.simulate",
-    arithmetic: str = "",
 ) -> Labelled:
     """Label the results of one case, along ``cycle``, ``x`` and ``y``.
 
@@ -153,7 +151,6 @@ def labelled_case(
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
         CODE_DIGEST.name: code_digest(),
-        ARITHMETIC.name: arithmetic,
         "symmetry": symmetry,
         "warnings": "\n".join(map(str, reasons)),
     }

@@ -46,7 +46,6 @@ from fretwear.data.stack import (
 )
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
-    ARITHMETIC,
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
@@ -134,22 +133,14 @@ def _varied(study: Study, axis: Axis, parameter: xr.Variable | None) -> xr.Varia
     return xr.Variable((dim,), values, attributes)
 
 
-def remarks_on(digests: Iterable[str], arithmetics: Iterable[str]) -> list[str]:
-    """Return remarks on cases of other code than the present, and of different arithmetic.
-
-    `digests` and `arithmetics` belong to the cases that are done.
-    """
-    digests, kinds, remarks = list(digests), sorted(set(arithmetics)), []
+def remarks_on(digests: Iterable[str]) -> list[str]:
+    """Return remarks on cases of other code than the present, by the digests of those done."""
+    digests, remarks = list(digests), []
     if older := [digest or "missing" for digest in digests if digest != code_digest()]:
         were = f"case{'s' * (len(digests) > 1)} {'was' if len(older) == 1 else 'were'}"
         remarks.append(
             f"{len(older)} of {len(digests)} {were} computed by another version of the code: "
             f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
-        )
-    if len(kinds) > 1:
-        remarks.append(
-            "the cases were computed on different processors or by different compilers or "
-            f"libraries, and may differ in the last digits: {'; '.join(map(repr, kinds))}"
         )
     return remarks
 
@@ -157,8 +148,7 @@ def remarks_on(digests: Iterable[str], arithmetics: Iterable[str]) -> list[str]:
 def remarks_on_summary(summary: xr.Dataset) -> list[str]:
     """Return the remarks of a merged study, on the present code."""
     done = summary[STATUS.name].values == PointStatus.DONE
-    kinds = str(summary.attrs.get(ARITHMETIC.name, "")).splitlines()
-    return remarks_on(summary[CODE_DIGEST.name].values[done].tolist(), kinds)
+    return remarks_on(summary[CODE_DIGEST.name].values[done].tolist())
 
 
 class Tally(NamedTuple):
@@ -268,7 +258,6 @@ def _gathered(
 ) -> tuple[xr.Dataset, list[_Shape]]:
     """Gather scalars in a dataset, and copy the rest, in the cells of each case, to the spool."""
     digests, sources = np.full(status.shape, "", dtype=object), set()
-    arithmetics = set[str]()
     snapshots = (case.output_cycles for case in study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
     named = {scalar.name for scalar in scalars_of(done[0][1].frame)}
@@ -284,7 +273,6 @@ def _gathered(
             continue
         digests[position] = part.texts[CODE_DIGEST.name]
         sources.add(part.texts["source"])
-        arithmetics.add(part.texts[ARITHMETIC.name])
         columns = np.searchsorted(cycles, part.cycles)
         for scalar in chain(*more):
             scalars[scalar.name] = scalar
@@ -326,8 +314,7 @@ def _gathered(
         {
             "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
             CODE_DIGEST.name: code_digest(),
-            ARITHMETIC.name: "\n".join(sorted(arithmetics)),
-            "warnings": "\n".join(remarks_on(of_cases, arithmetics)),
+            "warnings": "\n".join(remarks_on(of_cases)),
             "title": study.title,
             "Conventions": CONVENTIONS,
             "history": history_line(command),

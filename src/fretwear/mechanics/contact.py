@@ -18,9 +18,9 @@ from typing import Protocol
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask, Places, Single
-from fretwear.mechanics.geometry import HalfSpace, Real
-from fretwear.mechanics.team import ALONE, Team, kernels
+from fretwear.arrays import Array, Mask, Places, Real, Single
+from fretwear.mechanics.geometry import HalfSpace
+from fretwear.mechanics.kernels import inner
 
 # A start that carries less than this part of the load is no guess of the pressure.
 _NEGLIGIBLE = 1e-6
@@ -101,16 +101,16 @@ class Layer(Protocol):
         """Derivative of the displacement by the approach."""
         return np.zeros_like(pressure)
 
-    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:
+    def displacement(self, pressure: Array) -> Array:
         """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
         result = np.zeros_like(pressure)
-        self.add_displacement(pressure, result, team)
+        self.add_displacement(pressure, result)
         return result
 
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
+    def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the displacement under a pressure to a field."""
 
-    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
         """Derivative of the displacement in some unit, m/Pa; not negative."""
 
 
@@ -129,7 +129,7 @@ class ContactProblem:
     def __post_init__(self) -> None:
         if (self.load is None) == (self.approach is None):
             raise ValueError("a contact problem is given either a load or an approach")
-        # Kernels take arrays in C order; a transposed map of heights is not.
+        # A transposed map of heights is not in C order.
         object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
 
     @property
@@ -139,10 +139,9 @@ class ContactProblem:
 
     def separation(self, pressure: Array, displacement: Array) -> Array:
         """K p + W(p) + h, m: the gap plus the approach."""
-        team = self.half_space.team
-        result: Array = team.cellwise(np.add, displacement, self.shape)
+        result = displacement + self.shape
         if self.layer is not None:
-            self.layer.add_displacement(pressure, result, team)
+            self.layer.add_displacement(pressure, result)
         return result
 
     def first_guess(self) -> Array:
@@ -156,8 +155,8 @@ class ContactProblem:
         guess: Array = np.maximum(level - shape, 0.0)
         if given is not None:
             moved = half_space.displacement(guess)
-            stiff = kernels.inner(half_space.team, guess, self.weighted(moved))
-            work = kernels.inner(half_space.team, guess, self.weighted(guess))
+            stiff = inner(guess, self.weighted(moved))
+            work = inner(guess, self.weighted(guess))
             return guess * (work / stiff) if stiff > 0 else guess
         # A flat surface has no lowest fifth.
         return guess if guess.any() else np.ones_like(shape)
@@ -172,29 +171,23 @@ class ContactProblem:
 
         Scaling leaves open cells open and saturated cells saturated; a shift would free them.
         """
-        limit, total, team = self.limit, self.total, self.half_space.team
-        weights = self.half_space.geometry.weights
-        result: Array = team.cellwise(np.copy, pressure)
-        carried, saturated = kernels.scale_and_clip(team, 1.0, limit, False, weights, result)
+        limit, total, result = self.limit, self.total, np.clip(pressure, 0.0, self.limit)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
+            carried = float(self.weighted(result).sum())
             missing = total - carried
             if abs(missing) <= 1e-14 * total:
                 break
-            movable, factor, rigid = carried, 1.0, False
-            if saturated:
-                full = limit * saturated
-                if isinstance(limit, np.ndarray):
-                    full = float(self.weighted(limit)[result >= limit].sum())
-                movable = carried - full
+            full: Mask = result >= limit
+            movable = carried - float(self.weighted(result)[full].sum())
             if movable <= -missing:
                 # Saturated cells must yield too.
-                factor = total / carried
+                result = np.clip(result * (total / carried), 0.0, limit)
             elif movable <= _LEAST_MOVABLE * carried:
                 # All loaded cells are at the limit and still do not carry the load.
                 np.maximum(result, 1e-3 * limit, out=result)
             else:
-                factor, rigid = 1.0 + missing / movable, True
-            carried, saturated = kernels.scale_and_clip(team, factor, limit, rigid, weights, result)
+                factor = np.where(full, 1.0, 1.0 + missing / movable)
+                result = np.clip(result * factor, 0.0, limit)
         return result
 
     def projected(self, pressure: Array) -> Array:
@@ -326,7 +319,6 @@ def projected_gradient(problem: ContactProblem, start: Array, tolerance: float) 
     which lies within the bounds and carries the load, if one is given.
     """
     half_space, level = problem.half_space, problem.approach or 0.0
-    team = half_space.team
     pressure = problem.projected(start)
     displacement = half_space.displacement(pressure)
     gradient = problem.separation(pressure, displacement) - level
@@ -341,7 +333,7 @@ def projected_gradient(problem: ContactProblem, start: Array, tolerance: float) 
         step = problem.projected(pressure - length * gradient) - pressure
         weighted = problem.weighted(step)
         moved = half_space.displacement(step)
-        slope = kernels.inner(team, gradient, weighted)
+        slope = inner(gradient, weighted)
         fraction = 1.0
         while True:
             trial = pressure + fraction * step
@@ -353,12 +345,12 @@ def projected_gradient(problem: ContactProblem, start: Array, tolerance: float) 
             )
             middle -= level
             mean = (gradient + 4.0 * middle + new_gradient) / 6.0
-            change = fraction * kernels.inner(team, weighted, mean)
+            change = fraction * inner(weighted, mean)
             if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
                 break
             fraction *= 0.5
-        curvature = kernels.inner(team, weighted, new_gradient - gradient) * fraction
-        size = kernels.inner(team, step, weighted) * fraction**2
+        curvature = inner(weighted, new_gradient - gradient) * fraction
+        size = inner(step, weighted) * fraction**2
         length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
         pressure = trial
         displacement = displacement + fraction * moved

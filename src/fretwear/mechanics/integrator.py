@@ -324,7 +324,7 @@ class Evolution(Integrator[State]):
         accuracy: Accuracy | None = None,
     ) -> None:
         super().__init__(problem, state, tolerance * problem.geometry.of_tolerance)
-        self.accuracy, self._cellwise = accuracy or Accuracy(), problem.team.cellwise
+        self.accuracy = accuracy or Accuracy()
         self._convolutions = 0  # since the state
 
     def load(self) -> None:
@@ -369,9 +369,9 @@ class Evolution(Integrator[State]):
 
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
         """Take both stages, and compare them with the embedded formulas."""
-        base, problem, cellwise, numbers = self.state, self.problem, self._cellwise, TR_BDF2
+        base, problem, numbers = self.state, self.problem, TR_BDF2
         geometry, implicit, weight = base.geometry, numbers.implicit, numbers.explicit
-        model, team = problem.slip_model, problem.team
+        model = problem.slip_model
         now, means = problem.worn_by(base, base.cycle, geometry)
         early, middle = numbers.middle * step, base.cycle + numbers.middle * step
         # The means that the wear coefficient follows lag by one stage.
@@ -384,12 +384,12 @@ class Evolution(Integrator[State]):
             base,
             then,
             Exposure(
-                cellwise(np.multiply, base.rubbing, rate * implicit),
+                (rate * implicit) * base.rubbing,
                 then.wear_growth * step * implicit,
                 base.reduced.factor if expected is None else expected,
             ),
-            cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
-            cellwise(np.multiply, base.source_rate, early),
+            p0 + early * base.pressure_rate,
+            early * base.source_rate,
             self.accuracy.first_stage,
         )
         before = base.reduced.sheared
@@ -402,7 +402,7 @@ class Evolution(Integrator[State]):
             predicted = replace(first.reduced, sheared=base.reduced.sheared, factor=expected)
             first = replace(first, reduced=predicted)
         p1 = first.pressure
-        unloaded = cellwise(lambda p, q: rate * (weight - implicit) * (p + q), p0, p1)
+        unloaded = (rate * (weight - implicit)) * (p0 + p1)
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).under(reached.ahead(means, numbers.beyond))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
@@ -415,8 +415,8 @@ class Evolution(Integrator[State]):
             first,
             last,
             Exposure(unloaded, last.wear_growth * step * implicit, ratio),
-            cellwise(lambda p, q: q + numbers.beyond * (q - p), p0, p1),
-            cellwise(np.multiply, first.source_since(base, model, team), numbers.beyond),
+            p1 + numbers.beyond * (p1 - p0),
+            numbers.beyond * first.source_since(base, model),
             self.accuracy.contact if output_step else self.accuracy.contact_between,
             output_step=output_step,
         )
@@ -434,13 +434,12 @@ class Evolution(Integrator[State]):
 
         The setups hold at the start of the step and at the end of each stage.
         """
-        base, cellwise = self.state, self._cellwise
-        model, team = self.problem.slip_model, self.problem.team
+        base, model = self.state, self.problem.slip_model
         rates = [setup.wear_growth for setup in setups]
         error, factor, accepted = self._assess(step, setups[-1], rates, first, second)
         between = (1.0 - TR_BDF2.middle) * step
-        pressure_rate = cellwise(lambda p, q: (q - p) / between, first.pressure, second.pressure)
-        source_rate = cellwise(np.divide, second.source_since(first, model, team), between)
+        pressure_rate = (second.pressure - first.pressure) / between
+        source_rate = second.source_since(first, model) / between
         reduced = second.reduced.since(base.reduced, step)
         if step < _SHORT * base.next_step:
             pressure_rate, source_rate = base.pressure_rate, base.source_rate
@@ -521,7 +520,7 @@ class Evolution(Integrator[State]):
         ``problem`` holds at the end of the step, and ``rates`` are β at its start and at the end of
         both stages, 1/Pa per cycle.
         """
-        base, cellwise = self.state, self._cellwise
+        base = self.state
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
         if volume == 0:
@@ -530,33 +529,29 @@ class Evolution(Integrator[State]):
         def exponent(weights: Sequence[float]) -> Array:
             """X = β∫p dN over the step by weights of its three pressures."""
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
-            return cellwise(
-                lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
-                *(base.rubbing, first.rubbing, second.rubbing),
-            )
+            return start * base.rubbing + middle * first.rubbing + end * second.rubbing
 
         def lost(gap: Array, difference: Array) -> Array:
             # A step far too long overflows; its error is then not finite, which rejects it.
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
-        error = integral(cellwise(lost, second.reduced.gap, exponent(TR_BDF2.difference)))
+        error = integral(lost(second.reduced.gap, exponent(TR_BDF2.difference)))
         if second.reduced.factor is not None:
             # The last stage assumed how slip would differ from that in a single direction.
             changed = second.rubbing - _ahead(base, first) * second.pressure
             weight = rates[-1] * step * (TR_BDF2.implicit + TR_BDF2.explicit * TR_BDF2.middle)
-            error += integral(cellwise(lost, second.reduced.gap, weight * changed))
+            error += integral(lost(second.reduced.gap, weight * changed))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.
-            x, shift = exponent(TR_BDF2.weights), second.source_since(base, model, problem.team)
+            x, shift = exponent(TR_BDF2.weights), second.source_since(base, model)
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
-            worn = layer.displacement(second.pressure, problem.team)
+            worn = layer.displacement(second.pressure)
             if kept:
                 opened, after = worn - base.opening, second.reduced.gap
                 worn = base.wear + all_worn(kept, opened, gap, after, x)
-            off = cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
-            error = max(error, integral(off))
+            error = max(error, integral(np.abs(worn - second.wear)))
         error, allowed = error / (OVERESTIMATE * volume), self.tolerance
         if not second.reduced.load > 0.0:
             allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)

@@ -42,7 +42,6 @@ from fretwear.mechanics.integrator import (
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.stage import all_worn
 from fretwear.mechanics.state import Pulse, Stage, State, WearProblem
-from fretwear.mechanics.team import ALONE, Team
 
 StageT = TypeVar("StageT", bound=Stage)
 
@@ -124,10 +123,10 @@ class _Layer(Layer):
     def exponent(self, pressure: Array) -> Array:
         return np.maximum(self.unloaded + self.rate * pressure, 0.0)
 
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
+    def add_displacement(self, pressure: Array, result: Array) -> None:
         result += self.opening + np.expm1(self.exponent(pressure)) * self.gap
 
-    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
         exponent = self.exponent(pressure)
         slope = np.where(exponent > 0.0, self.rate * np.exp(exponent) * self.gap, 0.0)
         return (slope / unit).astype(np.float32)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.team import kernels
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
@@ -337,10 +336,10 @@ class SelfAffineRoughness(Roughness):
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
         phases = np.outer(along_y, y)
         cosines, sines, real, imaginary = np.cos(phases), np.sin(phases), waves.real, waves.imag
-        cosine = kernels.product(real, cosines) - kernels.product(imaginary, sines)
-        sine = kernels.product(imaginary, cosines) + kernels.product(real, sines)
+        cosine = real @ cosines - imaginary @ sines
+        sine = imaginary @ cosines + real @ sines
         phases = np.outer(x[half:], along_x)
-        even, odd = kernels.product(np.cos(phases), cosine), kernels.product(np.sin(phases), sine)
+        even, odd = np.cos(phases) @ cosine, np.sin(phases) @ sine
         result: Array = np.concatenate([(even + odd)[::-1][:half], even - odd])
         return result
 

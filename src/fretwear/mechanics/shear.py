@@ -26,10 +26,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
 import numpy as np
 
-from fretwear.arrays import Array, Single
-from fretwear.mechanics.convolution import Window, by_lanes, compiled_window, dct, dst, offsets
-from fretwear.mechanics.geometry import Real
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.arrays import Array, Real, Single
+from fretwear.mechanics.convolution import offsets
+from fretwear.mechanics.kernels import dct, dst, filtered, whole_spectrum
 
 if TYPE_CHECKING:
     from fretwear.mechanics.geometry import Geometry
@@ -109,12 +108,9 @@ class GridShear(ShearSpace[Real]):
     Spectra are transforms of the `shear_influence`.
     """
 
-    def __init__(
-        self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real], team: Team
-    ) -> None:
+    def __init__(self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real]) -> None:
         self.geometry: Grid = geometry
         self._moduli, self.is_even = moduli, any(geometry.even)
-        self._team = team.for_cells(geometry.shape[0] * geometry.shape[1])
         self._spectra: Spectra[Real] = spectra
         self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
 
@@ -125,7 +121,7 @@ class GridShear(ShearSpace[Real]):
         if min(nx, ny) < _LEAST_COARSENED or nx % 4 or ny % 4:
             return None
         geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
-        return shear_space(geometry, *self._moduli, self._team)
+        return shear_space(geometry, *self._moduli)
 
     @cached_property
     def single(self) -> GridShear[Single]:
@@ -134,9 +130,7 @@ class GridShear(ShearSpace[Real]):
             (field / self.self_influence).astype(np.float32) for field in self._spectra
         )
         kind: Any = type(self)
-        result: GridShear[Single] = kind(
-            self.geometry, self._moduli, (along, across, cross), self._team
-        )
+        result: GridShear[Single] = kind(self.geometry, self._moduli, (along, across, cross))
         return result
 
     def _branch(self, branch: Branch) -> Spectra[Real]:
@@ -252,12 +246,7 @@ def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], 
 
 
 class WholeShear(GridShear[Real]):
-    """Fourier transforms of all cells by the compiled library, mirrored where they are even."""
-
-    @cached_property
-    def _window(self) -> Window:
-        nx, ny = self._whole
-        return compiled_window(nx, ny, self._spectra[0].dtype)
+    """Fourier transforms of all cells, mirrored where they are even."""
 
     @cached_property
     def _whole(self) -> tuple[int, int]:
@@ -269,20 +258,15 @@ class WholeShear(GridShear[Real]):
 
     @cached_property
     def _factors(self) -> list[Real]:
-        """Spectra of each branch and kernel, as the library takes them."""
+        """Spectra of the kernels on the padded window, as `filtered` takes them."""
         nx, ny = self._whole
-        return [
-            by_lanes(self._window, field)
-            for branch in _BRANCHES
-            for field in _scaled(self._branch(branch), 4 * nx * ny)
-        ]
+        return _whole_factors(_scaled(self._spectra, 4 * nx * ny))
 
     @cached_property
     def _inverse(self) -> list[Real]:
         """The same of the inverse in the branch of the window without padding."""
         nx, ny = self._whole
-        inverse = _scaled(_inverted(self._branch((0, 0))), nx * ny)
-        return [by_lanes(self._window, field) for field in inverse]
+        return _whole_factors(_scaled(_inverted(self._branch((0, 0))), nx * ny))
 
     def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
@@ -296,17 +280,16 @@ class WholeShear(GridShear[Real]):
         for axis in 1 + np.flatnonzero(self.geometry.even):
             sign = np.array([1.0, -1.0], field.dtype)[:, None, None]
             field = np.concatenate([np.flip(field, int(axis)) * sign, field], axis)
-        # The library takes one field above the other.
-        stacked = np.ascontiguousarray(field).reshape(-1, field.shape[-1])
-        result = np.empty_like(stacked)
-        self._window.convolve_pair(self._team, stacked, factors, result)
+        result = np.stack(filtered([*np.ascontiguousarray(field)], factors))
         x, y = (n - inner for n, inner in zip(self._whole, self.geometry.shape, strict=True))
-        return np.ascontiguousarray(result.reshape(field.shape)[:, x:, y:])
+        return np.ascontiguousarray(result[:, x:, y:])
 
 
-def shear_space(
-    geometry: Grid, modulus: float, coupling: float, team: Team = ALONE
-) -> GridShear[Array]:
+def _whole_factors(spectra: Spectra[Real]) -> list[Real]:
+    return [whole_spectrum(field, odd=place == 2) for place, field in enumerate(spectra)]
+
+
+def shear_space(geometry: Grid, modulus: float, coupling: float) -> GridShear[Array]:
     """The bodies on a window, by the transforms that its symmetry allows."""
     shape = offsets(geometry.shape, geometry.even)
     influence = shear_influence(shape, geometry.spacing, modulus, coupling)
@@ -316,5 +299,5 @@ def shear_space(
     odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
     moduli, spectra = (modulus, coupling), (even[0], even[1], odd)
     if all(geometry.even):
-        return QuarterShear(geometry, moduli, spectra, team)
-    return WholeShear(geometry, moduli, spectra, team)
+        return QuarterShear(geometry, moduli, spectra)
+    return WholeShear(geometry, moduli, spectra)

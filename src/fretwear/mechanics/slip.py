@@ -29,7 +29,6 @@ from fretwear.mechanics.geometry import HalfSpace
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.stick_slip import Sheared, shear
-from fretwear.mechanics.team import ALONE, Team, kernels
 from fretwear.parts import Part
 from fretwear.theory import HertzContact, LineContact
 
@@ -40,6 +39,8 @@ _SINGLE_IS_ENOUGH = 1e-6
 LARGEST_FACTOR = 3.0
 # A stick zone less deep than this fraction of the approach counts as none.
 _NO_DEPTH = 1e-9
+# `WearLayer`: bounds of exponent and tangent, and the exponent below which φ' is a line.
+_LARGEST_EXPONENT, _LARGEST_TANGENT, _SMALL_EXPONENT = 200.0, 1e30, 3e-5
 
 
 @dataclass(frozen=True)
@@ -408,7 +409,7 @@ def contact_under(
     The stick zone is smaller than the contact, so the problem is solved on a part of the cells that
     holds the start and a margin, and again on a larger part if the zone reaches its border.
     """
-    geometry, cellwise, convolutions = half_space.geometry, half_space.team.cellwise, 0
+    geometry, convolutions = half_space.geometry, 0
     if start is None:
         contact = ContactProblem(half_space, shape, load, approach=approach)
         coarse = solve_contact(contact, None, _COARSE, verified=False)
@@ -432,22 +433,17 @@ def contact_under(
             moved, unit = half_space.relative_displacement(pressure)
         else:
             moved, unit = half_space.displacement(pressure), 1.0
-        gap = cellwise(
-            lambda moved, unit, shape, approach: (
-                np.multiply(moved, unit, dtype=np.float64) + shape - approach
-            ),
-            *(moved, unit, shape, solution.approach),
-        )
+        gap = np.multiply(moved, unit, dtype=np.float64) + shape - solution.approach
         if tolerance >= _SINGLE_IS_ENOUGH:
             gap[inside] = solution.gap
         convolutions += solution.convolutions + 1
-        missed = cellwise(lambda gap: gap < 0, gap, dtype=np.bool_)
+        missed = gap < 0
         missed[inside] = False
         if not missed.any():
             break
         held, start = held | missed, pressure
     # Noise in the stick zone would grow with wear like exp(β∫p dN): the gap is set to zero there.
-    gap = cellwise(lambda p, gap: np.where(p > 0, 0.0, np.maximum(gap, 0.0)), pressure, gap)
+    gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
     carried, response = geometry.integral(pressure) if load is None else float(load), None
     if load is None and solution.stiffness is not None:
         response = half_space.displacement(solution.stiffness) - 1.0
@@ -463,11 +459,11 @@ class WinklerLayer(Layer):
     compliance: Array  # m/Pa, shape of the geometry, not negative
     offset: Array  # m, same shape
 
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
+    def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the displacement, m, under a pressure, Pa, to a field."""
         result += self.offset + self.compliance * pressure
 
-    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
+    def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002
         """Derivative of the displacement in some unit, m/Pa."""
         return (self.compliance / unit).astype(np.float32)
 
@@ -509,21 +505,45 @@ class WearLayer(Layer):
         falls = zeros if self.response is None else -self.response
         return -replace(self, wear=zeros, reduced_gap=zeros, shift=falls).displacement(pressure)
 
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
+    def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the wear depth, m, to a field; never less than at the start of the stage."""
-        x, gap = self.exponent, self.reduced_gap
-        if self.factor is not None:
-            pressure = team.cellwise(np.multiply, self.factor, pressure)
-        kernels.wear(team, pressure, self.rate, x, self.wear, gap, self.shift, result)
+        x = self._exponent(pressure)
+        growth = np.expm1(x)
+        worn = growth * self.reduced_gap
+        if self.shift is not None:
+            growth -= x
+            growth /= np.maximum(x, 1e-12, out=x)
+            growth *= self.shift
+            worn += growth
+            np.maximum(worn, 0.0, out=worn)
+        result += worn
+        result += self.wear
 
-    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
-        """Derivative of the wear depth in some unit, m/Pa; not negative."""
-        result, factor = np.empty(pressure.shape, np.float32), self.rate / unit
+    def _exponent(self, pressure: Array) -> Array:
+        """X = x₀ + τ f p, with a bound far beyond any wear."""
+        x = self.rate * pressure
         if self.factor is not None:
-            pressure = team.cellwise(np.multiply, self.factor, pressure)
-        kernels.wear_slope(
-            team, pressure, self.rate, self.exponent, self.reduced_gap, self.shift, factor, result
-        )
+            x *= self.factor
+        x += self.exponent
+        return np.minimum(x, _LARGEST_EXPONENT, out=x)
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the wear depth in some unit, m/Pa; not negative.
+
+        φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
+        """
+        x = self._exponent(pressure)
+        above = x if self.shift is None else np.maximum(x, _SMALL_EXPONENT)
+        growth = np.expm1(above)
+        slope = (growth + 1.0) * self.reduced_gap
+        if self.shift is not None:
+            slope_of_flow = ((above - growth) / above + growth) / above
+            slope_of_flow += np.minimum(x - _SMALL_EXPONENT, 0.0) / 3.0
+            slope_of_flow *= self.shift
+            slope += slope_of_flow
+            np.maximum(slope, 0.0, out=slope)
+        slope *= self.rate / unit
+        result = np.minimum(slope, _LARGEST_TANGENT, out=slope).astype(np.float32)
         if self.factor is not None:
             result *= self.factor
         return result

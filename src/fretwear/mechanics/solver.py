@@ -37,7 +37,7 @@ from fretwear.mechanics.contact import (
 )
 from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Index
-from fretwear.mechanics.team import kernels
+from fretwear.mechanics.kernels import in_single, inner
 
 if TYPE_CHECKING:
     from fretwear.mechanics.geometry.grid import GridHalfSpace
@@ -118,7 +118,7 @@ class ActiveSet:
     _cells: FreeCells
 
     def __init__(self, problem: ContactProblem, bodies: GridHalfSpace, start: Array) -> None:
-        self.problem, self._bodies, self._team = problem, bodies, bodies.team
+        self.problem, self._bodies = problem, bodies
         self.convolutions = 0
         self.restart(start)
 
@@ -126,25 +126,18 @@ class ActiveSet:
         """Restart from a pressure, scaled to the load and clipped to the bounds."""
         self.pressure = self.problem.clip_to_load(np.ascontiguousarray(start, np.float64))
         self._refresh()
-        self.gap = np.empty_like(self.pressure)
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
         self._inverses = preconditioner(self._bodies, self._tangent(), self.free)
 
     def _between_bounds(self) -> Mask:
-        limit = self.problem.limit
-        result: Mask = self._team.cellwise(
-            lambda pressure, limit: (pressure > 0) & (pressure < limit),
-            *(self.pressure, limit),
-            dtype=np.bool_,
-        )
-        return result
+        return (self.pressure > 0) & (self.pressure < self.problem.limit)
 
     def _tangent(self) -> Single | None:
         """Tangent of the layer in units of the influence of a cell on itself."""
         layer, unit = self.problem.layer, self._bodies.self_influence
-        return None if layer is None else layer.tangent_in(unit, self.pressure, self._team)
+        return None if layer is None else layer.tangent_in(unit, self.pressure)
 
     def solve(self, tolerance: float, *, verified: bool = True) -> bool:
         """Iterate until the residual is below the tolerance; return whether it is.
@@ -183,28 +176,27 @@ class ActiveSet:
 
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
-        # A new field, because the last solution is compared with it.
-        self.free = np.empty_like(self.free)
-        team, limit, given = self._team, self.problem.limit, self.problem.approach
-        free, count, self.scale = kernels.level(
-            team, limit, self.separation, self.displacement, self.pressure
-        )
+        pressure, limit, given = self.pressure, self.problem.limit, self.problem.approach
+        loaded, full = pressure > 0, pressure >= limit
+        between = loaded & ~full
+        count = int(np.count_nonzero(between))
+        self.scale = float(self.displacement.max())
         if given is not None:
             self.approach = given
         elif count:
-            self.approach = free / count
+            self.approach = inner(self.separation, between.astype(np.float64)) / count
         else:
-            self.approach = float(self.separation[self.pressure >= limit].max())
+            self.approach = float(self.separation[full].max())
+        self.gap = gap = self.separation - self.approach
         margin = _MARGIN * tolerance * self.scale
-        worst, gaps = kernels.evaluate(
-            team, self.separation, self.pressure, limit, self.approach, margin, self.gap, self.free
-        )
-        # The maximum hides NaN; the sum does not.
-        self.residual = (worst if isfinite(gaps) else inf) / self.scale
+        self.free = between | (~loaded & (gap < -margin)) | (full & (gap > margin))
+        # The largest of g at positive pressure and of −g below the limit.
+        worst = max(float((gap * loaded).max()), -float((gap * ~full).min()))
+        self.residual = (worst if isfinite(worst) else inf) / self.scale
 
     def _advance(self, tolerance: float) -> bool:
         """One projected Newton step; False when no descent is left."""
-        problem, team, bodies = self.problem, self._team, self._bodies
+        problem, bodies = self.problem, self._bodies
         before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
         if changed:
@@ -228,25 +220,23 @@ class ActiveSet:
         self.convolutions += iterations
         # In double precision, the load is kept to the last digit.
         stray = missed / cells.uniform_sum
-        step, gap = np.empty_like(self.pressure), problem.weighted(self.gap)
-        share = stray * pressure_unit
-        fields = self.pressure, gap, pressure, pressure_unit, cells.uniform, share
-        lowest, above, slope = kernels.scale_step(team, *fields, problem.limit, step)
-        if lowest >= 0 and above <= 0:
-            self._search(step, slope, moved, unit, -stray * unit)
+        gap, step = problem.weighted(self.gap), np.multiply(pressure, pressure_unit, dtype=float)
+        step -= np.multiply(cells.uniform, stray * pressure_unit, dtype=float)
+        target = self.pressure + step
+        if target.min() >= 0 and (target - problem.limit).max() <= 0:
+            self._search(step, inner(step, gap), moved, unit, -stray * unit)
             return True
-        target = team.cellwise(np.add, self.pressure, step)
         for _ in range(8):
-            step = team.cellwise(np.subtract, problem.clip_to_load(target), self.pressure)
+            step = problem.clip_to_load(target) - self.pressure
             moved, unit = bodies.relative_displacement(step)
             self.convolutions += 1
-            products = team.cellwise(np.multiply, gap, step)
-            slope = kernels.inner(team, np.ones_like(step), products)
-            if -slope > _STEEP * kernels.inner(team, np.sign(products), products):
+            products = gap * step
+            slope = float(products.sum())
+            if -slope > _STEEP * float(np.abs(products).sum()):
                 self._search(step, slope, moved, unit, 0.0)
                 return True
             # Clipping made the direction lead uphill, or nearly so; a shorter step clips less.
-            target = team.cellwise(lambda p, t: 0.7 * p + 0.3 * t, self.pressure, target)
+            target = 0.7 * self.pressure + 0.3 * target
         return False
 
     def _search(self, step: Array, first: float, moved: Single, unit: float, offset: float) -> None:
@@ -255,24 +245,29 @@ class ActiveSet:
         The energy has the slope ``first`` at its start. Its displacement is ``moved`` in some unit,
         m, plus an offset, m.
         """
-        problem, team, reached = self.problem, self._team, 0.0
-        limit, shape, layer, level = problem.limit, problem.shape, problem.layer, self.approach
+        problem, reached = self.problem, 0.0
+        limit, shape, layer = problem.limit, problem.shape, problem.layer
         weighted = problem.weighted(step)
         # A step keeps a load only up to the last digits of the highest pressure, which may exceed
         # the lowest by ten orders of magnitude; so the approach counts whether it is given or not.
-        uniform = level * float(weighted.sum())
-        fields = self.pressure, self.displacement, self.separation
+        uniform = self.approach * float(weighted.sum())
+        opening = np.multiply(moved, unit, dtype=float)
+        opening += offset
 
         def slope(fraction: float) -> float:
             nonlocal reached
-            kernels.move(team, fraction - reached, step, limit, moved, unit, offset, shape, *fields)
+            part = fraction - reached
+            # Rounding must not lead beyond the bounds.
+            self.pressure += part * step
+            np.clip(self.pressure, 0.0, limit, out=self.pressure)
+            self.displacement += part * opening
+            np.add(self.displacement, shape, out=self.separation)
             if layer is not None:
-                layer.add_displacement(self.pressure, self.separation, team)
+                layer.add_displacement(self.pressure, self.separation)
             reached = fraction
-            result: float = kernels.inner(team, weighted, self.separation)
-            return result - uniform
+            return inner(weighted, self.separation) - uniform
 
-        self._rounding += _SINGLE * (kernels.largest(team, moved) * unit + abs(offset))
+        self._rounding += _SINGLE * (float(np.abs(moved).max()) * unit + abs(offset))
         low, high = 0.0, 1.0
         enough = 0.1 * abs(first)
         last = slope(1.0)
@@ -294,35 +289,26 @@ def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask
     The tangent c is in units of the influence of a cell on itself, None without a layer. Its values
     on the free cells, which are known approximately, determine the uniform layers.
     """
-    invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
-    everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
-    count = int(np.count_nonzero(free))
+    invert, grid, inside = half_space.single.inverse, half_space.geometry, free.astype(np.float32)
+    everywhere, count = grid.where(grid), int(np.count_nonzero(free))
     if tangent is None or not count:
         return [(everywhere, np.ones_like(inside), invert())]
-
-    def of_tangent(function: Callable[[Single], Single], c: Single) -> Single:
-        return team.cellwise(function, c, dtype=np.float32)
-
-    mean = kernels.inner(team, tangent, inside) / count
+    mean = inner(tangent, inside) / count
     if mean < _SOFT:
         # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell's own.
-        softness = of_tangent(lambda c: 1.0 / (c + 1.0), tangent)
-        uniform = count / kernels.inner(team, softness, inside) - 1.0
-        share = of_tangent(lambda c: np.sqrt((_STIFFENING + uniform) / (_STIFFENING + c)), tangent)
+        uniform = count / inner(1.0 / (tangent + 1.0), inside) - 1.0
+        share = np.sqrt(np.float32(_STIFFENING + uniform) / (tangent + np.float32(_STIFFENING)))
         return [(everywhere, share, invert(max(uniform, 0.0)))]
     # The square of the layer's share grows with the tangent from zero to one at the mean and falls
     # again above; the square of the other share complements it to one, and is zero above.
     scale, above = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
-
-    def of_layer(c: Single) -> Single:
-        return np.minimum(c / (c + np.float32(_HALF_SHARE)) * scale, 1.0)
-
-    hard = of_tangent(lambda c: np.sqrt(1.0 - of_layer(c)), tangent)
-    soft = of_tangent(lambda c: np.sqrt(of_layer(c) * np.minimum(above / (c + 1.0), 1.0)), tangent)
-    inner = half_space.around(hard > 0)
-    cells = grid.where(inner.geometry)
+    of_layer = np.minimum(tangent / (tangent + np.float32(_HALF_SHARE)) * scale, 1.0)
+    hard = np.sqrt(1.0 - of_layer)
+    soft = np.sqrt(of_layer * np.minimum(above / (tangent + 1.0), 1.0))
+    part = half_space.around(hard > 0)
+    cells = grid.where(part.geometry)
     hard = np.ascontiguousarray(hard[cells])
-    return [(everywhere, soft, invert(mean)), (cells, hard, inner.single.inverse())]
+    return [(everywhere, soft, invert(mean)), (cells, hard, part.single.inverse())]
 
 
 class FreeCells:
@@ -339,15 +325,12 @@ class FreeCells:
     def __init__(
         self, convolve: Convolution[Single], parts: list[Inverse], free: Mask, under_load: bool
     ) -> None:
-        self._convolve, self._team = convolve, convolve.team
-        self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
+        self._convolve, self._inside = convolve, free.astype(np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no weight.
-        self._parts: list[Inverse] = []
-        for cells, share, invert in parts:
-            inside = self._inside[cells]
-            weights = self._team.cellwise(np.multiply, share, inside, dtype=np.float32)
-            self._parts.append((cells, weights, invert))
+        self._parts: list[Inverse] = [
+            (cells, share * self._inside[cells], invert) for cells, share, invert in parts
+        ]
         self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
         if under_load:
             self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
@@ -356,10 +339,10 @@ class FreeCells:
         """The pressure for a residual gap, zero on all other cells, and their inner product."""
         result, energy = np.empty(0, np.float32), 0.0
         for cells, share, invert in self._parts:
-            left, pressure = np.ascontiguousarray(residual[cells]), np.empty_like(share)
-            kernels.times(self._team, left, share, pressure)
-            pressure = invert(pressure)
-            energy += kernels.weigh(self._team, share, left, pressure)
+            left = residual[cells]
+            pressure = invert(left * share)
+            pressure *= share
+            energy += inner(pressure, left)
             # The first part is on all cells.
             if not result.size:
                 result = pressure
@@ -388,17 +371,18 @@ class FreeCells:
             Factor by which to reduce the root mean square of the residual, or a value that
             suffices.
         """
-        team = self._team
-        start = team.in_single(residual, unit)
-        kernels.times(team, start, self._inside, start)
-        left, pressure = start.copy(), np.zeros_like(start)
+        start = in_single(residual, unit)
+        start *= self._inside
+        left, pressure, scratch = start.copy(), np.zeros_like(start), np.empty_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
-        iterations, uniform = 0, kernels.inner(team, self.uniform, left)
+        iterations, uniform = 0, inner(self.uniform, left)
         while True:
             shift = uniform / self.uniform_sum
             alpha += shift
-            spread = sqrt(kernels.project_mean(team, shift, self._inside, left) / self._count)
+            left -= np.float32(shift)
+            np.multiply(left, self._inside, out=scratch)
+            spread = sqrt(inner(scratch, scratch) / self._count)
             if iterations == 0:
                 target = max(reduction * spread, enough)
             elif spread <= target or iterations == _LARGEST_ITERATIONS:
@@ -410,11 +394,19 @@ class FreeCells:
             if direction is None:
                 direction = preconditioned
             else:
-                kernels.update_direction(team, energy / previous, preconditioned, direction)
+                direction *= np.float32(energy / previous)
+                direction += preconditioned
             force = self._convolve(direction)
             iterations += 1
-            length = energy / kernels.add_layer(team, tangent, direction, force)
-            uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
+            if tangent is not None:
+                force += np.multiply(tangent, direction, out=scratch)
+            length = np.float32(energy / inner(direction, force))
+            pressure += np.multiply(direction, length, out=scratch)
+            left -= np.multiply(force, length, out=force)
+            uniform = inner(left, self.uniform)
         # The remainder on other cells is the displacement of the surface there.
-        missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
-        return pressure, left, missed, iterations
+        np.subtract(start, left, out=left)
+        left -= np.float32(alpha)
+        if tangent is not None:
+            left -= np.multiply(tangent, pressure, out=scratch)
+        return pressure, left, float(pressure.sum(dtype=np.float64)), iterations

@@ -59,13 +59,11 @@ class Drift:
             return layer
         return replace(layer, response=self.response, level=self.level)
 
-    def corrected(self, missing: Array, stage: Stage, part: float, problem: WearProblem) -> Drift:
+    def corrected(self, missing: Array, stage: Stage, part: float) -> Drift:
         """The drift after a sweep that missed it by so many metres, corrected by a part of it."""
         shift = missing
         if self.shift is not None:
-            shift = problem.team.cellwise(
-                lambda old, new, part: old + part * new, self.shift, missing, part
-            )
+            shift = self.shift + part * missing
         if self.response is None:
             return Drift(shift)
         return Drift(shift, stage.reduced.response, stage.approach)
@@ -92,7 +90,7 @@ class ImplicitStage:
         self.base, self.problem, self.accuracy = base, problem, accuracy
         self.tolerance, self.output_step = tolerance, output_step
         self._half_space, self._unworn = bodies.half_space, bodies.unworn
-        self._geometry, self._cellwise = bodies.geometry, problem.team.cellwise
+        self._geometry = bodies.geometry
         # Whether the reduced contact changes even if nothing flows.
         self._moves = not problem.slip_model.still_holds(base.reduced, problem, base.load)
         self.convolutions = 0
@@ -127,7 +125,7 @@ class ImplicitStage:
                 # Flow lets wear catch up, which stops the flow: average the two.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = lost
-            drift = drift.corrected(missing, stage, relaxation, problem)
+            drift = drift.corrected(missing, stage, relaxation)
         else:
             raise ContactError(
                 f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
@@ -142,7 +140,7 @@ class ImplicitStage:
         if not self._moves:
             return Drift(change if base.yielded else None)
         # Cells that begin to stick lose their gap, not more.
-        shift = self._cellwise(lambda guess, gap: np.maximum(guess, -gap), change, reduced.gap)
+        shift = np.maximum(change, -reduced.gap)
         if reduced.response is None or not problem.normal.holds_load:
             return Drift(shift)
         # Beyond the contact only d* changes G: with the bodies, or with µ.
@@ -168,7 +166,7 @@ class ImplicitStage:
             drift.shift,
             *exposure.opening(problem.debris_fraction),
         )
-        sunk = self._cellwise(np.add, self._unworn, base.plastic)
+        sunk = self._unworn + base.plastic
         contact_problem = problem.contact(self._half_space, sunk, drift.on(layer), limit)
         try:
             contact = solve_contact(contact_problem, pressure, tolerance, verified=self.output_step)
@@ -185,22 +183,22 @@ class ImplicitStage:
 
         ``reduced`` is a first guess of the latter.
         """
-        base, problem, cellwise = self.base, self.problem, self._cellwise
+        base, problem = self.base, self.problem
         model, kept, pressure = problem.slip_model, problem.debris_fraction, contact.pressure
-        opening = layer.displacement(pressure, problem.team)
-        gap = cellwise(lambda gap: np.maximum(gap, 0.0), contact.gap)
-        worn = cellwise(np.subtract, opening, base.opening)
+        opening = layer.displacement(pressure)
+        gap = np.maximum(contact.gap, 0.0)
+        worn = opening - base.opening
         self._close(contact, opening, worn, gap)
         plastic, yielded = base.plastic, contact.yields and model.follows_shape
         if contact.yields:
-            plastic = cellwise(np.add, plastic, contact.penetration)
+            plastic = plastic + contact.penetration
         load = problem.load_of(self._geometry, contact)
         if yielded or self._moves:
             accuracy = self.accuracy
             reduced = model.reduced(
                 problem,
                 self._half_space,
-                cellwise(lambda h, opened, sunk: h + opened + sunk, self._unworn, opening, plastic),
+                self._unworn + opening + plastic,
                 problem.sliding(load, contact.approach),
                 reduced,
                 accuracy.reduced if self.output_step else accuracy.reduced_between,
@@ -234,12 +232,8 @@ class ImplicitStage:
         """
         pressure, worn = contact.pressure, fields[1]
         idle = _IDLE * np.average(pressure, weights=self._geometry.weights)
-        beyond = self._cellwise(
-            lambda p, gap, worn, idle: np.where(
-                (gap > 0) & (worn > 0) & (p <= idle), np.minimum(gap, worn), 0.0
-            ),
-            *(pressure, contact.gap, worn, idle),
-        )
+        opened = (contact.gap > 0) & (worn > 0) & (pressure <= idle)
+        beyond = np.where(opened, np.minimum(contact.gap, worn), 0.0)
         if beyond.any():
             for field in fields:
                 field -= beyond
@@ -247,15 +241,15 @@ class ImplicitStage:
     def _missing(self, exposure: Exposure, drift: Drift, stage: Stage) -> tuple[Array, float]:
         """Change of G in a stage less the assumed one, m, and the volume that it wears, m³."""
         problem = self.problem
-        missing = stage.source_since(self.base, problem.slip_model, problem.team)
+        missing = stage.source_since(self.base, problem.slip_model)
         if drift.shift is not None:
-            missing = self._cellwise(np.subtract, missing, drift.shift)
-        zeros, lost = np.zeros_like(stage.opening), self._cellwise(np.abs, missing)
+            missing = missing - drift.shift
+        zeros, lost = np.zeros_like(stage.opening), np.abs(missing)
         # The wear due to the missing flow, or to slip that changes midway.
         flow = WearLayer(zeros, lost, None, *exposure.opening(problem.debris_fraction))
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
-        return missing, self._geometry.integral(flow.displacement(stage.pressure, problem.team))
+        return missing, self._geometry.integral(flow.displacement(stage.pressure))
 
 
 def all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:

@@ -14,7 +14,6 @@ from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.team import ALONE, Team
 from fretwear.mechanics.wear_laws import Means
 from fretwear.theory import find_root
 
@@ -41,7 +40,6 @@ class WearProblem(Setup):
 
     spacing: tuple[float, float]  #: cell size along x and y, m
     extent: tuple[float, float]  #: half-widths along x and y, m, of the first window
-    team: Team = ALONE  #: threads that share the work on fields
     geometry: type[Geometry] = Grid  #: kind of cells to compute on
     #: How many times wider than usual rings and strips are; fields and peaks are still means over
     #: cells as large as the spacing.
@@ -79,7 +77,7 @@ class WearProblem(Setup):
 
     def half_space(self, geometry: Geometry, parts: Parts | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
-        return geometry.half_space(self.composite_modulus, self.team, parts)
+        return geometry.half_space(self.composite_modulus, parts)
 
     def unworn(self, geometry: Geometry) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
@@ -90,7 +88,7 @@ class WearProblem(Setup):
             smooth = self.indenter.gap(x[:, None], columns[None, :])
             return smooth if rough is None else smooth + rough.mean_height(x, columns, cell)
 
-        return np.concatenate(self.team.each(gap, range(0, y.size, _COLUMNS)), axis=1)
+        return np.concatenate([gap(first) for first in range(0, y.size, _COLUMNS)], axis=1)
 
     def reach(self, approach: float) -> tuple[float, float]:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""
@@ -222,18 +220,13 @@ class Stage:
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
     pulse: Pulse | None = None  #: the cycle of a load that changes in phase with a force
 
-    def source_since(self, base: Stage, model: SlipModel, team: Team = ALONE) -> Array:
+    def source_since(self, base: Stage, model: SlipModel) -> Array:
         """Change of G, the part of slip that is not due to wear, since another stage, m.
 
         G changes only with the reduced contact.
         """
-        change: Array = team.cellwise(
-            lambda gap, opened, gap_then, opened_then: (
-                model.source(gap, opened) - model.source(gap_then, opened_then)
-            ),
-            *(self.reduced.gap, self.opening, base.reduced.gap, base.opening),
-        )
-        return change
+        now = model.source(self.reduced.gap, self.opening)
+        return now - model.source(base.reduced.gap, base.opening)
 
     @property
     def rubbing(self) -> Array:

@@ -46,7 +46,6 @@ from fretwear.data.safe import (
 )
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
-from fretwear.mechanics.team import arithmetic
 from fretwear.run.resources import require_memory
 from fretwear.run.simulate import Observer, RunRecord, Step, run
 from fretwear.run.workflow import failures, forget, log_file, record
@@ -90,12 +89,6 @@ class Checkpoint:
         self._note_saved()
         if self.record.history:
             tell(f"{path}: resuming after cycle {self._saved_cycle}")
-            if arithmetic() not in self.record.arithmetic:
-                before = "; then ".join(self.record.arithmetic)
-                tell(
-                    f"{path}: computed so far with {before}, and from here with {arithmetic()}: "
-                    "last digits may differ from a run on one of them; the file names all"
-                )
 
     def __enter__(self) -> Self:
         return self
@@ -314,7 +307,6 @@ def simulate_to_file(
     observers: Sequence[Observer] = (),
     tell: Callable[[str], None],
     command: str,
-    threads: int = 1,
 ) -> Outcome:
     """Simulate a case and write its file; resume from the checkpoint beside it if any.
 
@@ -340,7 +332,7 @@ def simulate_to_file(
         with Checkpoint(checkpoint_of(path), case, tell) as checkpoint:
             seen: list[Observer] = [checkpoint, *observers]
             kept = checkpoint.record
-            result = run(case, seen, record=kept, threads=threads, command=command, warn=warn)
+            result = run(case, seen, record=kept, command=command, warn=warn)
             lock.ensure()
             with uninterrupted():
                 dataset, history, loops = result.labelled
@@ -383,7 +375,6 @@ def run_batch(
     log_to: Callable[[Unfailing], BatchLog],
     *,
     keep_older: bool = False,
-    threads: int = 1,
 ) -> BatchOutcome:
     """Run the cases of neighbouring points, from a first to a last number, except finished ones.
 
@@ -426,7 +417,6 @@ def run_batch(
                         observers=[seen, seen_by_log],
                         tell=case_log.note,
                         command=command,
-                        threads=threads,
                     )
             except Exception as error:
                 failed[case_id], is_defect = reason_of(error)

@@ -34,7 +34,6 @@ from fretwear.mechanics.pulsating import pulsate
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
-from fretwear.mechanics.team import Team, arithmetic
 from fretwear.run.accuracy import (
     GridRun,
     columns_of,
@@ -86,9 +85,6 @@ class RunRecord:
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
     # every scalar of `measure`.
     history: list[dict[str, float]] = field(default_factory=list)
-    # What has computed it, `fretwear.mechanics.team.arithmetic`; several if a run was resumed on
-    # another processor.
-    arithmetic: list[str] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
     # Finished runs on wider cells, the widest first, of a case that asks for an accuracy.
@@ -152,7 +148,6 @@ def simulate(
     observers: Sequence[Observer] = (),
     *,
     quarter: bool = False,
-    threads: int = 1,
     progress: bool = False,
 ) -> xr.Dataset:
     """Run a case.
@@ -160,8 +155,8 @@ def simulate(
     A smooth indenter with rotational symmetry is computed on concentric rings: scalars come from
     the rings, and fields are means over a quarter of the grid that `cell` asks for.
 
-    `observers` are called with each accepted `Step`, cycle 0 included. The result does not depend
-    on the number of `threads`, to the last bit. `progress` shows a bar, also in a notebook.
+    `observers` are called with each accepted `Step`, cycle 0 included. `progress` shows
+    a bar, also in a notebook.
 
     The dataset holds the whole contact or, with `quarter`, the part computed: one side along each
     axis in which the contact is even, see ``symmetry``. Its fields are over ``cycle``, ``x`` and
@@ -189,7 +184,7 @@ def simulate(
         def show(step: Step) -> None:
             bar.update(task, completed=step.state.cycle)
 
-        dataset = run(case, [*observers, show], threads=threads, warn=warn).dataset
+        dataset = run(case, [*observers, show], warn=warn).dataset
     if quarter:
         return dataset
     from fretwear.data.dataset import mirrored
@@ -198,12 +193,8 @@ def simulate(
 
 
 @contextmanager
-def _without_threads_of_blas(case: Case) -> Iterator[None]:
-    """Products of matrices on one thread each, for a case that has threads of its own.
-
-    More of them change the last bits of a product, and on a loaded machine wait for one another
-    ten times as long as they compute.
-    """
+def _one_thread(case: Case) -> Iterator[None]:
+    """Matrix products on one thread: cases run side by side, and threads only wait."""
     if case.loading.stroke:
         import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
     with threadpool_limits(1, user_api="blas"):
@@ -215,7 +206,6 @@ def run(
     observers: Sequence[Observer] = (),
     *,
     record: RunRecord | None = None,
-    threads: int = 1,
     command: str = "fretwear.simulate",
     warn: Callable[[str], None] = lambda _: None,
 ) -> Result:
@@ -230,8 +220,6 @@ def run(
     """
     record = record or RunRecord()
     before = doubts(case) if case.asked_accuracy is None else ()
-    if arithmetic() not in record.arithmetic:
-        record.arithmetic.append(arithmetic())
     for doubt in before:
         warn(str(doubt))
     if record.width is None:
@@ -239,7 +227,7 @@ def run(
     while True:
         assert record.width is not None
         try:
-            computed = _run_on_cells(case, record.width, record, observers, threads)
+            computed = _run_on_cells(case, record.width, record, observers)
         except (ContactError, WearError):
             if record.width <= 1.0:
                 raise
@@ -267,7 +255,7 @@ class _Computed:
 
 
 def _run_on_cells(
-    asked: Case, width: float, record: RunRecord, observers: Sequence[Observer], threads: int
+    asked: Case, width: float, record: RunRecord, observers: Sequence[Observer]
 ) -> _Computed:
     """Run a case to the end of its record on cells of some width over the default.
 
@@ -278,7 +266,7 @@ def _run_on_cells(
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
     twin = iter(record.rounds[-1].rows if record.rounds else ())
     if case.error_estimate and not record.rounds:
-        twin = _scalars_of_twin(asked, times * width, threads)
+        twin = _scalars_of_twin(asked, times * width)
     coarser: list[dict[str, float]] = []
     trouble = ""
 
@@ -289,9 +277,9 @@ def _run_on_cells(
         except (ContactError, WearError) as error:
             trouble = str(error) or type(error).__name__
 
-    problem = wear_problem(case, None, threads, width * asked.coarseness)
+    problem = wear_problem(case, None, width * asked.coarseness)
     workspace, snapshots = Workspace(problem), record.snapshots
-    with _without_threads_of_blas(case):
+    with _one_thread(case):
         for state in _states(case, problem, record.last):
             step = Step(state, measure(problem.of(state), state), case.cycles)
             record.add(step, keep_fields=state.cycle in case.output_cycles)
@@ -361,7 +349,6 @@ def _labelled(
         beyond_friction=max(map(share_beyond_friction, snapshots)),
         symmetry=symmetry,
         command=command,
-        arithmetic="; then ".join(record.arithmetic),
     )
     for text in dataset.attrs["warnings"].splitlines()[warned:]:
         warn(text)
@@ -395,10 +382,10 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     return evolve(problem, stops, case.tolerance, start, accuracy)
 
 
-def _scalars_of_twin(asked: Case, width: float, threads: int) -> Iterator[dict[str, float]]:
+def _scalars_of_twin(asked: Case, width: float) -> Iterator[dict[str, float]]:
     """Yield every scalar of a case on cells of some width over the default at each snapshot."""
     case = asked.on_cells(width)
-    problem = wear_problem(case, None, threads, width * asked.coarseness)
+    problem = wear_problem(case, None, width * asked.coarseness)
     workspace = Workspace(problem)
     for state in _states(case, problem):
         if state.cycle in case.output_cycles:
@@ -429,7 +416,6 @@ def _wear_of_each(problem: WearProblem, state: State) -> dict[str, NDArray[np.fl
 def wear_problem(
     case: Case,
     geometry: type[Geometry] | None = None,
-    threads: int = 1,
     coarseness: float | None = None,
 ) -> WearProblem:
     """The mechanical problem of a case, on its default cells or others; rings may be wider."""
@@ -449,7 +435,6 @@ def wear_problem(
         **vars(blocks[0][1]),
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
-        team=Team(threads),
         geometry=geometry or case.geometry,
         coarseness=coarseness or case.coarseness,
         blocks=tuple(blocks) if len(blocks) > 1 else (),

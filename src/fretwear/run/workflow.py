@@ -81,7 +81,6 @@ _SNAKEMAKE_MB_PER_POINT = 0.008
 _CHOICES = {
     "study": ("demo", r".+", "must be a name, such as --config study=demo"),
     "keep_older": ("false", r"(?i:true|false)", "must be true or false"),
-    "threads": ("1", r"[1-9]\d{0,3}", "must be how many threads a case takes, such as threads=4"),
 }
 
 
@@ -110,11 +109,10 @@ class StudyJobs:
 
     plan: Plan
     keep_older: bool = False  # whether cases computed by other code are kept
-    threads: int = 1  # per case
 
     @classmethod
     def of(cls, config: Mapping[str, object]) -> StudyJobs:
-        """Return the jobs that ``--config study=NAME keep_older=true threads=4`` asks for.
+        """Return the jobs that ``--config study=NAME keep_older=true`` asks for.
 
         Any other key is a `StudyError`: a misspelt key must not run the default.
         """
@@ -131,7 +129,7 @@ class StudyJobs:
         if problems:
             raise StudyError(Path("--config"), problems)
         plan = load_plan(study_file(texts["study"]))
-        return cls(plan, texts["keep_older"].lower() == "true", int(texts["threads"]))
+        return cls(plan, texts["keep_older"].lower() == "true")
 
     @property
     def study(self) -> Study:

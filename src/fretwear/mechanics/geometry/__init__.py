@@ -16,12 +16,11 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import HertzContact
 
 if TYPE_CHECKING:
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
     from fretwear.mechanics.state import Stage, WearProblem
     from fretwear.mechanics.surfaces import Indenter
 
-# A field in double or single precision; the result has the precision of the argument.
-Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
 Way = tuple[slice | int, slice | int]
@@ -213,9 +210,7 @@ class Geometry(ABC):
         return [self.along(0)]
 
     @abstractmethod
-    def half_space(
-        self, modulus: float, team: Team = ALONE, parts: Parts | None = None
-    ) -> HalfSpace:
+    def half_space(self, modulus: float, parts: Parts | None = None) -> HalfSpace:
         """The elastic bodies of a composite modulus, Pa; ``parts`` are shared between windows."""
 
     # Other cells.
@@ -257,7 +252,6 @@ class HalfSpace(ABC):
     """The elastic bodies under a pressure that is uniform on each cell of a geometry."""
 
     geometry: Geometry
-    team: Team
     #: Largest displacement of a cell per pressure on itself, m/Pa.
     self_influence: float
     #: Whether solutions tell how pressure depends on the approach, `Contact.stiffness`.

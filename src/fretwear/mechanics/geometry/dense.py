@@ -40,7 +40,7 @@ from fretwear.mechanics.geometry import (
     Zone,
 )
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.kernels import scaled
 
 if TYPE_CHECKING:
     from fretwear.mechanics.state import Stage
@@ -132,10 +132,9 @@ class DenseCells(Geometry):
     def half_space(
         self,
         modulus: float,
-        team: Team = ALONE,  # noqa: ARG002
         parts: Parts | None = None,  # noqa: ARG002
     ) -> DenseHalfSpace:
-        """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
+        """The elastic bodies on the cells; some hundreds have no parts."""
         return DenseHalfSpace(self, self.influence(modulus))
 
     def zone(self, region: Region) -> Zone:
@@ -367,7 +366,6 @@ class DenseHalfSpace(HalfSpace):
 
     def __init__(self, geometry: Geometry, influence: Array) -> None:
         self.geometry, self.influence = geometry, influence
-        self.team = ALONE
         # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
         # Influence over that, times the weights of the cells; symmetric.
@@ -381,7 +379,7 @@ class DenseHalfSpace(HalfSpace):
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        return self.team.scaled(self.displacement(pressure))
+        return scaled(self.displacement(pressure))
 
     def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
         """The same bodies."""
@@ -428,7 +426,7 @@ class DenseHalfSpace(HalfSpace):
         layer, unit = problem.layer, self.self_influence
         tangent, sinks = None, np.ones_like(pressure)
         if layer is not None:
-            tangent = layer.tangent_in(unit, pressure, self.team)
+            tangent = layer.tangent_in(unit, pressure)
             sinks -= layer.per_approach(pressure)
         moved, uniform = self._solved(np.stack([gap / -unit, sinks]), tangent, free)
         return moved, uniform

@@ -34,9 +34,9 @@ from fretwear.mechanics.geometry import (
     Workspace,
     Zone,
 )
+from fretwear.mechanics.kernels import scaled
 from fretwear.mechanics.shear import ShearSpace, shear_space
 from fretwear.mechanics.solver import solve_by_active_sets
-from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
 if TYPE_CHECKING:
     from fretwear.mechanics.contact import Contact, ContactProblem
@@ -236,14 +236,9 @@ class Grid(Geometry):
                 border.append(end * steps[axis] + along * steps[1 - axis])
         return inner, first + second - inner, np.concatenate(border)
 
-    def half_space(
-        self,
-        modulus: float,
-        team: Team = ALONE,
-        parts: Parts | None = None,
-    ) -> GridHalfSpace:
+    def half_space(self, modulus: float, parts: Parts | None = None) -> GridHalfSpace:
         """The elastic bodies on the cells; ``parts`` are on smaller windows, to be shared."""
-        return GridHalfSpace(self, modulus, team, parts)
+        return GridHalfSpace(self, modulus, parts)
 
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
@@ -395,7 +390,6 @@ def influence_coefficients(
     shape: tuple[int, int],
     spacing: tuple[float, float],
     composite_modulus: float,
-    team: Team = ALONE,
 ) -> Array:
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
 
@@ -408,12 +402,12 @@ def influence_coefficients(
     y = (np.arange(shape[1] + 1) - 0.5) * dy
     coefficients = np.empty(shape)
 
-    def compute(rows: slice) -> None:
-        x = corners[rows.start : rows.stop + 1, None]
+    rows = max(1, _BLOCK // shape[1])
+    for first in range(0, shape[0], rows):
+        x = corners[first : first + rows + 1, None]
         corner = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-        coefficients[rows] = np.diff(np.diff(corner, axis=0), axis=1) / (np.pi * composite_modulus)
-
-    team.each(compute, blocks_of_rows(shape, _BLOCK))
+        block = np.diff(np.diff(corner, axis=0), axis=1)
+        np.divide(block, np.pi * composite_modulus, out=coefficients[first : first + rows])
     return coefficients
 
 
@@ -428,17 +422,15 @@ class GridHalfSpace(HalfSpace):
         self,
         geometry: Grid,
         composite_modulus: float,
-        team: Team = ALONE,
         parts: Parts | None = None,
     ) -> None:
         self.geometry: Grid = geometry
-        self.team = team
         self._modulus, self._parts = composite_modulus, {} if parts is None else parts
         self._sheared: dict[float, ShearSpace[Array]] = {}
         shape = offsets(geometry.shape, geometry.even)
-        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
+        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
-        self._convolution = convolution(kernel, geometry.even, team)
+        self._convolution = convolution(kernel, geometry.even)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -454,15 +446,13 @@ class GridHalfSpace(HalfSpace):
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        field, unit = self.team.scaled(pressure)
+        field, unit = scaled(pressure)
         return self.single(field), unit * self.self_influence
 
     def sheared(self, coupling: float) -> ShearSpace[Array]:
         """The same bodies under shear tractions, of κ = E*/G*."""
         if coupling not in self._sheared:
-            self._sheared = {
-                coupling: shear_space(self.geometry, self._modulus, coupling, self.team)
-            }
+            self._sheared = {coupling: shear_space(self.geometry, self._modulus, coupling)}
         return self._sheared[coupling]
 
     def around(self, cells: Mask) -> GridHalfSpace:
@@ -471,7 +461,7 @@ class GridHalfSpace(HalfSpace):
         if grid.shape == self.geometry.shape:
             return self
         kept = self._parts.pop(grid.shape, None)
-        part = kept or GridHalfSpace(grid, self._modulus, self.team, self._parts)
+        part = kept or GridHalfSpace(grid, self._modulus, self._parts)
         self._parts[grid.shape] = part
         if len(self._parts) > _PARTS:
             # Drop the one unused for longest, since zones seldom return to an earlier size.

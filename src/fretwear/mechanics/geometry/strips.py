@@ -30,7 +30,6 @@ from fretwear.mechanics.geometry import (
 )
 from fretwear.mechanics.geometry.dense import DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import LineContact, share_of_band
 
 if TYPE_CHECKING:
@@ -178,7 +177,6 @@ class Row(Grid):
     def half_space(  # type: ignore[override]
         self,
         modulus: float,
-        team: Team = ALONE,  # noqa: ARG002
         parts: Parts | None = None,  # noqa: ARG002
     ) -> DenseHalfSpace:
         """The elastic bodies on the strips."""
