@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact import (
@@ -52,8 +53,6 @@ _ROOM, _GROWTH = 0.88, 1.12
 WIDENED = 1.04
 # Cells are continued by others if these are so many times wider.
 _WIDER = 1.5
-# Number of cells of a grid written at once.
-_CELLS_AT_ONCE = 50_000
 # Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
 # be less deep than that tolerance, and a factorization is more accurate.
 _SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
@@ -77,13 +76,19 @@ class DenseCells(Geometry):
     def _measure(self, distance: Distance) -> Distance:
         """A function of the distance from the origin that is proportional to the area within."""
 
+    @staticmethod
     @abstractmethod
-    def _distance(self, x: Array, y: Array) -> Array:
+    def distance(x: Array, y: Array) -> Array:
         """Distance of points from the origin, m."""
 
+    @staticmethod
     @abstractmethod
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Fraction of rectangles between two x and two y, m, within a distance, m."""
+    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
+        """Fraction of cells within distances from the origin that cut them.
+
+        The cells lie between edges ``x`` and ``y``, m, and ``cuts`` are the places of the cells
+        along both and of the distances.
+        """
 
     @abstractmethod
     def influence(self, modulus: float) -> Array:
@@ -279,50 +284,59 @@ class DenseCells(Geometry):
         measures = self._measure(np.append(parts, edges[-1]))
         middle = 0.5 * (self._measure(edges[1:]) + self._measure(edges[:-1]))
         beyond = 0.5 * (measures[1:] + measures[:-1]) - middle[cell]
-        parts_of = {name: field[cell, 0] for name, field in fields.items()}
+        columns: list[Array] = []
+        kinds = {n: np.unique(f) for n, f in fields.items() if f.dtype.kind != "f"}
         for name, field in fields.items():
-            if field.dtype.kind == "f":
-                slopes = np.diff(field[:, 0]) / np.diff(middle)
-                before, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
-                least = np.where(np.abs(slopes) < np.abs(before), slopes, before)
-                parts_of[name] += beyond * np.where(slopes * before > 0.0, least, 0.0)[cell]
-        result = {name: np.empty(plane.shape, field.dtype) for name, field in fields.items()}
-        rows = max(1, _CELLS_AT_ONCE // plane.shape[1])
-        for first in range(0, plane.shape[0], rows):
-            block = slice(first, min(first + rows, plane.shape[0]))
-            at, share, starts = self._shares(parts, plane, block)
-            for name, values in parts_of.items():
-                if values.dtype.kind == "f":
-                    means = np.add.reduceat(share * values[at], starts)
-                else:
-                    kinds = np.unique(values)
-                    areas = [
-                        np.add.reduceat(share * (values[at] == kind), starts) for kind in kinds
-                    ]
-                    means = kinds[np.argmax(areas, axis=0)]
-                result[name][block] = means.reshape(-1, plane.shape[1])
-        return result
+            if name in kinds:
+                columns += [(field[cell, 0] == kind).astype(np.float64) for kind in kinds[name]]
+                continue
+            slopes = np.diff(field[:, 0]) / np.diff(middle)
+            before, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
+            least = np.where(np.abs(slopes) < np.abs(before), slopes, before)
+            falls = np.where(slopes * before > 0.0, least, 0.0)
+            columns.append(field[cell, 0] + beyond * falls[cell])
+        means = iter(self._means(parts, np.stack(columns, axis=1), plane))
+        return {
+            name: kinds[name][np.argmax([next(means) for _ in kinds[name]], axis=0)]
+            if name in kinds
+            else next(means)
+            for name in fields
+        }
 
-    def _shares(self, parts: Array, plane: Grid, block: slice) -> tuple[Places, Array, Places]:
-        """Parts of these cells in each cell of some rows of a grid, their shares, and the first.
+    def _means(self, parts: Array, values: Array, plane: Grid) -> Array:
+        """Means over the cells of a grid, shape (fields, nx, ny), of values within parts.
 
-        ``parts`` are the inner edges of the parts, m.
+        ``parts`` are the inner edges of the parts, m, and ``values`` have shape (parts, fields).
         """
-        x = np.arange(float(block.start), block.stop + 1)[:, None] * plane.spacing[0]
-        y = np.arange(plane.shape[1] + 1.0)[None, :] * plane.spacing[1]
-        near, far = self._distance(x[:-1], y[:, :-1]), self._distance(x[1:], y[:, 1:])
-        low = np.searchsorted(parts, near.ravel(), "right") - 1
-        count = np.maximum(np.searchsorted(parts, far.ravel()) - low, 1)
-        starts = np.cumsum(count) - count
-        at = np.arange(count.sum()) - np.repeat(starts - low, count)
-        continues = at > np.repeat(low, count)
-        row, column = np.divmod(np.repeat(np.arange(count.size), count)[continues], plane.shape[1])
-        sides = x[row, 0], x[row + 1, 0], y[0, column], y[0, column + 1]
-        # Fraction of its cell within each part.
-        within = np.zeros(at.size)
-        within[continues] = self._within(sides, parts[at[continues]])
-        up_to = np.where(np.append(continues[1:], False), np.append(within[1:], 1.0), 1.0)
-        return at, up_to - within, starts
+        jumps = np.diff(values, axis=0)
+        # Fields that are uniform in most parts need few edges.
+        steps = np.flatnonzero(jumps.any(axis=1))
+        if 2 * steps.size > len(jumps):
+            steps = np.arange(len(jumps))
+        inside, beyond = _beyond(type(self), tuple(parts[steps + 1].tolist()), plane)
+        means = values[np.append(0, steps + 1)].T[:, inside]
+        return np.asarray(means + (beyond @ jumps[steps]).T).reshape(-1, *plane.shape)
+
+
+@lru_cache(maxsize=4)
+def _beyond(
+    kind: type[DenseCells], radii: tuple[float, ...], plane: Grid
+) -> tuple[Places, csr_matrix]:
+    """How distances from the origin, m, cut the cells of a grid.
+
+    Of each cell, the number of distances that reach no farther than its nearest corner, and the
+    part of its area that lies beyond each other one, shape (cells, distances).
+    """
+    x, y = (np.arange(n + 1.0) * d for n, d in zip(plane.shape, plane.spacing, strict=True))
+    distance = kind.distance(x[:, None], y[None, :])
+    first = np.searchsorted(radii, distance[:-1, :-1].ravel(), "right")
+    count = np.searchsorted(radii, distance[1:, 1:].ravel()) - first
+    np.maximum(count, 0, out=count)
+    starts = np.append(0, np.cumsum(count))
+    cut = np.arange(starts[-1]) - np.repeat(starts[:-1] - first, count)
+    row, column = np.divmod(np.repeat(np.arange(count.size), count), plane.shape[1])
+    within = kind.within(x, y, np.asarray(radii), (row, column, cut))
+    return first, csr_matrix((1.0 - within, cut, starts), (count.size, len(radii)))
 
 
 def _edges(cells: Geometry) -> tuple[float, ...]:

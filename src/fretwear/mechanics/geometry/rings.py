@@ -15,11 +15,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Places
 from fretwear.mechanics.geometry import CellProblem
 from fretwear.mechanics.geometry.dense import WIDENED, DenseCells, Distance
 from fretwear.theory import LimitingState, share_of_band
@@ -173,14 +174,26 @@ class Rings(DenseCells):
     def _measure(self, distance: Distance) -> Distance:
         return distance * distance
 
-    def _distance(self, x: Array, y: Array) -> Array:
+    @staticmethod
+    def distance(x: Array, y: Array) -> Array:
+        """Distance of points from the origin, m."""
         return np.hypot(x, y)
 
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        left, right, low, high = sides
-        area = _corner(right, high, radius) - _corner(left, high, radius)
-        area -= _corner(right, low, radius) - _corner(left, low, radius)
-        return area / ((right - left) * (high - low))
+    @staticmethod
+    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
+        """Fraction of rectangles within circles."""
+        # Area below a circle up to a side.
+        below_x, below_y = (_below_circle(sides[:, None], radii) for sides in (x, y))
+        row, column, circle = cuts
+        radius = radii[circle]
+        area = np.zeros(radius.size)
+        for i, j in product((0, 1), (0, 1)):
+            width, height = x[row + i], y[column + j]
+            corner = below_x[row + i, circle] + below_y[column + j, circle]
+            corner -= 0.25 * np.pi * radius**2
+            inside = width**2 + height**2 <= radius**2
+            area += (1 if i == j else -1) * np.where(inside, width * height, corner)
+        return area / (np.diff(x)[row] * np.diff(y)[column])
 
     @cached_property
     def x(self) -> Array:
@@ -217,17 +230,12 @@ def _divided(positions: Array, widths: Array) -> Array:
     return np.asarray(np.interp(steps, count, positions))
 
 
-def _corner(x: Array, y: Array, radius: Array) -> Array:
-    """Area, m², of the rectangle between the origin and a point that lies within a radius, m."""
-    x, y = np.minimum(x, radius), np.minimum(y, radius)
-    # Up to here along x the rectangle is lower than the circle.
-    start = np.minimum(np.sqrt((radius - y) * (radius + y)), x)
-
-    def under_circle(x: Array) -> Array:
-        below: Array = x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius)
-        return 0.5 * below
-
-    return np.asarray(y * start + under_circle(x) - under_circle(start))
+def _below_circle(side: Array, radius: Array) -> Array:
+    """Area, m², between an axis and a circle from the origin up to a side, m, or its end."""
+    share = np.minimum(side / radius, 1.0)
+    below: Array = share * np.sqrt(1.0 - share**2) + np.arcsin(share)
+    below *= 0.5 * radius**2
+    return below
 
 
 def mean_influence(edges: Array) -> Array:

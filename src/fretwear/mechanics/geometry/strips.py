@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Places
 from fretwear.mechanics.geometry import (
     ANYWHERE,
     WITHIN_A_CELL,
@@ -61,12 +61,16 @@ class Strips(DenseCells):
     def _measure(self, distance: Distance) -> Distance:
         return distance
 
-    def _distance(self, x: Array, y: Array) -> Array:
+    @staticmethod
+    def distance(x: Array, y: Array) -> Array:
+        """Distance of points from the centre line, m."""
         return x + 0.0 * y
 
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        left, right, _, _ = sides
-        return (radius - left) / (right - left)
+    @staticmethod
+    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:  # noqa: ARG004
+        """Fraction of cells within distances from the centre line."""
+        row, _, cut = cuts
+        return np.asarray((radii[cut] - x[row]) / np.diff(x)[row])
 
     @property
     def extent(self) -> tuple[float, float]:
