@@ -22,12 +22,9 @@ import numpy as np
 import yaml
 from benchmarks.cases import STUDY
 
-from fretwear.data.files import add_checksum
 from fretwear.run.batch import simulate_to_file
 from fretwear.study.reading import load_study
 from fretwear.study.study import Study
-
-_CHECKSUM_BYTES = 25
 
 # The kernel's figures for a child that has ended include the parent that it was forked from.
 PEAK = """
@@ -76,10 +73,8 @@ def study_of(folder: Path, cases: int, cycles: int, cells: int) -> Study:
 def copied(first: Path, path: Path, case_id: str) -> None:
     """Copy a case file under another id."""
     shutil.copyfile(first, path)
-    os.truncate(path, path.stat().st_size - _CHECKSUM_BYTES)
     with netCDF4.Dataset(path, "a") as file:
         file.setncattr("case_id", case_id)
-    add_checksum(path)
 
 
 def measure(title: str, program: str, folder: Path) -> None:

@@ -1,9 +1,6 @@
 """The steel sphere of the tests, studies of it, and their results without the workflow."""
 
-import re
-import zlib
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +8,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from fretwear.data.files import _LENGTH, add_checksum, write_case
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.run.simulate import run
 from fretwear.study.case import Case, CaseError
@@ -116,18 +113,6 @@ def flip(path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-
-
-def spoil_chunks(path: Path) -> None:
-    """Damage the compressed chunks of a file, which HDF5 compares; the file's checksum matches."""
-    content = bytearray(path.read_bytes()[:-_LENGTH])
-    for start in [found.start() for found in re.finditer(rb"x\x01", content)]:
-        chunk = zlib.decompressobj()
-        with suppress(zlib.error):  # it is none
-            if len(chunk.decompress(content[start:])) > 20 and chunk.eof:
-                content[start + 6] ^= 0xFF
-    path.write_bytes(content)
-    add_checksum(path)
 
 
 def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> Path:

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretwear.data.excerpts import MERGED_PROFILES
+from fretwear.data.files import MERGED_PROFILES
 from fretwear.forms import Either, Mapped
 from fretwear.parts import Parameter, Part, Quantity, WholeNumber, required
 from fretwear.study.case import Case

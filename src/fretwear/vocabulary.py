@@ -392,7 +392,10 @@ HEADLINES = (
 )
 """The scalars that answer the question of a study, in the order of a report."""
 
-FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
+FORCES = {
+    "normal_load": ("normal_force",),
+    "tangential_load": ("tangential_force", "sliding_ratio"),
+}
 """Results reported as well if the parameter of this name is not given."""
 
 RESULTS: dict[str, Variable] = {

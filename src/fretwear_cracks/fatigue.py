@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from fretwear.arrays import Array
+from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_case
 from fretwear.data.labels import attributes_from
-from fretwear.data.safe import DataFileError
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
 from fretwear.vocabulary import (

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from fretwear.data.files import open_lazily
+from fretwear.data.files import open_group
 from fretwear.figures.axes import make_panels
 from fretwear.figures.history import CyclePlot, representative_cases
 from fretwear.figures.maps import add_scale
@@ -133,7 +133,7 @@ def crack_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     for number, (title, case_id) in enumerate(representative_cases(summary).ids.items(), 1):
         file = cases.parent / "fatigue" / f"{case_id}.nc"
         if file.exists():
-            with open_lazily(file) as cracks:
+            with open_group(file) as cracks:
                 of_case = f", {title}" if title else ""
                 caption = (
                     f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "

@@ -10,23 +10,15 @@ from typing import Any
 
 import dask
 import dask.array
-import netCDF4
 import numpy as np
 import psutil
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import (
-    COMPRESSION,
-    check_group,
-    new_netcdf,
-    open_lazily,
-    opened_parts,
-    write_group,
-)
+from fretwear.data.atomic import DataFileError
+from fretwear.data.files import open_group, write_groups
 from fretwear.data.labels import attributes_from
-from fretwear.data.safe import DataFileError, atomic_path, uninterrupted
 from fretwear.study.case import Case
 from fretwear.units import (
     MEGAPASCAL,
@@ -229,36 +221,13 @@ def write_stresses(stresses: xr.Dataset, path: Path) -> None:
 
     A `DataFileError` says that the disk is full or the folder cannot be written to.
     """
-    large = [str(name) for name, field in stresses.data_vars.items() if field.chunks]
-    small = stresses.drop_vars(large)
-    beside = " ".join(sorted(str(n) for n, at in stresses.coords.items() if n not in at.dims))
-    size = sum(field.nbytes for field in stresses.variables.values())
-    with uninterrupted(), atomic_path(path) as temporary:
-        with new_netcdf(temporary, size) as file:
-            write_group(file, small)
-            for name in large:
-                field = stresses[name]
-                chunk = (1, *field.shape[1:-1], 1)
-                stored = file.createVariable(
-                    name, field.dtype, [*map(str, field.dims)], chunksizes=chunk, **COMPRESSION
-                )
-                stored.setncatts({**field.attrs, "coordinates": beside})
-            library: Any = dask
-            for place in range(stresses.sizes[DEPTH.name] if large else 0):
-                layer = library.compute({n: stresses[n][..., place].data for n in large})[0]
-                for name, values in layer.items():
-                    file[name][..., place] = values
-        with netCDF4.Dataset(temporary) as file:
-            file.set_auto_maskandscale(False)
-            check_group(file, small)
+    write_groups(path, {"": stresses})
 
 
 def open_stresses(path: Path) -> xr.Dataset:
     """Open the file of `write_stresses` lazily; `DataFileError` if it is another or damaged."""
     remedy = "fretwear stress writes it from a case file"
-    with opened_parts(path, "file of stresses", remedy):
-        pass
-    ds = open_lazily(path, remedy=remedy)
+    ds = open_group(path, remedy=remedy)
     if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
         ds.close()
         raise DataFileError(path, "it is not a file of stresses", remedy)

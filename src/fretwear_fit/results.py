@@ -9,13 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import netCDF4
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.data.files import check_group, new_netcdf, write_group
-from fretwear.data.labels import CONVENTIONS, history_line, source
-from fretwear.data.safe import atomic_path, uninterrupted, write_text
+from fretwear.data.atomic import write_text
+from fretwear.data.files import write_groups
+from fretwear.data.labels import FORMAT, history_line, source
 from fretwear.study.study import Study
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import LEVELS, Emulator, Fitter, Profile, Unknown
@@ -197,7 +196,7 @@ class Fit:
 
         chains = {"chain": np.arange(CHAINS), "draw": np.arange(DRAWS)}
         attributes = {
-            "Conventions": CONVENTIONS,
+            **FORMAT,
             "source": source(),
             "history": history_line("fretwear fit"),
             "inference_library": "fretwear",
@@ -263,16 +262,8 @@ class Fit:
         return np.reshape(drawn, (*draws.shape[:2], -1))
 
     def write(self, path: Path) -> None:
-        """Write ``fit.nc``: a netCDF file with a group for each part, and a checksum."""
-        groups = self.groups()
-        size = sum(content.nbytes for content in groups.values())
-        with uninterrupted(), atomic_path(path) as temporary:
-            with new_netcdf(temporary, size) as file:
-                for name, content in groups.items():
-                    write_group(file.createGroup(name), content)
-            with netCDF4.Dataset(temporary) as file:
-                for name, content in groups.items():
-                    check_group(file[name], content)
+        """Write ``fit.nc``: a netCDF file with a group for each part."""
+        write_groups(path, {"": xr.Dataset(), **self.groups()})
 
     def write_json(self, path: Path) -> None:
         """Write ``fit.json``."""

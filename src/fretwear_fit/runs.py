@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.data.atomic import write_text
 from fretwear.data.dataset import line_near_the_middle, mirrored
-from fretwear.data.safe import read_data, remove_stale_temporaries, write_text
 from fretwear.platform import pool_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
@@ -24,7 +24,6 @@ from fretwear.vocabulary import BODY_SCALARS, CYCLE, X, Y, scalars_of
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
 
-_MOST_BYTES = 200_000_000
 # A process of its own takes this long to start, s.
 _WORTH_A_PROCESS = 0.7
 
@@ -130,8 +129,6 @@ class Runs:
         self.computed = 0  # runs that were made
         self.seconds = 0.0  # of the last run
         self._pool: ProcessPoolExecutor | None = None
-        if folder is not None and folder.is_dir():
-            remove_stale_temporaries(folder)
 
     def __enter__(self) -> Runs:
         return self
@@ -163,7 +160,7 @@ class Runs:
                 OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError,
                 ArithmeticError,
             ):  # fmt: skip
-                stored = json.loads(read_data(self.folder / f"{name}.json", _MOST_BYTES))
+                stored = json.loads((self.folder / f"{name}.json").read_bytes())
                 prediction = Prediction.unpacked(stored)
                 if prediction.is_of(case, self.profiles):
                     self.done[name] = prediction

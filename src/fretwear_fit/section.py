@@ -15,15 +15,14 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from ruamel.yaml import YAML
 
-from fretwear.data.files import opened_parts
-from fretwear.data.safe import DataFileError, read_data
+from fretwear.data.atomic import DataFileError
+from fretwear.data.files import open_group
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.report import Section, macros
 from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_unit
 
 _CATEGORY = "Fit"
-_MOST_BYTES = 100_000_000
 _LARGEST = {"m": 1e3, "N": 1e10, "N m-1": 1e10}
 _AGAIN = "Fit again"
 _HEIGHT = 80.0
@@ -35,7 +34,7 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
     path = cases.parent / "fit.json"
     if path.exists() and path.with_suffix(".nc").exists():
         with _refusing(path):
-            section = _section(json.loads(read_data(path, _MOST_BYTES)))
+            section = _section(json.loads(path.read_bytes()))
         yield section
 
 
@@ -85,11 +84,9 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # n
     path = cases.parent / "fit.nc"
     if not (path.exists() and path.with_suffix(".json").exists()):
         return
-    with opened_parts(path, "fit", _AGAIN):
-        pass
     with _refusing(path):
         data, predicted = (
-            xr.load_dataset(path, group=group)
+            open_group(path, group, _AGAIN).load()
             for group in ("observed_data", "posterior_predictive")
         )
         numbers = [

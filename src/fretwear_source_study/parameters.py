@@ -16,7 +16,7 @@ PLASTIC_LIMIT = 4500e6
 TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
 """The titles of the four cases of the study, in this order."""
 SHARED = {
-    "load": 50.0,
+    "normal_load": 50.0,
     "tangential_load": 20.0,
     "friction": 0.5,
     "youngs_modulus": 208e9,

@@ -260,7 +260,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
 def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
     seen = json.loads(desk.call("show", case_file, "--json").stdout)
     told = {"value": 50.0, "units": "N", "long_name": "normal load"}
-    assert seen["parameters"]["load"] == told
+    assert seen["parameters"]["normal_load"] == told
     assert seen["parameters"]["plastic_limit"]["value"] is None
     with fretwear.open_case(case_file) as case:
         assert seen["case_id"] == case.attrs["case_id"]
@@ -282,7 +282,7 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
     lines = desk.call("show", merged).stdout.splitlines()
     assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
     header, *rows = lines[lines.index("") + 2 :]
-    assert header.split()[:3] == ["id", "load", "cycles"]
+    assert header.split()[:3] == ["id", "normal_load", "cycles"]
     assert [row.split()[0] for row in rows] == list(load_study("tiny.yaml").cases())
     assert "failed" in rows[-1]
     assert "wear volume (µm³)" in header  # one unit for all
@@ -293,7 +293,7 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
     assert missing["wear_volume"] is None
     for point in done:
         with fretwear.open_case(f"results/tiny/cases/{point['case_id']}.nc") as case:
-            assert point["load"] == float(case["load"])
+            assert point["normal_load"] == float(case["normal_load"])
             assert point["wear_volume"] == float(case["wear_volume"][-1])
 
 

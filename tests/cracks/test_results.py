@@ -3,14 +3,11 @@
 import json
 import re
 
-import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.data.files import add_checksum
-from fretwear.data.safe import DataFileError
 from fretwear_cracks import results
 from fretwear_cracks.cracks import PointLoops
 from fretwear_cracks.inputs import StressError, surface_of
@@ -203,17 +200,6 @@ def test_a_file_of_stresses_reads_back(worn, tmp_path):
         assert stored.stress_xx.attrs["units"] == "Pa"
     words = dict(largest_values(found))
     assert "to the surface" in words["Smith–Watson–Topper parameter"]
-
-
-def test_a_file_with_text_of_another_encoding_is_refused_by_a_sentence(worn, tmp_path):
-    path = tmp_path / "stress.nc"
-    write_stresses(fretwear.stress(worn, 1000, depths=[20e-6], phases=4, dang_van=0.3), path)
-    with netCDF4.Dataset(path, "a") as file:
-        file.set_auto_chartostring(False)
-        file["axis"][:] = np.full(file["axis"].shape, b"\xd8")
-    add_checksum(path)
-    with pytest.raises(DataFileError, match=r"it cannot be read .*fretwear stress writes it"):
-        open_stresses(path)
 
 
 def test_layers_that_do_not_fit_in_memory_are_computed_when_they_are_written(

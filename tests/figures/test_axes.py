@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear import figures
-from fretwear.data.safe import DataFileError
+from fretwear.data.atomic import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
 from fretwear.figures.cases import ZONE_COLORS
 from fretwear.figures.history import CyclePlot, representative_cases, study_curves
@@ -70,7 +70,7 @@ def test_one_case_goes_into_one_axes_a_study_of_many_panels_does_not(small_study
     figure = Figure()
     with pytest.raises(ValueError, match=r"takes 4 panels.*dataset\.isel"):
         figures.wear_volume(small_study.summary, ax=figure.subplots())
-    part = small_study.summary.isel(load=0, friction=0)
+    part = small_study.summary.isel(normal_load=0, friction=0)
     assert figures.wear_volume(part, ax=figure.subplots()).axes
     for select in ({"cycle": 1000}, {"cycle": [0, 1000]}):
         lines = figures.pressure_profiles(smooth.sel(select)).axes[0].get_lines()
@@ -319,7 +319,7 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
     assert chosen.contrasts == ("load", "friction")
     assert next(iter(chosen.ids)) == "$P$ = 30 N, $µ$ = 0.3"
     assert len(chosen.ids) == 4
-    alone = summary.isel(load=0, friction=0)
+    alone = summary.isel(normal_load=0, friction=0)
     chosen = representative_cases(alone)
     assert (chosen.contrasts, chosen.ids) == ((), {"": str(alone["case_id"].item())})
     sampled = _list(np.array([3.0, 9.0, 1.0, 2.0]), load=[20, 40, 30, 25], friction=[3, 4, 5, 6])
@@ -328,7 +328,9 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
 
 @pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
 def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models):
-    one = small_study.summary.isel(load=1, friction=1).drop_vars("slip_model", errors="ignore")
+    one = small_study.summary.isel(normal_load=1, friction=1).drop_vars(
+        "slip_model", errors="ignore"
+    )
     summary = xr.concat([one] * 2, xr.Variable("slip_model", models), coords=["case_id"])
     chosen = representative_cases(summary)
     assert (len(chosen.ids), chosen.common) == (4, "slip of the worn shape")

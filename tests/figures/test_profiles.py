@@ -160,7 +160,9 @@ def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):
         figures.pressure_profiles(smooth, [0, 50])
     with pytest.raises(ValueError, match="select one point first"):
         figures.pressure_profiles(small_study.summary)
-    point = small_study.summary.isel(load=1, friction=1, roughness_amplitude=0, plastic_limit=0)
+    point = small_study.summary.isel(
+        normal_load=1, friction=1, roughness_amplitude=0, plastic_limit=0
+    )
     (_, pressure), *_ = _curves(figures.pressure_profiles(point).axes[0])
     assert pressure.max() / 1e3 == pytest.approx(1.004, rel=0.01)
 

@@ -12,9 +12,9 @@ from jinja2 import Environment
 from scipy.stats import qmc
 
 from fretwear import figures
+from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import Points
 from fretwear.data.files import open_history
-from fretwear.data.safe import DataFileError
 from fretwear.figures.cases import headline
 from fretwear.figures.effects import (
     effect_map,
@@ -74,7 +74,9 @@ def test_each_result_is_drawn_over_the_two_parameters_that_change_it_most(small_
 
 
 def test_a_limit_that_is_none_stands_apart_and_no_line_rises_to_it(small_study):
-    limits = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0).copy(deep=True)
+    limits = small_study.summary.isel(normal_load=0, friction=0, roughness_amplitude=0).copy(
+        deep=True
+    )
     limits["wear_volume"][0] *= 2.0
     (axes, *_) = effects(Points.of(limits), ["wear_volume"]).axes
     assert axes.get_xticks().tolist() == [0.0, 1.5]
@@ -116,7 +118,7 @@ def test_files_and_index_agree_and_captions_count_what_is_done(small_study, tmp_
     assert not list(study_figures(small_study.summary.where(False), small_study.cases))
 
 
-@pytest.mark.parametrize("kept", [["load"], []])
+@pytest.mark.parametrize("kept", [["normal_load"], []])
 def test_smaller_studies_have_the_same_kinds_of_figures(small_study, kept):
     names = ("load", "friction", "roughness_amplitude", "plastic_limit")
     part = small_study.summary.isel({name: 0 for name in names if name not in kept})
@@ -262,7 +264,7 @@ def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, chec
 
     summary = ensemble(small_study.summary)
     figure = figures.wear_volume(summary)
-    among = summary["wear_volume"].sel(load=40.0)
+    among = summary["wear_volume"].sel(normal_load=40.0)
     mean, deviation = among.mean("roughness_seed"), among.std("roughness_seed", ddof=1)
     (axes,) = (each for each in figure.axes if each.get_lines())
     drawn = _lines(axes)[-1]
@@ -276,7 +278,7 @@ def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, chec
     with open_history(small_study.cases.parent / "summary.nc") as steps:
         history = ensemble(steps.load())
     mean = CyclePlot(summary, "wear_volume", history).lines[-1]
-    steps = [history.isel(load=-1, roughness_seed=seed).dropna("step") for seed in range(3)]
+    steps = [history.isel(normal_load=-1, roughness_seed=seed).dropna("step") for seed in range(3)]
     np.testing.assert_array_equal(mean.cycles, np.unique(np.concatenate([s.cycle for s in steps])))
     at = [np.interp(mean.cycles, each.cycle, each.wear_volume) for each in steps]
     np.testing.assert_allclose(mean.quantity, np.mean(at, axis=0), rtol=1e-12)

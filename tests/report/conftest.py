@@ -84,7 +84,7 @@ def finished(made_once):
         run_study(study, folder, rest)
         summary = xr.load_dataset(folder / "summary.nc")
         # Figures of one load and friction: fewer panels to draw.
-        part = summary.isel(load=[1], friction=[1])
+        part = summary.isel(normal_load=[1], friction=[1])
         write_study_figures(part, folder / "cases", folder / "figures")
         record(folder, failed, REASON)
         log = "cycle 6 of 1000\n</pre><b>cycle 7</b>\n"

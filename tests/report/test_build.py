@@ -16,8 +16,8 @@ import xarray as xr
 import yaml
 from markupsafe import Markup
 
+from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import DataFileError
 from fretwear.report import Section, answers, build_report
 from fretwear.report.build import parameter_rows, study_text
 from fretwear.report.explorer import EXPLORED_PROFILES
@@ -202,7 +202,7 @@ def test_words_labels_and_units_of_results_stand_in_the_vocabulary_alone():
 
 def test_a_summary_of_another_study_or_of_cases_that_it_no_longer_has_is_refused(finished):
     with pytest.raises(DataFileError, match=r"'load': 1.*merge the study again"):
-        build_report(finished.plan, finished.summary.isel(load=[0]), finished.folder)
+        build_report(finished.plan, finished.summary.isel(normal_load=[0]), finished.folder)
     other = finished.summary.copy(deep=True)
     other["case_id"] = other["case_id"].str.replace("N1000", "N2000")
     with pytest.raises(DataFileError, match=r"N2000.*'small' has.*N1000.*merge the study again"):
@@ -283,7 +283,7 @@ def test_varied_parameters_come_first_in_units_for_people_and_random_ones_as_a_r
     content["design"] = {"kind": "sobol", "points": 64, "seed": 1}
     study = load_study(write_study(tmp_path / "drawn.yaml", content))
     rows = {row.name: row.values for row in parameter_rows(Plan(study))}
-    low, high = rows["load"].removesuffix(" (64 values)").split(" to ")
+    low, high = rows["normal_load"].removesuffix(" (64 values)").split(" to ")
     assert 26.0 <= float(low.removesuffix(" N")) < 27.0
     assert 39.0 < float(high.removesuffix(" N")) <= 40.0
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import DataFileError
 from fretwear.figures.profiles import bearing_heights
 from fretwear.report.explorer import (
     EXPLORED_PROFILES,

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.files import _LENGTH, add_checksum
-from fretwear.data.safe import _host
+from fretwear.data.safe import _LENGTH, _host, add_checksum
 from fretwear.run import simulate
 from fretwear.run.batch import (
     Checkpoint,

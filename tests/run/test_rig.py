@@ -140,11 +140,11 @@ def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
         units = {name: case[name].units for name in ("wear_volume", "contact_area", "load")}
         assert units == {"wear_volume": "m2", "contact_area": "m", "load": "N m-1"}
         assert case.dissipated_energy.units == "J m-1"
-        assert case["load"].long_name == "normal load per length"
+        assert case["normal_load"].long_name == "normal load per length"
         whole = mirrored(case)
         assert whole.sizes["x"] == 2 * case.sizes["x"]
         carried = whole.pressure.sum("x") * float(case["cell_x"])
-        assert carried.values == near(float(case["load"]), rel=1e-6)
+        assert carried.values == near(float(case["normal_load"]), rel=1e-6)
     with open_case(paths[0]) as a, open_case(paths[1]) as b, open_history(paths[0]) as history:
         assert history.wear_volume.units == "m2"
         told = "\n".join(case_lines(case_content(a, history)))

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.integrator import first_loading
@@ -68,7 +68,7 @@ def integral(ds, field):
 @pytest.mark.parametrize("name", KINDS)
 def test_tractions_carry_the_loads_and_wear_grows_at_its_rate(datasets, name):
     ds = datasets[name]
-    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=1e-6)
+    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["normal_load"]), rtol=1e-6)
     # The Hertz pressure of the simple model is sampled at cell centers: 1 % on this grid.
     rel = 0.02 if name == "simple slip" else 1e-6
     np.testing.assert_allclose(integral(ds, "shear_traction"), float(ds.tangential_load), rtol=rel)
@@ -164,7 +164,7 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
         "wear_volume": integral(ds, "wear_depth"),
         "plastic_volume": integral(ds, "plastic_depth"),
         "maximum_wear_depth": ds.wear_depth.max(("x", "y")),
-        "stick_load_share": stuck / float(ds["load"]),
+        "stick_load_share": stuck / float(ds["normal_load"]),
         "mean_stick_pressure": stuck / stick,
         "peak_pressure": ds.pressure.max(("x", "y")),
         "central_pressure": ds.pressure.isel(x=0, y=0),

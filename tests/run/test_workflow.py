@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_summary
-from fretwear.data.safe import DataFileError
 from fretwear.run.resources import seconds_after
 from fretwear.run.workflow import (
     Progress,

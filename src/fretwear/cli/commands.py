@@ -398,13 +398,14 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
-    from fretwear.data.merge import remarks_on_summary
+    from fretwear.data.merge import check_belongs, remarks_on_summary
     from fretwear.figures.study import StudyFigure, write_study_figures
     from fretwear.plugins import added
 
     _collect_rarely()
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
     with open_summary(merged) as summary, open_history(merged) as history:
+        check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
         for remark in remarks_on_summary(summary):

@@ -212,24 +212,20 @@ def check_output(path: Path, *endings: str) -> Path:
 
 
 @contextmanager
-def opened(file: Path, *, fields: bool = True) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
-    """Open the dataset and the history of a case file; `CommandError` if it is not valid.
-
-    The values of fields are checked too, unless they are not used.
-    """
+def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
+    """Open the dataset and the history of a case file; `CommandError` if it is not valid."""
     check_results(file)
 
-    from fretwear.data.files import check_fields, open_case, open_history
-    from fretwear.data.safe import DataFileError
+    from fretwear.data.atomic import DataFileError
+    from fretwear.data.files import open_case, open_history, reading
 
     with ExitStack() as stack:
         try:
             case = stack.enter_context(open_case(file))
             history = stack.enter_context(open_history(file))
-            if fields:
-                check_fields(file)
         except DataFileError as error:
             raise CommandError(str(error)) from error
+        stack.enter_context(reading(file))
         yield case, history
 
 

@@ -65,7 +65,7 @@ def show(
             content = study_content(summary)
             lines = [*describe_study(content)]
     if not content:  # a case, or a file whose problem `opened` reports
-        with opened(file, fields=False) as (case, history):
+        with opened(file) as (case, history):
             content = case_content(case, history)
             lines = [*case_lines(content)]
     if as_json:

@@ -143,7 +143,7 @@ class Accessor:
         self._dataset = dataset
 
     def __getattr__(self, name: str) -> NoReturn:
-        """Point to a variable of the dataset, such as ``load``, also a method of xarray."""
+        """Point to a variable of the dataset, which is no method of the accessor."""
         is_variable = not name.startswith("_") and name in self._dataset.variables
         hint = f"; the variable is dataset[{name!r}]" if is_variable else ""
         raise AttributeError(f"'fretwear' accessor has no attribute {name!r}{hint}")

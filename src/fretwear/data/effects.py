@@ -118,7 +118,7 @@ def results_table(summary: xr.Dataset) -> str:
     }
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow("load" if name == "normal_load" else name for name in columns)
     texts = (
         [
             as_cell(v) if not isinstance(v, float) else "" if math.isnan(v) else f"{v:.9g}"

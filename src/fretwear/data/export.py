@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.safe import atomic_path, write_text
+from fretwear.data.atomic import atomic_path, write_text
 from fretwear.units import cycle_text, listed
 from fretwear.vocabulary import CYCLE, DEPTH, PHASE, POINT, X, Y
 

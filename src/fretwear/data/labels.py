@@ -1,7 +1,4 @@
-"""Labelled arrays, which become datasets or case files.
-
-xarray is slow to import, so a run does without it and makes datasets on request.
-"""
+"""Datasets of a run: arrays with names, units and attributes."""
 
 from __future__ import annotations
 
@@ -10,14 +7,14 @@ import os
 import subprocess
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import xarray as xr
+from numpy.typing import ArrayLike
 
 from fretwear.study.doubts import Unreached, doubts
 from fretwear.units import ContactFrame
@@ -42,49 +39,20 @@ from fretwear.vocabulary import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fretwear.study.case import Case
 
-CONVENTIONS = "CF-1.11"
+FORMAT: Mapping[str, object] = {"Conventions": "CF-1.11, ACDD-1.3", "format_version": 2}
+"""Attributes of every dataset; those without a version call the normal load ``load``."""
+
+STUDY_ATTRIBUTES = ("creator", "institution", "license", "references")
+"""Sections of a study file that become attributes of its datasets, named as in ACDD."""
 
 # Fraction of the largest value of a result below which its relative error is meaningless.
 _TRACE = 0.01
 _ROOT = Path(__file__).resolve().parents[3]
 
 
-class Column(NamedTuple):
-    """An array, the names of its dimensions, and its attributes."""
-
-    dims: tuple[str, ...]
-    values: NDArray[np.generic]
-    attrs: Mapping[str, object]
-
-
-@dataclass(frozen=True)
-class Labelled:
-    """Variables, coordinates and attributes, named as in `xarray.Dataset`."""
-
-    data_vars: Mapping[str, Column]
-    coords: Mapping[str, Column]
-    attrs: Mapping[str, str]
-
-    @property
-    def variables(self) -> Mapping[str, Column]:
-        """Data variables and coordinates."""
-        return {**self.data_vars, **self.coords}
-
-    def dataset(self) -> xr.Dataset:
-        """Return a dataset that shares the arrays."""
-        import xarray as xr
-
-        # Registers the accessor of datasets.
-        import fretwear.data.dataset  # noqa: F401
-
-        return xr.Dataset(self.data_vars, self.coords, self.attrs)
-
-
-def labelled_case(
+def case_dataset(
     case: Case,
     x: ArrayLike,
     y: ArrayLike,
@@ -99,8 +67,8 @@ def labelled_case(
     beyond_friction: float = 0.0,
     symmetry: str = "even_xy",
     command: str = "fretwear.simulate",
-) -> Labelled:
-    """Label the results of one case, along ``cycle``, ``x`` and ``y``.
+) -> xr.Dataset:
+    """Return the results of one case, along ``cycle``, ``x`` and ``y``.
 
     The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
     `y` are cell centres in m, increasing, and all positive along axes in which the contact is even
@@ -118,22 +86,22 @@ def labelled_case(
     """
     dims, errors = case.frame.dims, errors or {}
     along = dict(zip(dims, (cycles, x, y), strict=False))
-    coordinates = _columns((CYCLE, X, Y)[: len(dims)], along)
-    shape = tuple(coordinates[name].values.size for name in dims)
+    coordinates = _variables((CYCLE, X, Y)[: len(dims)], along)
+    shape = tuple(coordinates[name].size for name in dims)
     optional = (field for field in (*BODY_FIELDS, *VECTOR_FIELDS) if field.name in fields)
-    of_fields = (*FIELDS, *optional)
     of_bodies = (s.in_frame(case.frame) for s in BODY_SCALARS if s.name in scalars)
     of_scalars = (*scalars_of(case.frame), *of_bodies)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
-        **_columns(of_fields, fields, dims, shape),
-        **_columns(of_scalars, scalars, dims[:1], shape[:1]),
-        **_columns(of_errors, by_name, dims[:1], shape[:1]),
+        **_variables((*FIELDS, *optional), fields, dims, shape),
+        **_variables(of_scalars, scalars, dims[:1], shape[:1]),
+        **_variables(of_errors, by_name, dims[:1], shape[:1]),
     }
     for name, (value, units, words) in (computed or case).scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
-        coordinates[name] = Column((), values, Variable(name, units, words=words).attributes)
+        attributes = Variable(name, units, words=words).attributes
+        coordinates[name] = xr.Variable((), values, attributes)
     # The largest relative error of each scalar, over the cycles at which it exceeds a trace.
     relative = {}
     for scalar in (s for s in of_scalars if s.name in errors and s.is_headline):
@@ -145,7 +113,7 @@ def labelled_case(
     reasons = doubts(computed or case, relative, *of_run, measured=measured)
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
-        "Conventions": CONVENTIONS,
+        **FORMAT,
         "source": source(),
         "history": history_line(command),
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
@@ -153,37 +121,38 @@ def labelled_case(
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
         "warnings": "\n".join(map(str, reasons)),
+        "complete": 1,
     }
-    return Labelled(variables, coordinates, attributes)
+    return xr.Dataset(variables, coordinates, attributes)
 
 
-def labelled_history(
+def history_dataset(
     cycles: ArrayLike,
     scalars: Mapping[str, ArrayLike],
     error_estimate: ArrayLike,
     convolutions: ArrayLike,
     frame: ContactFrame,
-) -> Labelled:
-    """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
+) -> xr.Dataset:
+    """Return the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
     The scalars of a frame without `AT_SNAPSHOTS` are in SI units, for the whole contact, at
     the increasing, possibly fractional cycle of each step, with the estimated relative error of
-    each step and its convolutions. Raises a ValueError as `labelled_case` does.
+    each step and its convolutions. Raises a ValueError as `case_dataset` does.
     """
     dims, steps = (STEP.name,), np.arange(np.size(cycles))
     expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
     given = {**scalars, "error_estimate": error_estimate, "convolutions": convolutions}
-    return Labelled(
-        _columns(expected, given, dims, steps.shape),
-        _columns((STEP, CYCLE), {"step": steps, "cycle": cycles}, dims),
-        {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
+    return xr.Dataset(
+        _variables(expected, given, dims, steps.shape),
+        _variables((STEP, CYCLE), {"step": steps, "cycle": cycles}, dims),
+        {"title": "Every accepted step of the run", **FORMAT},
     )
 
 
-def labelled_loops(
+def loops_dataset(
     cycles: ArrayLike, loops: Mapping[str, ArrayLike], frame: ContactFrame
-) -> Labelled:
-    """Label the loops of force and displacement at the snapshots, shape (ncycles, nphases).
+) -> xr.Dataset:
+    """Return the loops of force and displacement at the snapshots, shape (ncycles, nphases).
 
     A loop has every variable of `LOOP` in SI units, from +Q over −Q back to +Q, along a ``phase``
     from 0 to 1. Forces of a line contact are per length.
@@ -191,20 +160,20 @@ def labelled_loops(
     shape = np.shape(loops[LOOP[0].name])
     variables = [variable.in_frame(frame) for variable in LOOP]
     along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, shape[1])}
-    return Labelled(
-        _columns(variables, loops, (*along,), shape),
-        _columns((CYCLE, PHASE), along),
-        {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
+    return xr.Dataset(
+        _variables(variables, loops, (*along,), shape),
+        _variables((CYCLE, PHASE), along),
+        {"title": "Force and displacement round a cycle", **FORMAT},
     )
 
 
-def _columns(
+def _variables(
     expected: Iterable[Variable],
     given: Mapping[str, ArrayLike],
     dims: tuple[str, ...] = (),
     shape: tuple[int, ...] | None = None,
-) -> dict[str, Column]:
-    """Label arrays by their variables; a ValueError lists what is missing, unknown or wrong.
+) -> dict[str, xr.Variable]:
+    """Return arrays as variables; a ValueError lists what is missing, unknown or wrong.
 
     Without dimensions, an array lies along the dimension of its name.
     """
@@ -221,7 +190,7 @@ def _columns(
     if wrong:
         raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")
     return {
-        name: Column(
+        name: xr.Variable(
             dims or (name,), arrays[name].astype(about.dtype, copy=False), about.attributes
         )
         for name, about in variables.items()
@@ -258,9 +227,17 @@ def attributes_from(case: xr.Dataset, title: str, command: str) -> dict[str, obj
     """Attributes of a dataset that a command has computed from the dataset of a case."""
     return {
         "title": f"{title} of case {case.attrs['case_id']}",
-        "Conventions": CONVENTIONS,
+        **FORMAT,
         "source": source(),
         "history": history_line(command),
-        "parameters": case.attrs["parameters"],
-        "case_id": case.attrs["case_id"],
+        **{
+            n: case.attrs[n]
+            for n in ("parameters", "case_id", *STUDY_ATTRIBUTES)
+            if n in case.attrs
+        },
     }
+
+
+def study_attributes(content: Mapping[str, object]) -> dict[str, str]:
+    """`STUDY_ATTRIBUTES` that the content of a study file has."""
+    return {name: str(content[name]) for name in STUDY_ATTRIBUTES if content.get(name)}

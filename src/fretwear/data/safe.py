@@ -6,14 +6,12 @@ import errno
 import hashlib
 import os
 import re
-import secrets
-import shutil
 import signal
 import socket
 import stat
-import tempfile
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -21,9 +19,20 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, BinaryIO, Self, TextIO
 
-from fretwear.platform import CAN_FLUSH_FOLDERS, PLAINLY, STOPPING, lock_file, other_user
+from fretwear.data.atomic import (  # noqa: F401 - some are for others
+    DataFileError,
+    _write_error,
+    atomic_path,
+    why_not_writable,
+    write_text,
+)
+from fretwear.platform import PLAINLY, STOPPING, lock_file, other_user
 
 _AGAIN = "run the same command again"
+_NO_CHECKSUM = "unfinished, cut short or changed by another program"
+_MARK = b"\nfretwear crc32 "
+_LENGTH = len(_MARK) + 8 + 1
+_BLOCK_BYTES = 1 << 20
 _NEARLY_FULL = 1 << 20
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _NO_RIGHT = {errno.EACCES, errno.EPERM, errno.EROFS}
@@ -35,15 +44,42 @@ _NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 _SECONDS_BETWEEN_TRIES = (0.1, 2.0)
 
 
-class DataFileError(Exception):
-    """A file that cannot be read or written: its path, the problem, the remedy."""
+def add_checksum(path: Path) -> None:
+    """Append the checksum to a file, which must not be changed afterwards."""
+    with path.open("r+b") as stream:
+        checksum = _checksum(stream, path.stat().st_size)
+        stream.seek(0, os.SEEK_END)
+        stream.write(_checksum_line(checksum))
 
-    def __init__(self, path: Path, problem: str, remedy: str) -> None:
-        super().__init__(path, problem, remedy)
-        self.path, self.problem, self.remedy = path, problem, remedy
 
-    def __str__(self) -> str:
-        return f"{self.path}: {self.problem}. {self.remedy}"
+def damage(path: Path, kind: str) -> str:
+    """Return the problem of a file that should end with its checksum; empty if it is intact."""
+    if not path.is_file():
+        return "it is not a file" if path.exists() else "there is no such file"
+    try:
+        with path.open("rb") as stream:
+            content = path.stat().st_size - _LENGTH
+            stream.seek(max(content, 0))
+            last_line = stream.read()
+            if not last_line.startswith(_MARK):
+                return f"it is not a complete {kind}: {_NO_CHECKSUM}"
+            stream.seek(0)
+            is_whole = last_line == _checksum_line(_checksum(stream, content))
+    except OSError as cause:
+        return f"it cannot be read ({cause.strerror or cause})"
+    return "" if is_whole else "it is damaged: its checksum does not match"
+
+
+def _checksum(stream: BinaryIO, content: int) -> int:
+    checksum = 0
+    while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
+        checksum = zlib.crc32(block, checksum)
+        content -= len(block)
+    return checksum
+
+
+def _checksum_line(checksum: int) -> bytes:
+    return _MARK + f"{checksum:08x}\n".encode()
 
 
 def is_of_netcdf(error: BaseException) -> bool:
@@ -59,53 +95,6 @@ def is_of_memory(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
-
-
-def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
-    """Return an error that says why a file could not be written and what to do.
-
-    When a disk is full, the netCDF library raises a RuntimeError without a number, so the free
-    space of the folder is examined too.
-    """
-    number = cause.errno if isinstance(cause, OSError) else None
-    with suppress(OSError):
-        usage = shutil.disk_usage(path.parent)
-        if usage.total > 0 and usage.free < _NEARLY_FULL:
-            number = errno.ENOSPC
-    why = f": {cause}"
-    remedy = f"Check the free space, the quota and the disk of the folder, then {_AGAIN}"
-    if number in _NO_SPACE:
-        why = ", because the disk (or the quota on it) is full"
-        remedy = f"Free some space or choose another folder, then {_AGAIN}; a file that was there "
-        remedy += "before is unchanged"
-    elif number in _NO_RIGHT:
-        why = f", because the folder {path.parent} may not be written to"
-        remedy = "Choose another folder or ask for the right to write there"
-    elif number in _NO_FOLDER:
-        why = f", because {path.parent} is not a folder and cannot be created"
-        remedy = "Choose another folder"
-    return DataFileError(path, f"not written{why}", remedy)
-
-
-def why_not_writable(path: Path) -> str:
-    """Return why a folder can be neither written to nor created; empty if it can.
-
-    The test leaves no trace: instead of a missing folder, its nearest existing parent is tested.
-    """
-    place = path.absolute()
-    if "\\" in place.as_posix():  # as the netCDF library is given it
-        return f"{place}: cannot be written to: the netCDF library knows no path with a backslash"
-    # A path below a file counts as missing, and so does one whose folder may not be entered.
-    existing = next(parent for parent in (path, *place.parents) if os.path.lexists(parent))
-    if not existing.is_dir():
-        return f"{path}: cannot be written to, because {existing} is not a folder"
-    try:
-        # Creating a file tests permissions, read-only disks and quotas at once.
-        with tempfile.TemporaryFile(dir=existing):
-            return ""
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        return f"{path}: cannot be written to: {reason}; choose another place"
 
 
 def why_leading_out(folder: Path, root: Path | None = None) -> str:
@@ -203,46 +192,6 @@ def open_log(path: Path) -> Unfailing:
     return Unfailing(stream)
 
 
-@contextmanager
-def atomic_path(path: Path) -> Iterator[Path]:
-    """Yield a temporary name in the same folder; the file gets its own name on a clean exit.
-
-    The temporary name is unique, so the output of two processes that write the same file never
-    mixes. The file is flushed to the disk before the renaming, and the folder, created if
-    necessary, after it. On any error in the ``with`` block, interrupts included, the temporary file
-    is removed and an existing file stays unchanged. The temporary file of a killed process is
-    removed by the next process that writes the same file. `DataFileError` if the folder cannot be
-    created or written to, or the disk is full.
-    """
-    temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        remove_stale_temporaries(path.parent, path.name)
-        # The netCDF library reports every failure to create a file as a lack of permission.
-        temporary.touch(exist_ok=False)
-    except OSError as cause:
-        raise write_error(path, cause) from cause
-    try:
-        yield temporary
-        _flush(temporary)
-        temporary.replace(path)
-        _flush(path.parent)
-    except (OSError, RuntimeError) as cause:
-        # The free space tells whether the disk was full, so examine it before removing the file.
-        error = write_error(path, cause)
-        _remove(temporary)
-        raise error from cause
-    except BaseException:
-        _remove(temporary)
-        raise
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file (UTF-8, line ends as given) as `atomic_path` does."""
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="")
-
-
 def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
     """Remove the temporary files that killed processes left in a folder, of one file or of all.
 
@@ -280,16 +229,6 @@ def _host() -> str:
         space = boot + os.readlink("/proc/self/ns/pid")  # noqa: PTH115
     name = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32] or "host"
     return f"{name}-{hashlib.sha256(space.encode()).hexdigest()[:8]}"
-
-
-def _flush(path: Path) -> None:
-    if not CAN_FLUSH_FOLDERS:
-        return
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _remove(path: Path) -> None:
@@ -404,7 +343,7 @@ class Lock:
         except PermissionError as cause:
             descriptor, is_ours = self._opened_of_another(cause), False
         except OSError as cause:
-            raise write_error(self.path, cause) from cause
+            raise _write_error(self.path, cause) from cause
         try:
             lock_file(descriptor)
         except OSError as cause:
@@ -414,7 +353,7 @@ class Lock:
                 return True
             if cause.errno in _HELD_BY_ANOTHER:
                 return False
-            raise write_error(self.path, cause) from cause
+            raise _write_error(self.path, cause) from cause
         if not self._is_current(descriptor):
             os.close(descriptor)
             return False
@@ -435,7 +374,7 @@ class Lock:
         with suppress(OSError):
             return _open_plainly(self.file, os.O_RDONLY)
         if not os.path.lexists(self.file):
-            raise write_error(self.path, cause) from cause
+            raise _write_error(self.path, cause) from cause
         raise DataFileError(
             self.path,
             f"not written, because its lock {self.file}{self._owner()} may not be opened",

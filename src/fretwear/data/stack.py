@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from contextlib import AbstractContextManager, closing
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import netCDF4
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.files import open_summary, opened_case
+from fretwear.data.files import open_group, open_summary, reading
 from fretwear.vocabulary import (
     CASE_ID,
     CYCLE,
@@ -26,8 +27,7 @@ from fretwear.vocabulary import (
     contact_frame,
 )
 
-if TYPE_CHECKING:
-    import xarray as xr
+Array = NDArray[np.float64]
 
 _CHUNK_BYTES = 32 << 20
 
@@ -38,64 +38,60 @@ MOST_POSITIONS = 4096
 """Largest number of shared positions on either side of the middle."""
 
 
-_Window = tuple[float, float, bool]
-"""Spacing and extent of a case along one direction, m, and whether it has both sides."""
-
-
-def window(cells: NDArray[np.float64]) -> _Window:
-    """Return the window of a case with these cells along x or y."""
-    is_whole = bool(cells[0] < 0.0)
-    inner, outer = float(cells[0]), float(cells[-1])
-    spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
-    return spacing, outer + 0.5 * spacing, is_whole
-
-
-def common_positions(windows: Collection[_Window]) -> NDArray[np.float64]:
-    """Return positions, m, common to all cases.
+def common_positions(cases: Collection[Array]) -> Array:
+    """Return positions, m, common to all cases, given the cell centres of each.
 
     They are the centres of cells of the finest spacing, up to the end of the largest window; if all
     cases have one spacing, these are the cells of the cases, and interpolation changes no value.
     More than `MOST_POSITIONS` on a side are replaced by that many, spaced wider.
     """
-    spacings, lengths, are_whole = zip(*windows, strict=True)
-    spacing, length = min(spacings), max(lengths)
+    ends = {(float(cells[0]), float(cells[-1]), cells.size) for cells in cases}
+    windows = [
+        ((last - first) / (size - 1) if first < 0.0 else 2.0 * first, last)
+        for first, last, size in ends
+    ]
+    spacing = min(step for step, _ in windows)
+    length = max(last + 0.5 * step for step, last in windows)
     # The margin keeps the last bit of the division from adding a cell.
     number = math.ceil(length / spacing * (1.0 - 1e-9))
     if number > MOST_POSITIONS:
         number, spacing = MOST_POSITIONS, length / MOST_POSITIONS
     x = (np.arange(number, dtype=np.float64) + 0.5) * spacing
-    return np.concatenate([-x[::-1], x]) if any(are_whole) else x
+    return np.concatenate([-x[::-1], x]) if any(first < 0.0 for first, *_ in ends) else x
 
 
 def resampled(
-    values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
-) -> NDArray[np.generic]:
-    """Interpolate n values at cell centres to m other positions, both in m, along one axis.
+    values: NDArray[Any], cells: Sequence[Array], positions: Sequence[Array], outside: float
+) -> NDArray[Any]:
+    """Interpolate values at cell centres to other positions, both in m, along the last axes.
 
     Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
-    at its centre; a state, which is a whole number, is taken from the nearest cell. Values are
-    constant beyond the outermost cells, and between the axis and the first cell of a one-sided
-    array. Cells that are all positive are one side of an even contact.
+    at its centre; a state, which is a whole number, is taken from the nearest cell. Between the
+    axis and the first cell of a one-sided array values are constant; beyond the outermost cell
+    centres they are `outside`. Cells that are all positive are one side of an even contact.
     """
+    inside = []
+    for axis, (at, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
+        inside.append(np.flatnonzero(np.abs(places) <= np.abs(at).max() * (1.0 + 1e-12)))
+        values = np.moveaxis(
+            _along_last(np.moveaxis(values, axis, -1), at, places[inside[-1]]), -1, axis
+        )
+    shape = (*values.shape[: -len(cells)], *(places.size for places in positions))
+    placed = np.full(shape, outside, values.dtype)
+    placed[(..., *np.ix_(*inside))] = values
+    return placed
+
+
+def _along_last(values: NDArray[Any], cells: Array, positions: Array) -> NDArray[Any]:
     if np.array_equal(cells, positions):
         return values
     where = np.abs(positions) if cells[0] > 0.0 else positions
     lower = np.clip(np.searchsorted(cells, where, side="right") - 1, 0, cells.size - 2)
-    weight = (where - cells[lower]) / (cells[lower + 1] - cells[lower])
-    weight = np.clip(weight, 0.0, 1.0)
-    along = np.moveaxis(values, axis, -1)
-    if values.dtype.kind == "f":
-        between = (1.0 - weight) * along[..., lower] + weight * along[..., lower + 1]
-    else:
-        between = along[..., lower + (weight >= 0.5)]
-    return np.moveaxis(between.astype(values.dtype), -1, axis)
-
-
-def positions_inside(
-    cells: NDArray[np.float64], positions: NDArray[np.float64]
-) -> NDArray[np.intp]:
-    """Return which positions are not beyond the outermost cell centres, both in m."""
-    return np.flatnonzero(np.abs(positions) <= np.abs(cells).max() * (1.0 + 1e-12))
+    weight = np.clip((where - cells[lower]) / (cells[lower + 1] - cells[lower]), 0.0, 1.0)
+    if values.dtype.kind != "f":
+        return values[..., lower + (weight >= 0.5)]
+    between = (1.0 - weight) * values[..., lower] + weight * values[..., lower + 1]
+    return between.astype(values.dtype)
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
@@ -145,23 +141,20 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """
     # dask takes a while to import, and only this function needs it.
     import dask.array as da
-    import xarray as xr
 
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
-    files, windows = np.full(status.shape, None), set()
+    files, rows = np.full(status.shape, None), list[Array]()
     for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
         files[position] = folder / "cases" / f"{ids[position]}.nc"
-        with opened_case(files[position]) as file:
-            if Y.name in file.variables:
-                windows.add(window(file[Y.name][:]))
-    # The lock that xarray uses for the netCDF library, which is not thread-safe.
+        with open_group(files[position]) as case:
+            rows += [case[Y.name].to_numpy()] if Y.name in case.coords else []
     with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
         lock = store.lock
     stacked, dims = summary.copy(), contact_frame(summary.variables).dims
-    if windows:
-        stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(windows), Y.attributes)})
+    if rows:
+        stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = tuple(stacked[name].to_numpy() for name in dims)
     for field in FIELDS:
         array = _StackedField(files, field, axes, lock)
@@ -178,14 +171,15 @@ class _StackedField:
     """One field of all cases as one array; indexing reads the case files.
 
     The files are arranged like the points of the study, None where a point is not done; the axes
-    are the common cycles and positions along x and y, m. The lock guards the netCDF library.
+    are the common cycles and positions along x and y, m. The lock is that of xarray: threads must
+    not use the netCDF library at the same time, not even to open files.
     """
 
     def __init__(
         self,
         files: NDArray[np.generic],
         field: Variable,
-        axes: tuple[NDArray[np.float64], ...],
+        axes: tuple[Array, ...],
         lock: AbstractContextManager[object],
     ) -> None:
         self.files, self.field, self.axes, self.lock = files, field, axes, lock
@@ -205,22 +199,19 @@ class _StackedField:
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue
-            # Opening a file needs the lock too.
-            with self.lock, netCDF4.Dataset(path) as file:
-                file.set_auto_mask(False)
-                stored = file[CYCLE.name][:].tolist()
+            with self.lock, reading(path), netCDF4.Dataset(path) as case:
+                case.set_auto_maskandscale(False)
+                if (field := case.variables.get(self.field.name)) is None:
+                    continue
+                stored = case[CYCLE.name][:].tolist()
                 snapshots = {
-                    place: file[self.field.name][stored.index(cycle)]
-                    for place, cycle in enumerate(cycles)
+                    row: field[stored.index(cycle)]
+                    for row, cycle in enumerate(cycles)
                     if cycle in stored
                 }
-                cells = [file[name][:] for name in contact_frame(file.variables).axes]
-            inside = [*map(positions_inside, cells, places)]
-            for place, snapshot in snapshots.items():
-                for axis, (centres, common) in enumerate(zip(cells, places, strict=True)):
-                    snapshot = resampled(snapshot, centres, common[inside[axis]], axis=axis)
-                values[position][place] = self.field.outside
-                values[position][place][np.ix_(*inside)] = snapshot
+                cells = [case[name][:] for name in field.dimensions[1:]]
+            for row, snapshot in snapshots.items():
+                values[position][row] = resampled(snapshot, cells, places, self.field.outside)
         single: list[int | slice] = [
             0 if isinstance(part, Integral) else np.s_[:] for part in within
         ]

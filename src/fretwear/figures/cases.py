@@ -23,13 +23,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
 
 from fretwear.arrays import Array
+from fretwear.data.atomic import atomic_path
 from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
     different_parameters,
     mirrored,
 )
-from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
@@ -62,7 +62,7 @@ from fretwear.figures.style import (
     style_context,
     styled,
 )
-from fretwear.study.parameters import replaced_by, symbol_text, value_text
+from fretwear.study.parameters import coordinate, replaced_by, symbol_text, value_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
 
@@ -179,9 +179,10 @@ def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or [{}]
     replaced = {name for block in blocks for key in block for name in replaced_by(key)}
     texts = []
-    for coordinate in (case[n] for n in names if n in case.coords and n not in replaced):
-        name, unit = str(coordinate.name), coordinate.attrs.get("units", "")
-        values = dict.fromkeys(block.get(name, coordinate.item()) for block in blocks)
+    stored = {name: case.coords[at] for name in names if (at := coordinate(name)) in case.coords}
+    for name in (name for name in stored if name not in replaced):
+        unit = stored[name].attrs.get("units", "")
+        values = dict.fromkeys(block.get(name, stored[name].item()) for block in blocks)
         first, *others = (in_unit(value, unit) for value in values)
         texts.append(" → ".join([symbol_text(name, first), *(value_text(name, n) for n in others)]))
     return ", ".join(texts)

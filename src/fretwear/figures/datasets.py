@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import gap_beyond, line_near_the_middle
-from fretwear.data.excerpts import MERGED_PROFILES
+from fretwear.data.files import MERGED_PROFILES
 from fretwear.data.stack import representative_cycles
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 

@@ -398,11 +398,11 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     volume.
     """
     across = next(name for name in WAYS if name in summary["status"].dims)
-    rest = {n: 0 for n in summary["status"].dims if n not in ("load", across)}
-    shown = summary.isel(rest).transpose("load", across, ...)
+    rest = {n: 0 for n in summary["status"].dims if n not in ("normal_load", across)}
+    shown = summary.isel(rest).transpose("normal_load", across, ...)
     gross = shown["regime"].mean("cycle", skipna=True).values
     volume = shown["wear_volume"].max("cycle").values
-    force = in_unit(1.0, shown["load"].attrs.get("units", ""))
+    force = in_unit(1.0, shown["normal_load"].attrs.get("units", ""))
     figure, axes = one_panel(1, 66.0, ax)
     caption(figure, "Fretting map: the regime of slip over load and displacement.")
     caption(figure, "Dots grow with the wear volume.")
@@ -410,7 +410,7 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     places = []
     for name, axis, like in (
         (across, axes.xaxis, 1.0),
-        ("load", axes.yaxis, force),
+        ("normal_load", axes.yaxis, force),
     ):
         places.append(parameter(name).suiting(like).unit.of(shown[name].values))
         axis.set_ticks(places[-1], [f"{value:g}" for value in places[-1]])

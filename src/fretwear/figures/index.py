@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretwear.data.safe import DataFileError, read_data
+from fretwear.data.atomic import DataFileError
 from fretwear.vocabulary import BODY_FIELDS, BODY_SCALARS, FIELDS, SCALARS
 
 INDEX_NAME = "index.json"
@@ -35,7 +35,6 @@ HISTORIES = {scalar.name.removesuffix("_x"): scalar.name for scalar in (*SCALARS
 """The results drawn over the cycles, by the names of their figures."""
 
 _NAME = re.compile(r"\w[\w.-]*", re.ASCII)
-_MOST_BYTES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
     """
     index = folder / INDEX_NAME
     try:
-        return [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
+        return [FigureEntry(**entry) for entry in json.loads(index.read_bytes())]
     except (OSError, ValueError, TypeError, RecursionError) as cause:
         problem = "there is no such file" if not index.exists() else "it is not a list of figures"
         raise DataFileError(index, problem, "Draw the figures again") from cause

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
+from fretwear.data.atomic import write_text
 from fretwear.data.effects import GOOD, SEED, Points
 from fretwear.data.files import open_case, open_loops
-from fretwear.data.safe import write_text
 from fretwear.figures.effects import (
     WAYS,
     effect_map,
@@ -179,7 +179,7 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
             yield of_figure(LEAD, ANSWER_CATEGORY, lead)
         wide, narrow = effects(points), effects(points, columns=1)
         yield of_figure("effects", ANSWER_CATEGORY, wide)._replace(narrow=narrow)
-    if "load" in summary["status"].dims and any(n in summary["status"].dims for n in WAYS):
+    if "normal_load" in summary["status"].dims and any(n in summary["status"].dims for n in WAYS):
         yield of_figure("fretting_map", ANSWER_CATEGORY, fretting_map(summary))
     mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
     if len(mapped) > 1 and all(points.lines[name] for name in mapped):

@@ -24,7 +24,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from fretwear.data.safe import atomic_path
+from fretwear.data.atomic import atomic_path
 from fretwear.figures.index import PAGE_WIDTH
 from fretwear.vocabulary import RESULTS
 

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.contents import HISTORY_GROUP
-from fretwear.data.excerpts import MERGED_PROFILES
-from fretwear.data.files import opened_case, opened_summary
+from fretwear.data.files import HISTORY_GROUP, MERGED_PROFILES, opened_case, opened_summary
 from fretwear.data.stack import representative_cycles
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, display_units, levels_of, result_variable

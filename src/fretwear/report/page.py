@@ -19,12 +19,11 @@ from typing import NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from fretwear.data.safe import DataFileError, read_data
+from fretwear.data.atomic import DataFileError
 from fretwear.figures.index import NARROW, PAGE_WIDTH, FigureEntry
 from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
-_MOST_BYTES = 200_000_000
 _MM_PER_POINT = 25.4 / 72.0
 _NOTHING_ELSE = (
     "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; "
@@ -102,7 +101,7 @@ def _uri(content: bytes, kind: str) -> str:
 def _read(path: Path) -> bytes:
     content = b""
     with suppress(OSError):
-        content = read_data(path, _MOST_BYTES)
+        content = path.read_bytes()
     if not content:
         raise DataFileError(path, "this figure is missing or empty", "Draw the figures again")
     return content

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.contents import HISTORY_GROUP
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
-from fretwear.data.files import opened_case
-from fretwear.data.safe import DataFileError
+from fretwear.data.files import HISTORY_GROUP, opened_case
+from fretwear.data.merge import check_belongs
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
@@ -44,7 +43,6 @@ from fretwear.vocabulary import (
 if TYPE_CHECKING:
     import xarray as xr
 
-_RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
 _UNKNOWN_REASON = "The simulation failed; its log says why."
 _EXAMINED = ("pressure", "shear_traction", "gap")
@@ -101,12 +99,8 @@ def point_results(
     `failures` are reasons by case id. Raises a `DataFileError` if the summary belongs to another
     study, or to an earlier state of the study of the plan.
     """
-    study, file = plan.study, Path("summary.nc")
-    status, ids = (summary.variables[name] for name in ("status", "case_id"))
-    sizes = dict(zip(status.dims, status.values.shape, strict=True))
-    if [*sizes.items()] != [*study.sizes.items()]:
-        problem = f"it has points {sizes}, but the study {study.name!r} has {study.sizes}"
-        raise DataFileError(file, problem, _RUN_AGAIN)
+    study, status = plan.study, summary.variables["status"]
+    check_belongs(summary, study)
     final = final_results(summary)
     columns = {name: final[name] for name in HEADLINES}
     # The energy of a contact that wears in is the rest of a larger one.
@@ -115,10 +109,6 @@ def point_results(
     results: list[PointResult] = []
     for point in study.points():
         place = point.place
-        if str(ids.values[place]) != point.id:
-            now = point.id or "an invalid point"
-            problem = f"it has case {ids.values[place]} where the study {study.name!r} has {now}"
-            raise DataFileError(file, problem, _RUN_AGAIN)
         outcome = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
         reason, values = point.problem, {}
         errors: dict[str, float] = {}
@@ -210,7 +200,7 @@ class Examined(NamedTuple):
 
 def examine(path: Path) -> Examined:
     """Read how a case was computed from its file; `DataFileError` if the file is damaged."""
-    with opened_case(path, values=True) as file:
+    with opened_case(path) as file:
         parameters = {
             name: float(variable[...])
             for name, variable in file.variables.items()
@@ -222,7 +212,7 @@ def examine(path: Path) -> Examined:
         missed = []
         for place, (normal, tangential) in enumerate(forces):
             fields = {name: file[name][place] for name in _EXAMINED}
-            now = {"load": float(normal), "tangential_load": float(tangential)}
+            now = {"normal_load": float(normal), "tangential_load": float(tangential)}
             missed.append(residuals(fields, parameters | now, copies))
         errors = file[HISTORY_GROUP][ERROR_ESTIMATE.name][:]
         numbers = {
@@ -250,7 +240,7 @@ def residuals(
     approach = parameters.get("hertz_radius", np.nan) ** 2 / radius
     approach = approach if np.isfinite(approach) else float(gap.max())
     return Residuals(
-        abs(float(pressure.sum()) * area / parameters["load"] - 1.0),
+        abs(float(pressure.sum()) * area / parameters["normal_load"] - 1.0),
         abs(float(shear.sum()) * area / parameters["tangential_load"] - 1.0),
         float((pressure * gap).max() / (pressure.max() * approach)),
     )

@@ -32,12 +32,14 @@ from typing import (
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.files import add_checksum, damage, finished_by, open_history, write_case
+from fretwear.data.files import finished_by, open_history, write_case
 from fretwear.data.safe import (
     DataFileError,
     Lock,
     Unfailing,
+    add_checksum,
     atomic_path,
+    damage,
     is_of_memory,
     is_of_netcdf,
     open_log,
@@ -335,7 +337,7 @@ def simulate_to_file(
             result = run(case, seen, record=kept, command=command, warn=warn)
             lock.ensure()
             with uninterrupted():
-                dataset, history, loops = result.labelled
+                dataset, history, loops = result
                 write_case(dataset, history, path, loops)
                 checkpoint.discard()
     return Outcome(len(kept.history) - 1, time.monotonic() - started)

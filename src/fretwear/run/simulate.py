@@ -7,15 +7,16 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
+from fretwear.data.dataset import mirrored
+from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
 from fretwear.mechanics.contact import Accuracy, ContactError
 from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
@@ -57,9 +58,6 @@ from fretwear.vocabulary import (
     ContactState,
     Y,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _MARGIN = 1.15
 
@@ -121,26 +119,12 @@ class DoubtfulResultWarning(UserWarning):
     """The results of a case are doubtful."""
 
 
-@dataclass(frozen=True)
-class Result:
-    """The results of a run: dataset of the case, history of every step, loops of cycles."""
+class Result(NamedTuple):
+    """The results of a run."""
 
-    labelled: tuple[Labelled, Labelled, Labelled]
-
-    @cached_property
-    def dataset(self) -> xr.Dataset:
-        """The dataset of the case."""
-        return self.labelled[0].dataset()
-
-    @cached_property
-    def history(self) -> xr.Dataset:
-        """The scalars at every step."""
-        return self.labelled[1].dataset()
-
-    @cached_property
-    def loops(self) -> xr.Dataset:
-        """Force and displacement round a cycle at the snapshots."""
-        return self.labelled[2].dataset()
+    dataset: xr.Dataset  # of the case
+    history: xr.Dataset  # scalars at every step
+    loops: xr.Dataset  # force and displacement round a cycle at the snapshots
 
 
 def simulate(
@@ -187,8 +171,6 @@ def simulate(
         dataset = run(case, [*observers, show], warn=warn).dataset
     if quarter:
         return dataset
-    from fretwear.data.dataset import mirrored
-
     return mirrored(dataset)
 
 
@@ -335,7 +317,7 @@ def _labelled(
         for table in (columns, scalars, errors)
     )
     cycles = [state.cycle for state in snapshots]
-    dataset = labelled_case(
+    dataset = case_dataset(
         asked,
         plane.x,
         plane.y,
@@ -352,12 +334,12 @@ def _labelled(
     )
     for text in dataset.attrs["warnings"].splitlines()[warned:]:
         warn(text)
-    history = labelled_history(steps_at, columns, of_steps, spent, case.frame)
+    history = history_dataset(steps_at, columns, of_steps, spent, case.frame)
     curves = {
         "force": np.array([curve.force for curve in computed.loops]),
         "displacement": np.array([curve.displacement for curve in computed.loops]),
     }
-    return Result((dataset, history, labelled_loops(cycles, curves, case.frame)))
+    return Result(dataset, history, loops_dataset(cycles, curves, case.frame))
 
 
 def steps(

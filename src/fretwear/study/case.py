@@ -24,6 +24,7 @@ from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import (
     base_names,
     by_member,
+    coordinate,
     html_table,
     make_member,
     missing_parameters,
@@ -371,7 +372,7 @@ class Case(Draft):
         Materials that differ appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
         return {
-            name: (value, "" if isinstance(value, str) else about.si_unit, about.words)
+            coordinate(name): (value, "" if isinstance(value, str) else about.si_unit, about.words)
             for name, about, value in self._coordinates()
         }
 

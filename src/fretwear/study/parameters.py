@@ -156,8 +156,11 @@ def replaced_by(name: str) -> set[str]:
 
 
 def coordinate(name: str) -> str:
-    """Return the name of a parameter as a dataset coordinate."""
-    return name.replace(".", "_")
+    """Return the name of a parameter as a dataset coordinate.
+
+    The load is ``normal_load`` there, because ``load`` is a method of datasets.
+    """
+    return "normal_load" if name == "load" else name.replace(".", "_")
 
 
 def parameter(name: str) -> Parameter:

@@ -20,7 +20,7 @@ from fretwear.mechanics.geometry.strips import Strips
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
-from fretwear.study.parameters import coordinate, value_text
+from fretwear.study.parameters import value_text
 from fretwear.study.problems import as_cell
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
@@ -425,10 +425,11 @@ def write_points(study: Study, path: str | Path) -> None:
         row: dict[str, object] = {"id": point.id}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
-            row[coordinate(name)] = value if isinstance(value, float | int | str) else label
+            row[name.replace(".", "_")] = value if isinstance(value, float | int | str) else label
         if point.case is not None:
             coordinates = point.case.scalar_coordinates()
             for name, (value, *_) in coordinates.items():
+                name = "load" if name == "normal_load" else name
                 # A dataset has the first value of a table as a number, which does not identify the
                 # table.
                 if name not in row or f"{name}_over_cycles" not in coordinates:

@@ -1,0 +1,90 @@
+"""Files that are complete or absent, and the error that names one."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+_CREATE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+_ABANDONED_SECONDS = 24 * 3600.0
+_NEARLY_FULL_BYTES = 1 << 20
+
+
+class DataFileError(Exception):
+    """A file that cannot be read or written: its path, the problem, the remedy."""
+
+    def __init__(self, path: Path, problem: str, remedy: str = "") -> None:
+        super().__init__(path, problem, remedy)
+        self.path, self.problem, self.remedy = path, problem, remedy
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.problem}. {self.remedy}".removesuffix(". ")
+
+
+@contextmanager
+def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary file in the same folder, which gets the name `path` on a clean exit.
+
+    The temporary name is unique, so that processes which write the same file never mix their
+    output; the last one prevails. On any error, interrupts included, the temporary file is removed
+    and an existing file stays as it is. The temporary file of a killed process is removed after a
+    day. `DataFileError` if the disk is full or the folder cannot be created or written to.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for old in path.parent.glob(f".{path.name}.*.tmp"):
+            with suppress(OSError):
+                if time.time() - old.stat().st_mtime > _ABANDONED_SECONDS:
+                    old.unlink()
+        # The netCDF library reports every failure to create a file as a lack of permission.
+        os.close(os.open(temporary, _CREATE, 0o666))
+        yield temporary
+        with temporary.open("rb+") as written:
+            os.fsync(written.fileno())
+        temporary.replace(path)
+    except (OSError, RuntimeError) as cause:
+        raise _write_error(path, cause) from cause
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text file (UTF-8, line ends as given) as `atomic_path` does."""
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def why_not_writable(folder: Path) -> str:
+    """Return why a folder can be neither written to nor created; empty if it can."""
+    existing = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+    try:
+        with tempfile.TemporaryFile(dir=existing):
+            return ""
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        return f"{folder}: cannot be written to: {reason}; choose another place"
+
+
+def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
+    """Say why a file could not be written; the netCDF library does not tell a full disk."""
+    number = cause.errno if isinstance(cause, OSError) else None
+    with suppress(OSError):
+        if shutil.disk_usage(path.parent).free < _NEARLY_FULL_BYTES:
+            number = errno.ENOSPC
+    if number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        remedy = "Free some space or choose another folder, then run the same command again"
+        return DataFileError(
+            path, "not written, because the disk (or the quota on it) is full", remedy
+        )
+    reason = os.strerror(number) if number else cause
+    return DataFileError(path, f"not written: {reason}", "Choose another folder")
