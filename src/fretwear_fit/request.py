@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.forms import Either, Mapped, Several
-from fretwear.mechanics.surface_files import Source, SourceFile, read_topography
+from fretwear.mechanics.surface_files import Source, SourceFile
 from fretwear.parts import (
     Choice,
     Flag,
@@ -33,6 +32,7 @@ from fretwear.study.case import Case
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
 from fretwear.study.setup import MAX_CYCLES
 from fretwear.study.yamlfile import as_mapping
+from fretwear.tables import Layout
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
@@ -45,9 +45,9 @@ from fretwear.units import (
     exact_text,
     listed,
     parse_quantity,
-    size_text,
 )
-from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, X, Y
+from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, Y
+from fretwear_fit.readings import readings_of
 
 MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 """Fields that are measured along a line."""
@@ -58,19 +58,26 @@ _NUMBERS = {result.name: result for result in (*SCALARS, *BODY_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
 _SAMPLERS = ("ensemble", "none")
 _BODIES = ("indenter", "flat")
-_TEXTS = (".csv", ".txt", ".dat")
-_FEWEST, _MOST_LINES = 5, 200_000
-_MOST_TEXT_BYTES, _MOST_HEAD = 20_000_000, 200
-_NARROWEST, _FARTHEST, _LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
+_LAYOUT = {
+    "columns": [0, 2],
+    "units": ["mm", "um"],
+    "skip": 12,
+    "decimal": ",",
+    "encoding": "latin-1",
+}
+_LAYOUT_WORDS = {
+    "columns": "Columns to use, by number from 0 or by name: [0, 2].",
+    "units": "Their units, where the file does not say them: [mm, um].",
+    "skip": "Lines before the names of the columns.",
+    "decimal": "Sign before the decimals, '.' or ','.",
+    "encoding": "Encoding of the text, such as latin-1.",
+    "unit": "Unit of lengths in the file of an instrument that does not say it.",
+}
 _EXAMPLE = "{file: scar.csv, quantity: wear_depth_flat, cycle: 18000}"
 _FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
-_COLUMN = re.compile(r"\s*(?P<name>[A-Za-z]+)[\s_]*[(\[/]?\s*(?P<unit>[^)\]\s]+)?\s*[)\]]?\s*")
-_LENGTH, _FORCE = BY_SI_UNIT["m"], BY_SI_UNIT["N"]
+_FORCE = BY_SI_UNIT["N"]
 # pint does not tell an energy per length from a force.
 _ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (Unit("J/m"),))
-# A scar whose readings have the wrong sign is this many times deeper above its base line.
-_WRONG_WAY = 3.0
-_DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
 
 
 @dataclass(frozen=True)
@@ -153,8 +160,8 @@ class Measurement(Part):
     file: Annotated[
         Source | None,
         SourceFile("", "file", example="scar.csv"),
-        "Its profile or loop: a text with two columns and their units in its first line, or a map "
-        "of an instrument.",
+        "Its profile or loop: a text with columns and their units above them, or a line scan or "
+        "map of an instrument.",
     ] = None
     cycle: Annotated[
         int | None,
@@ -187,6 +194,9 @@ class Measurement(Part):
         Quantity("N", "", "noise of forces", "N", "0.2 N", above=0.0),
         "Standard deviation of the forces of a loop.",
     ] = None
+    #: what a text does not say: columns, units, lines to skip, decimal sign, encoding
+    layout: Layout = Layout()  # noqa: RUF009 - frozen
+    unit: str | None = None  #: of lengths in the file of an instrument that does not say it
     #: what is free of the base line of a profile
     baseline: tuple[str, ...] = BASELINE
     #: readings: positions and depths of a profile, displacements and forces of a loop
@@ -304,6 +314,8 @@ class FitRequest(StudySection):
         words = "What of the base line is free: offset, tilt and shift, or some of them."
         fields["baseline"] = {"description": words, **baseline}
         fields["value"] = {"description": "A measured number.", **anything}
+        for key, words in _LAYOUT_WORDS.items():
+            fields[key] = {"description": words}
         words = "Its standard deviation, in its unit or in %."
         fields["error"] = {"description": words, **anything}
         words = "The parameters that are sought, each with a range: [low, high]."
@@ -415,7 +427,7 @@ def _read_measurement(given: object) -> Measurement:
     if not isinstance(given, Mapping):
         raise QuantityError("must be a mapping", _EXAMPLE)
     problems, read, fields = Problems(), dict[str, object](), Measurement.parameters()
-    others = ("baseline", "value", "error")
+    others = ("baseline", "value", "error", "unit", *_LAYOUT)
     problems.unknown("", given, [*fields, *others], "is not known")
     with problems.at("", given):
         rest = {name: value for name, value in given.items() if name in fields}
@@ -423,6 +435,8 @@ def _read_measurement(given: object) -> Measurement:
     if "baseline" in given:
         with problems.at(".baseline", given["baseline"]):
             read["baseline"] = _read_baseline(given["baseline"])
+    with problems.at("", given):
+        read["layout"], read["unit"] = read_layout(given), given.get("unit")
     problems = Problems(
         replace(problem, valid_words=_QUANTITIES) if problem.key == ".quantity" else problem
         for problem in problems
@@ -449,9 +463,28 @@ def _read_measurement(given: object) -> Measurement:
             problems.add(".force_noise", None, "is missing", "such as force_noise: 0.2 N")
         problems.raise_any()
         with problems.at(".file", given["file"]):
-            vars(measurement)["readings"] = _readings(measurement)
+            vars(measurement)["readings"] = readings_of(measurement)
     problems.raise_any()
     return measurement
+
+
+def read_layout(given: Mapping[str, object]) -> Layout:
+    """The keys beside the name of a file that say how its table is written."""
+    found = {key: given[key] for key in _LAYOUT if key in given}
+    for key in ("columns", "units"):
+        if key in found:
+            value = found[key]
+            values = tuple(value) if is_list(value) else (value,)
+            kinds = int | str if key == "columns" else str
+            if not values or not all(isinstance(one, kinds) for one in values):
+                raise QuantityError(f"{key} must be a list such as {_LAYOUT[key]}")
+            found[key] = values
+    skip, decimal = found.get("skip", 0), found.get("decimal", ".")
+    if not isinstance(skip, int) or skip < 0:
+        raise QuantityError("skip must be a number of lines, such as 12")
+    if decimal not in (".", ","):
+        raise QuantityError("decimal must be '.' or ','")
+    return Layout(**found)  # type: ignore[arg-type]
 
 
 def _read_baseline(given: object) -> tuple[str, ...]:
@@ -493,118 +526,3 @@ def _read_number(
         if not read.get("error", 1.0) > 0.0:
             raise QuantityError("must be larger than 0", "such as 5 %")
     return read
-
-
-def _readings(about: Measurement) -> tuple[Array, Array]:
-    """Positions and depths of a profile, m, or displacements, m, and forces, N, of a loop."""
-    assert about.file is not None
-    path = Path(about.file.path)
-    if path.suffix.lower() not in _TEXTS:
-        if about.is_loop:
-            raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
-        x, depth = _line_of_map(about)
-    else:
-        x, depth = _columns(path, about)
-    if about.is_loop:
-        return _in_order(x, depth)
-    if (np.diff(x) < 0.0).all():
-        x, depth = x[::-1], depth[::-1]
-    for place, (before, after) in enumerate(pairwise(x), start=2):
-        if after == before:
-            raise QuantityError(f"has the position {after:g} m twice, at reading {place}")
-        if after < before:
-            rule = f"is not sorted: reading {place} goes back to x = {after:g} m"
-            raise QuantityError(rule, "give the readings of one line in order")
-    ends = max(2, x.size // 10)
-    flat = np.r_[0:ends, x.size - ends : x.size]
-    over = depth - np.polyval(np.polyfit(x[flat], depth[flat], 1), x)
-    if x.size >= 10 and -over.min() > _WRONG_WAY * max(over.max(), 1e-30):
-        rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
-        raise QuantityError(rule, "name the column height if it holds heights")
-    return x, depth
-
-
-def _in_order(x: Array, force: Array) -> tuple[Array, Array]:
-    """Displacements and forces of a loop that dissipates, from the largest displacement on."""
-    if float(force @ (np.roll(x, -1) - np.roll(x, 1))) < 0.0:
-        x, force = x[::-1], force[::-1]
-    begin = int(x.argmax())
-    x, force = np.roll(x, -begin), np.roll(force, -begin)
-    down, up = np.split(x, [int(x.argmin()) + 1])
-    back = (
-        (down - np.minimum.accumulate(down)).max(),
-        (np.maximum.accumulate(up) - up).max(initial=0),
-    )
-    if max(back) > _DISORDER * np.ptp(x):
-        rule = "is not one loop: its displacement does not fall and rise once"
-        raise QuantityError(rule, "give the readings of one cycle, one after the other")
-    return x, force
-
-
-def _columns(path: Path, about: Measurement) -> tuple[Array, Array]:
-    """Two columns of a text in SI units, the names and units of which are in its first line."""
-    is_loop, second_is = about.is_loop, _LENGTH
-    if about.force_noise is not None and is_loop:
-        second_is = BY_SI_UNIT[about.force_noise.si_unit]
-    try:
-        if (size := path.stat().st_size) > _MOST_TEXT_BYTES:
-            limit = size_text(_MOST_TEXT_BYTES)
-            raise QuantityError(f"has {size_text(size)}, more than the {limit} allowed")
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise QuantityError(f"cannot be read as text: {error}") from error
-    if len(lines) > _MOST_LINES:
-        raise QuantityError(f"has {len(lines):,} lines, more than the {_MOST_LINES:,} allowed")
-    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    force = f"force ({second_is.example.split()[-1]})"
-    names = ("displacement (um)", force) if is_loop else ("x (um)", "depth (um)")
-    example = f"such as {', '.join(names)}"
-    first = rows[0][1] if rows else ""
-    heads = [_COLUMN.fullmatch(cell) for cell in re.split(r"[,;\t]", first[:_MOST_HEAD])]
-    if len(heads) < 2 or None in heads[:2]:
-        raise QuantityError("must name two columns with their units in its first line", example)
-    sign, scales = 1.0, []
-    second = ("force",) if is_loop else ("depth", "wear", "height", "z")
-    allowed = (("displacement",) if is_loop else ("x", "y", "position"), second)
-    for head, valid, dimension in zip(heads, allowed, (_LENGTH, second_is), strict=False):
-        assert head is not None
-        name = head["name"].casefold()
-        if name not in valid:
-            raise QuantityError(f"has a column {name!r}, not {listed(valid, 'or')}", example)
-        if head["unit"] is None:
-            raise QuantityError(f"has no unit for its column {name!r}", example)
-        scales.append(parse_quantity(f"1 {head['unit']}", dimension, units_required=True))
-        sign = -1.0 if name in ("height", "z") else sign
-    table = []
-    for number, line in rows[1:]:
-        cells = re.split(r"[,;\t]\s*|\s+", line.strip())
-        try:
-            values = [float(cell) for cell in cells[:2]]
-        except ValueError:
-            values = []
-        if len(values) != 2:
-            raise QuantityError(f"has no two numbers in line {number}: {line.strip()[:40]!r}")
-        if not np.isfinite(values).all():
-            raise QuantityError(f"has a missing value in line {number}", "leave that line out")
-        table.append(values)
-    if len(table) < _FEWEST:
-        raise QuantityError(f"has {len(table)} readings; at least {_FEWEST} are needed")
-    x, depth = (np.array(table) * scales).T
-    most = _LARGEST_FORCE if is_loop else _FARTHEST
-    if np.abs(x).max() > _FARTHEST or np.abs(depth).max() > most:
-        raise QuantityError("has values that no scar has", "check the units in its first line")
-    if np.ptp(x) < _NARROWEST:
-        raise QuantityError(f"is {np.ptp(x):g} m wide", "check the units in its first line")
-    return x, sign * depth
-
-
-def _line_of_map(about: Measurement) -> tuple[Array, Array]:
-    """Positions and depths along a line of a map of heights, m."""
-    assert about.file is not None
-    surface = read_topography(about.file, False)
-    heights = surface.heights if about.along == X.name else surface.heights.T
-    along, across = (surface.x, surface.y) if about.along == X.name else (surface.y, surface.x)
-    place = 0.0 if about.line is None else about.line - 0.5 * (across[-1] - across[0])
-    if abs(place) > abs(across[-1]) * (1.0 + 1e-9):
-        raise QuantityError(f"has no line at {about.line:g} m: it is {2 * across[-1]:g} m wide")
-    return along, -heights[:, int(abs(across - place).argmin())]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
@@ -14,7 +15,9 @@ from fretwear.arrays import Array
 from fretwear.forms import Patch
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
 from fretwear.mechanics.surface_files import (
+    FORMS,
     UNKNOWN,
+    FileKey,
     Rectangle,
     Source,
     SourceFile,
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
 
 Coordinate = TypeVar("Coordinate", float, Array)
 _TABLE = 1000
+_MOST_MISSING = 0.05  # of the points within the contact
 
 
 class FromFile(Part):
@@ -142,6 +146,12 @@ class _Map(FromFile):
 
     patch: Rectangle | None
     tilt: str = "keep"
+    form: str = ""
+    outliers: str = "keep"
+    unit: str = ""
+    size: str = ""
+    format: str = ""
+    channel: str = ""
 
     # By default two cells, at least one, to the distance of two points: `finest` is twice that.
     detail: ClassVar[str] = "distance of two points"
@@ -151,7 +161,17 @@ class _Map(FromFile):
         """The topography."""
         if not self.is_known:
             return UNKNOWN
-        return read_topography(self.file, self.tilt == "remove", self.patch)
+        return read_topography(
+            self.file,
+            self.tilt == "remove",
+            self.patch,
+            form=self.form,
+            outliers=self.outliers,
+            unit=self.unit or None,
+            size=self.size,
+            file_format=self.format,
+            channel=self.channel,
+        )
 
     def _interpolated(self, x: Array, y: Array) -> Array:
         """Heights, m, interpolated between the points; outside, the heights at the border."""
@@ -208,6 +228,30 @@ class MeasuredRoughness(_Map, Roughness):
         Choice("body", "body of the surface", ("flat", "indenter")),
         "The body that has this surface.",
     ] = "flat"
+    form: Annotated[
+        str,
+        FileKey("form", "form removed from the surface", "sphere", FORMS),
+        "Best-fitting shape to subtract; by default as tilt says.",
+    ] = ""
+    outliers: Annotated[
+        str,
+        FileKey("outliers", "spikes", "fill", ("keep", "fill"), "keep"),
+        "Whether points that differ from their neighbours by more than 10 rms are filled.",
+    ] = "keep"
+    unit: Annotated[
+        str, FileKey("unit", "unit of lengths", "um"), "Unit of lengths, if the file has none."
+    ] = ""
+    size: Annotated[
+        str,
+        FileKey("size", "sides of the map", "[900 um, 900 um]"),
+        "Lengths of its sides, if the file has none.",
+    ] = ""
+    format: Annotated[
+        str, FileKey("format", "format", "xyz"), "Format of SurfaceTopography, if not detected."
+    ] = ""
+    channel: Annotated[
+        str, FileKey("channel", "channel", "0"), "Number or name of the channel to read."
+    ] = ""
     kind: Literal["measured"] = "measured"
 
     def height(self, x: Array, y: Array) -> Array:
@@ -227,6 +271,33 @@ class MeasuredRoughness(_Map, Roughness):
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
         return self.read().rms_slope
+
+    def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str, str]]:
+        """What makes the map doubtful under a contact of some radius, m: what, detail, remedy.
+
+        `curvature` is that of the indenter, 1/m.
+        """
+        data = self.read()
+        if (share := data.missing_within(radius)) > _MOST_MISSING:
+            yield (
+                "lies on a surface with missing points, which were filled in",
+                f"{100.0 * share:.0f} % of the points within the contact radius and "
+                f"{data.missing:.0f} of {data.heights.size} in the map were not measured",
+                "choose a patch with measured points in its middle, or measure again",
+            )
+        same = self.body == "indenter" and abs(data.curvature - curvature) < 0.2 * curvature
+        if same and self.form in ("", "none", "plane"):
+            yield (
+                "has the curvature of its indenter twice, because the map has it too",
+                f"the map has a radius of {1e3 / data.curvature:.3g} mm",
+                "write form: sphere beside the file",
+            )
+        if data.spikes:
+            yield (
+                "lies on a surface with spikes, which may carry the load",
+                f"{data.spikes} points differ from their neighbours by more than 10 rms",
+                "write outliers: fill beside the file, or make sure that they are real",
+            )
 
     @property
     def sides(self) -> tuple[float, float]:

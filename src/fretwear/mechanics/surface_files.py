@@ -2,35 +2,29 @@
 
 A case keeps the name and the checksum of a file (`Source`): the same file is the same surface
 wherever it lies. Formats of profilometers and microscopes are read by SurfaceTopography,
-which is optional and imported when a topography is read; profiles are plain text. A file may come
-from anybody: it is read by a child process with limits of memory and time.
+which is optional and imported when a topography is read; tables of numbers by `fretwear.tables`.
 """
 
 from __future__ import annotations
 
-import faulthandler
 import hashlib
-import json
 import math
-import os
 import re
-import signal
 import stat
 import warnings
-import zipfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.parts import Coordinates, Plain, Schema
-from fretwear.platform import HAS_FORK, STOPPING
-from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
+from fretwear.parts import Coordinates, Plain, Schema, is_list
+from fretwear.tables import Layout, Table, read_table
+from fretwear.units import LENGTH, QuantityError, listed, parse_quantity, size_text
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
@@ -41,12 +35,11 @@ Rectangle = tuple[float, float, float, float]
 
 MOST_BYTES = 2**30
 MOST_POINTS = 25_000_000
-# Limits of the process that reads a file: memory, bytes, processor time and clock time, s.
-_MOST_MEMORY = 4 * MOST_BYTES
-_MOST_SECONDS, _MOST_SECONDS_WAITED = 10, 60
-_MOST_BYTES_OF_TEXT, _MOST_LINES = 10**7, 10**5
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
+_SPIKE = 10.0
+_CORRECTIONS = 6
+_TABLES = (".csv", ".txt", ".dat", ".xyz", ".asc")
 _REMEDY = "export the part of the surface that touches"
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
@@ -161,73 +154,30 @@ def read_once(most: int) -> Callable[[Callable[Arguments, Content]], Callable[Ar
     return keeping
 
 
-def _in_child(read: Callable[[], Sequence[Array]]) -> list[Array]:
-    """Return the arrays that a function returns in a child process with limits.
+@dataclass(frozen=True)
+class FileKey(Plain):
+    """A key beside the name of a file, as text; empty: as the file says it."""
 
-    A small file may ask for any memory and time, or crash a library. `QuantityError` if the
-    function raises it, exceeds the limits, or crashes. Systems without ``fork`` read it in this
-    process, without limits.
-    """
-    if not HAS_FORK:
-        return [*read()]
-    ours, theirs = os.pipe()
-    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
-        child = os.fork()  # other threads do not exist in the child, which uses nothing of theirs
-    if not child:
-        with suppress(BaseException):
-            os.close(ours)
-            _answer(read, theirs)
-        os._exit(0)
-    try:
-        os.close(theirs)
-        with os.fdopen(ours, "rb") as pipe:
-            header, values = pipe.readline(), pipe.read()
-    finally:
-        os.kill(child, signal.SIGKILL)
-        status = os.waitpid(child, 0)[1]
-    ending = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
-    if ending in (signal.SIGXCPU, signal.SIGALRM):
-        raise QuantityError(f"cannot be read within {_MOST_SECONDS} s of processor time", _REMEDY)
-    try:
-        shapes, rule, hint = json.loads(header)
-        sizes = [math.prod(shape) for shape in shapes]
-        parts = np.split(np.frombuffer(values), np.cumsum(sizes))
-        arrays = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=False)]
-    except ValueError:
-        raise QuantityError("cannot be read: the library that reads it crashed") from None
-    if rule:
-        raise QuantityError(rule, hint)
-    return arrays
+    example: str = ""
+    options: tuple[str, ...] = ()  # all that it may be
+    unsaid: Any = ""
 
+    def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - text
+        """Return the text; a list becomes a text with commas."""
+        if value is None or value == "":
+            return ""
+        values = value if is_list(value) else [value]
+        if not all(isinstance(one, str | int) for one in values):
+            raise QuantityError("must be text", f"such as {self.example}")
+        if self.options and value not in self.options:
+            raise QuantityError(f"must be {listed(self.options, 'or')}", "", self.options)
+        return ", ".join(str(one) for one in values)
 
-def _answer(read: Callable[[], Sequence[Array]], pipe: int) -> None:
-    """Write the arrays that a function returns, or why there are none, to a pipe."""
-    import resource  # which a system with ``fork`` has
-
-    for number in (*STOPPING, signal.SIGALRM):
-        signal.signal(number, signal.SIG_DFL)
-    signal.alarm(_MOST_SECONDS_WAITED)
-    faulthandler.disable()  # the parent tells of a crash
-    warnings.simplefilter("ignore")
-    resource.setrlimit(resource.RLIMIT_CPU, (_MOST_SECONDS, _MOST_SECONDS + 1))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with suppress(OSError, ValueError):  # the limit of the system may be lower
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        most = pages * resource.getpagesize() + _MOST_MEMORY
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-    arrays: Sequence[Array] = ()
-    problem = "", ""
-    try:
-        arrays = read()
-    except QuantityError as error:
-        problem = error.rule, error.hint
-    except MemoryError:
-        problem = f"cannot be read within {size_text(_MOST_MEMORY)} of memory", _REMEDY
-    with os.fdopen(pipe, "wb") as answer:
-        shapes = [array.shape for array in arrays]
-        answer.write(json.dumps([shapes, *problem]).encode() + b"\n")
-        for array in arrays:
-            answer.write(array.tobytes())
+    def schema(self) -> Schema:
+        """JSON Schema of the value in a study file."""
+        if self.options:
+            return {"enum": [*self.options]}
+        return {"type": ["string", "integer", "array"], "examples": [self.example]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +187,8 @@ class Topography:
     x: Array  #: coordinates of the points, shape (nx,), increasing
     y: Array  #: shape (ny,)
     heights: Array  #: upwards out of the body, shape (nx, ny); their mean is 0
-    missing: float  #: number of points that were not measured and have been filled in
+    measured: Mask  #: whether each point was measured; the others have been filled in
+    spikes: int = 0  #: points that differed from their neighbours by more than 10 rms heights
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -248,6 +199,24 @@ class Topography:
     def sides(self) -> tuple[float, float]:
         """Lengths of the sides, a point's share at the border included, m."""
         return len(self.x) * self.spacing[0], len(self.y) * self.spacing[1]
+
+    @property
+    def missing(self) -> float:
+        """Number of points that were not measured; NaN where it is not known."""
+        return float((~self.measured).sum()) if np.isfinite(self.x).all() else math.nan
+
+    def missing_within(self, radius: float) -> float:
+        """Share of the points within a radius, m, of the centre that were not measured."""
+        inside = np.hypot(self.x[:, None], self.y) <= radius
+        return float(np.mean(~self.measured[inside])) if inside.any() else 0.0
+
+    @cached_property
+    def curvature(self) -> float:
+        """Mean curvature of the best-fitting paraboloid, 1/m, positive where it is convex."""
+        if not np.isfinite(self.highest) or not np.isfinite(self.x).all():
+            return 0.0
+        *_, xx, yy = fitted(self.x, self.y, self.heights, self.measured, (*_PLANE, (2, 0), (0, 2)))
+        return float(-(xx + yy))
 
     @cached_property
     def rms_height(self) -> float:
@@ -275,12 +244,32 @@ class Topography:
 
 # Stands for the topography of a case that is read from a dataset, without its file.
 _FAR = np.array([0.0, math.inf])
-UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), math.nan)
+UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), np.ones((2, 2), bool))
+
+_PLANE = ((0, 0), (1, 0), (0, 1))
+_TERMS = {
+    "none": ((0, 0),),
+    "plane": _PLANE,
+    "sphere": (*_PLANE, (2, 0), (1, 1), (0, 2)),
+    "cylinder": (*_PLANE, (2, 0)),  # and the same across
+    "paraboloid": (*_PLANE, (2, 0), (1, 1), (0, 2)),
+}
+FORMS = tuple(_TERMS)
+"""Shapes that may be removed from a map: the best-fitting one of each kind."""
 
 
 @read_once(4)
 def read_topography(
-    source: Source, levelled: bool = True, patch: tuple[float, ...] | None = None
+    source: Source,
+    levelled: bool = True,
+    patch: tuple[float, ...] | None = None,
+    *,
+    form: str = "",
+    outliers: str = "keep",
+    unit: str | None = None,
+    size: str = "",
+    file_format: str = "",
+    channel: str = "",
 ) -> Topography:
     """Read a measured surface.
 
@@ -292,30 +281,23 @@ def read_topography(
         Whether to subtract the best-fitting plane, rather than just the mean.
     patch
         Corner x, y, width and height, m, of the part to read, from the file's corner; None: all.
+    form
+        One of `FORMS` to subtract instead.
+    outliers
+        ``fill`` replaces points that differ from their neighbours by more than 10 rms heights.
+    unit, size, file_format, channel
+        What the file does not say: its unit of length; its sides, such as "900 um, 900 um"; a
+        format and the number or name of a channel of SurfaceTopography.
 
     Raises
     ------
     QuantityError
         If the file cannot be used; the message says why.
     """
-    try:
-        # The child then need not import it.
-        import SurfaceTopography  # noqa: F401
-    except ImportError as error:
-        raise QuantityError(
-            "needs the package SurfaceTopography, which is not installed",
-            "install it: pip install 'fretwear[surfaces]'",
-        ) from error
-    x, y, heights, missing = _in_child(lambda: _read_map(source, levelled, patch))
-    return Topography(x, y, heights, float(missing))
-
-
-def _read_map(source: Source, levelled: bool, patch: tuple[float, ...] | None) -> Sequence[Array]:
-    """Coordinates of the points, m, levelled heights, m, and number of missing points."""
-    values, sides = _opened(source)
+    values, sides = _map_of(source, unit, size, file_format, channel)
     points = [
-        (np.arange(count) + 0.5) * (size / count)
-        for count, size in zip(values.shape, sides, strict=True)
+        (np.arange(count) + 0.5) * (side / count)
+        for count, side in zip(values.shape, sides, strict=True)
     ]
     if patch is not None:
         inside = [
@@ -334,12 +316,65 @@ def _read_map(source: Source, levelled: bool, patch: tuple[float, ...] | None) -
     if measured.sum() < _LEAST_POINTS:
         raise QuantityError("has no heights: every point is missing")
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
-    powers = ((0, 0), (1, 0), (0, 1)) if levelled else ((0, 0),)
-    mean, *slopes = fitted(x, y, np.where(measured, values, 0.0), measured, powers)
-    values -= mean
-    for slope, distance in zip(slopes, (x[:, None], y), strict=False):
-        values -= slope * distance
-    return x, y, _filled(values, measured), np.array(float((~measured).sum()))
+    form = form or ("plane" if levelled else "none")
+    values = _without(form, x, y, values, measured)
+    spikes = _spikes(values, measured)
+    if outliers == "fill" and spikes.any():
+        measured = measured & ~spikes
+        values, spikes = _without(form, x, y, values, measured), spikes & False
+    return Topography(x, y, _filled(values, measured), measured, int(spikes.sum()))
+
+
+def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Array:
+    """Heights less the best-fitting form of a kind."""
+    terms = _TERMS[form]
+    if form == "cylinder":  # along y or along x
+        of_y = (*_PLANE, (0, 2))
+        kept = [_less(t, x, y, values, measured) for t in (terms, of_y)]
+        return min(kept, key=lambda left: float(np.nanvar(left)))
+    if form == "sphere":
+        values = values - _cap(x, y, values, measured)
+        terms = _PLANE
+    return _less(terms, x, y, values, measured)
+
+
+def _cap(x: Array, y: Array, values: Array, measured: Mask) -> Array:
+    """Heights of the best-fitting sphere, from corrections of its curvature and its apex."""
+    curvature = at_x = at_y = 0.0
+    cap = np.zeros(values.shape)
+    for _ in range(_CORRECTIONS):
+        left = np.where(measured, values - cap, 0.0)
+        _, slope_x, slope_y, xx, _, yy = fitted(x, y, left, measured, _TERMS["sphere"])
+        curvature += xx + yy
+        at_x, at_y = at_x - slope_x / curvature, at_y - slope_y / curvature
+        square = (x[:, None] - at_x) ** 2 + (y - at_y) ** 2
+        if not (square * curvature**2 < 1.0).all():
+            raise QuantityError("is not a part of a sphere", "choose form: paraboloid or plane")
+        cap = curvature * square / (1.0 + np.sqrt(1.0 - square * curvature**2))
+    return cap
+
+
+def _less(
+    terms: Sequence[tuple[int, int]], x: Array, y: Array, values: Array, measured: Mask
+) -> Array:
+    """Heights less the best-fitting polynomial with some terms xⁱyʲ."""
+    factors = fitted(x, y, np.where(measured, values, 0.0), measured, terms)
+    left = values.copy()
+    for (i, j), factor in zip(terms, factors, strict=True):
+        left -= factor * x[:, None] ** i * y**j
+    return left
+
+
+def _spikes(values: Array, measured: Mask) -> Mask:
+    """Points that differ from the median of their neighbours by more than 10 rms heights."""
+    from scipy.ndimage import median_filter
+
+    heights = np.where(measured, values, 0.0)
+    # Of a normal distribution, so that spikes do not count.
+    rms = 1.4826 * float(np.median(np.abs(heights[measured])))
+    away = np.abs(heights - median_filter(heights, 3, mode="nearest"))
+    spikes: Mask = measured & (away > _SPIKE * rms) & (rms > 0.0)
+    return spikes
 
 
 def fitted(
@@ -362,43 +397,100 @@ def fitted(
     return result
 
 
-def _opened(source: Source) -> tuple[Array, tuple[float, float]]:
-    """Heights, NaN where missing, and lengths of the sides of a map of SurfaceTopography, m."""
-    from SurfaceTopography import open_topography
+def _map_of(
+    source: Source, unit: str | None, size: str, file_format: str, channel: str
+) -> tuple[Array, tuple[float, float]]:
+    """Heights, NaN where missing, and lengths of the sides of a map, m."""
+    if Path(source.path).suffix.lower() in _TABLES and not file_format:
+        with suppress(QuantityError):
+            table = read_table(Path(source.path))
+            if table.values.shape[1] >= 3 and (table.units[0] or unit):
+                return _grid(table, unit)
+    surface = _opened(source, unit, size, file_format, channel)
+    if surface.dim != 2:
+        raise QuantityError("is a line scan, but a map of heights over x and y is needed")
+    x, y = surface.physical_sizes
+    return np.ma.filled(surface.heights().astype(float), np.nan), (x, y)
 
+
+def _grid(table: Table, unit: str | None) -> tuple[Array, tuple[float, float]]:
+    """Heights and sides of a map whose table has the columns x, y and z."""
+    if unit is not None:
+        table = replace(table, layout=Layout(units=(unit,)))
+    example = "such as x (um),y (um),z (um)"
+    names = (("x",), ("y",), ("z", "height", "heights"))
+    x, y, z = (table.column(n, words, LENGTH, example)[0] for n, words in enumerate(names))
+    (of_x, at_x), (of_y, at_y) = (
+        np.unique(np.round(at / (np.ptp(at) or 1.0), 9), return_inverse=True) for at in (x, y)
+    )
+    if min(of_x.size, of_y.size) < _LEAST_POINTS or of_x.size * of_y.size > 4 * x.size:
+        raise QuantityError("is no map: its points do not lie on a grid of x and y")
+    heights = np.full((of_x.size, of_y.size), np.nan)
+    heights[at_x, at_y] = z
+    sides = (np.ptp(at) * count / (count - 1) for at, count in ((x, of_x.size), (y, of_y.size)))
+    return heights, (next(sides), next(sides))
+
+
+@read_once(8)
+def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | None:
+    """Positions and heights along a line scan, m; None if the file holds a map."""
+    surface = _opened(source, unit, "", "", "")
+    if surface.dim != 1:
+        return None
+    heights = np.ma.filled(surface.heights().astype(float), np.nan)
+    return np.asarray(surface.positions(), float), heights
+
+
+def _opened(source: Source, unit: str | None, size: str, file_format: str, channel: str) -> Any:
+    """What SurfaceTopography reads from a file, in m."""
     try:
-        unpacked = sum(member.file_size for member in zipfile.ZipFile(source.path).infolist())
-    except (OSError, ValueError, zipfile.BadZipFile):
-        unpacked = 0
-    if unpacked > MOST_BYTES:
-        has = f"has {size_text(unpacked)} when unpacked"
-        raise QuantityError(f"{has}, more than the {size_text(MOST_BYTES)} allowed", _REMEDY)
+        from SurfaceTopography import open_topography
+    except ImportError as error:
+        raise QuantityError(
+            "needs the package SurfaceTopography, which is not installed",
+            "install it: pip install 'fretwear[surfaces]'",
+        ) from error
+    named: dict[str, Any] = {}
     try:
         # The readers of some forty formats raise all sorts of errors.
-        reader = open_topography(source.path)
-        shape = reader.default_channel.nb_grid_pts
-        if math.prod(shape) <= MOST_POINTS:
-            surface = reader.topography()
-    except MemoryError:
+        with warnings.catch_warnings(action="ignore"):
+            reader = open_topography(
+                source.path, **({"format": file_format} if file_format else {})
+            )
+            chosen = reader.default_channel
+            if channel:
+                number = int(channel) if channel.isdecimal() else None
+                names = [one.name for one in reader.channels]
+                chosen = reader.channels[names.index(channel) if number is None else number]
+            if chosen.unit is None and unit:
+                named["unit"] = unit
+            if chosen.physical_sizes is None and size and unit:
+                lengths = [
+                    parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")
+                ]
+                scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
+                named["physical_sizes"] = tuple(length / scale for length in lengths)
+            if math.prod(chosen.nb_grid_pts) <= MOST_POINTS:
+                surface = chosen.topography(**named)
+    except QuantityError:
         raise
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
+        hint = ""
         if type(error).__name__ == "CannotDetectFileFormat":
             reason = "its format is none that SurfaceTopography knows"
+            if source.path.lower().endswith("x3p"):
+                hint = "save it with binary data: heights within the XML are not read"
         elif "physical_sizes" in reason:
             reason = "it does not say its lengths, so its scale is not known"
-        raise QuantityError(f"cannot be read as a topography: {reason}") from error
-    if math.prod(shape) > MOST_POINTS:
-        has = f"has {' x '.join(map(str, shape))} points"
+            hint = "add size: [900 um, 900 um] and unit: um"
+        raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
+    if math.prod(chosen.nb_grid_pts) > MOST_POINTS:
+        has = f"has {' x '.join(map(str, chosen.nb_grid_pts))} points"
         raise QuantityError(f"{has}, more than the {MOST_POINTS:,} allowed", _REMEDY)
-    if surface.dim != 2:
-        raise QuantityError("is a line scan, but a map of heights over x and y is needed")
     if surface.unit is None:
-        rule = "does not say the unit of its lengths"
-        raise QuantityError(rule, "export it in a format with units, such as x3p")
-    surface = surface.to_unit("m")
-    x, y = surface.physical_sizes
-    return np.ma.filled(surface.heights().astype(float), np.nan), (x, y)
+        raise QuantityError("does not say the unit of its lengths", "add unit: um")
+    return surface.to_unit("m")
 
 
 def _filled(values: Array, measured: Mask) -> Array:
@@ -420,36 +512,19 @@ def _filled(values: Array, measured: Mask) -> Array:
 def read_profile(source: Source) -> tuple[Array, Array]:
     """Read the profile of a body of revolution: distances from its axis and heights, m.
 
-    Its first line names the columns with their units, such as ``r (mm), z (um)``; each other line
-    has a distance from the axis and the height of the body's surface above its tip.
+    A text whose columns are named with their units, such as ``r (mm), z (um)``; each line has a
+    distance from the axis and the height of the body's surface above its tip.
 
     Raises
     ------
     QuantityError
         If the file cannot be used; the message says why.
     """
-    path = Path(source.path)
-    if path.stat().st_size > _MOST_BYTES_OF_TEXT:
-        raise QuantityError(f"is larger than the {size_text(_MOST_BYTES_OF_TEXT)} of a profile")
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise QuantityError(f"cannot be read as text: {error}") from error
-    if len(lines) > _MOST_LINES:
-        raise QuantityError(f"has {len(lines):,} lines, more than the {_MOST_LINES:,} of a profile")
-    units = re.findall(r"[(\[]\s*([^)\]]+?)\s*[)\]]", lines[0] if lines else "")
-    if len(units) != 2:
-        rule = "has no units in its first line"
-        raise QuantityError(rule, "name both columns there, such as: r (mm), z (um)")
-    scales = [parse_quantity(f"1 {unit}", LENGTH, units_required=True) for unit in units]
-    rows = [re.split(r"[,;\s]+", line.strip()) for line in lines[1:] if line.strip()]
-    try:
-        table = np.array([[float(cell) for cell in row] for row in rows]) * scales
-    except ValueError as error:
-        raise QuantityError(f"must have two numbers a line: {error}") from error
-    if len(table) < _LEAST_POINTS or not np.isfinite(table).all():
+    table, example = read_table(Path(source.path)), "such as: r (mm), z (um)"
+    distance, _ = table.column(0, ("r", "x", "radius", "distance"), LENGTH, example)
+    height, _ = table.column(1, ("z", "height", "profile"), LENGTH, example)
+    if len(distance) < _LEAST_POINTS or not np.isfinite([distance, height]).all():
         raise QuantityError(f"must have at least {_LEAST_POINTS} points, all of them numbers")
-    distance, height = table.T
     if distance[0] != 0.0 or not (np.diff(distance) > 0.0).all():
         raise QuantityError("must begin at the axis, r = 0, and go outwards from line to line")
     if not (height[1:] >= height[0]).all() or height[-1] < height.max():

@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import starmap
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import Displacement
+from fretwear.mechanics.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (
@@ -214,6 +216,11 @@ def _of_surfaces(case: Case) -> Iterator[Doubt]:
                 "compare with what the instrument shows, and export the file with its units",
             )
             break
+    for surface in surfaces:
+        if isinstance(surface, MeasuredRoughness) and surface.is_known:
+            yield from starmap(
+                Doubt, surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
+            )
     if measured and min(sides) < 3.0 * radius:
         yield Doubt(
             "barely fits on the measured surface, whose border heights are continued beyond it",

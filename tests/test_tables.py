@@ -1,0 +1,74 @@
+"""Tables of numbers as instruments, recorders and spreadsheets write them."""
+
+import numpy as np
+import pytest
+
+from fretwear.tables import Layout, read_table
+from fretwear.units import LENGTH, QuantityError
+
+X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
+WANTED = ("x", "position"), ("depth", "wear")
+
+
+def columns(path, **layout):
+    table = read_table(path, Layout(**layout))
+    return [table.column(n, words, LENGTH, "like this")[0] for n, words in enumerate(WANTED)]
+
+
+@pytest.mark.parametrize(
+    ("text", "encoding", "layout"),
+    [
+        ("x (mm),depth (um)\n-0.5,0.001\n0,-0.25\n1.25,0.3\n", "utf-8", {}),
+        ("x (mm);depth (µm)\n-0,5;0,001\n0;-0,25\n1,25;0,3\n", "utf-8-sig", {}),
+        ("x [mm]\tdepth [nm]\n-0,5\t1,0\n0\t-250\n1,25\t300\n", "latin-1", {}),
+        ("Position X (mm)\tWear depth (µm)\n-0.5\t0.001\n0\t-.25\n1.25\t3e-1\n", "utf-16", {}),
+        ("x/mm   depth/um\n  -0,5   0,001\n  0   -0,25\n 1,25  0,3\n", "cp1252", {}),
+        ("x_mm;depth_um\n-0.5;0.001;\n0;-0.25;\n1.25;0.3;\n", "utf-8", {}),
+        (
+            "Maker 12\nDay;3.4.20\n\nx;depth\n(mm);(um)\n-0.5;.001\n0;-.25\n1.25;.3\n",
+            "utf-8",
+            {},
+        ),
+        (',time (s),"x (mm)","depth (um)"\n0,9,-0.5,1e-3\n1,9,0,-.25\n2,9,1.25,.3\n', "utf-8", {}),
+        ("# x (mm), z\n-0.5 0.001\n0 -0.25\n1.25 0.3\n", "utf-8", {"units": ("mm", "um")}),
+        (
+            "Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n",
+            "utf-8",
+            {"columns": (1, "tiefe"), "units": ("mm", "um")},
+        ),
+        ("1 2\n3 4\nx mm;depth um\n-0,5;0,001\n0;-0,25\n1,25;0,3\n", "utf-8", {"skip": 2}),
+    ],
+)
+def test_position_and_depth_are_found_in_si_units(tmp_path, text, encoding, layout):
+    file = tmp_path / "scar.csv"
+    file.write_bytes(text.encode(encoding))
+    x, depth = columns(file, **layout)
+    np.testing.assert_allclose(x, X, rtol=1e-12)
+    np.testing.assert_allclose(depth, DEPTH, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "layout", "sentence"),
+    [
+        ("x (mm),depth (um)\n-0,5,0,001\n0,5,0,25\n", {}, "4 cells in line 2, but 2 columns"),
+        ("x (mm),depth (um)\n1,2\n2,3\n3,deep\n", {}, "'deep' in line 4"),
+        ("x,depth\n1,2\n2,3\n", {}, "no unit for its column 'x'"),
+        ("x (mm),depth (N)\n1,2\n2,3\n", {}, "'N' is a force"),
+        ("x (mm),colour (um)\n1,2\n2,3\n", {}, "columns x and colour, not depth or wear"),
+        ("x (mm),depth (um)\n1,2\n2,3\n", {"columns": (0, 7)}, "no column 7"),
+        ("nothing here\n", {}, "no table of numbers"),
+        ("x (mm),depth (um)\n1,2\n2,3\n", {"skip": 9}, "skip leaves none"),
+        ("x (mm),depth (um)\n1,2\n2,3\n", {"encoding": "klingon"}, "no encoding 'klingon'"),
+    ],
+)
+def test_what_cannot_be_known_is_said_in_a_sentence(tmp_path, text, layout, sentence):
+    file = tmp_path / "scar.csv"
+    file.write_text(text)
+    with pytest.raises(QuantityError, match=sentence):
+        columns(file, **layout)
+
+
+def test_signs_of_missing_values_are_not_numbers(tmp_path):
+    file = tmp_path / "scar.csv"
+    file.write_text("x (mm);depth (um)\n1;2\n2;***\n3;\n4;5\n")
+    assert np.isnan(columns(file)[1]).tolist() == [False, True, True, False]
