@@ -19,10 +19,10 @@ from benchmarks.clock import Stopwatch, middle
 from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned, unfolded
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.state import State, WearProblem, in_contact
 from fretwear.run import simulate
 
 _SOFTEST = 0.58

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 
 from fretwear.figures.style import JournalFigure, styled
-from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import measure
+from fretwear.mechanics.wear.integrator import first_loading
+from fretwear.mechanics.wear.measures import measure
 from fretwear.theory import PartialSlip
 
 CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)

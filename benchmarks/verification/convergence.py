@@ -8,8 +8,8 @@ from benchmarks.verification.problems import snapshots, study_case
 from matplotlib.figure import Figure
 
 from fretwear.figures.style import JournalFigure, styled
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.wear.state import WearProblem
 from fretwear.run.simulate import wear_problem
 
 CYCLES = (1000.0, 3000.0, 7000.0)

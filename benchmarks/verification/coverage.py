@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fretwear import Case
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import measure, scatter
-from fretwear.mechanics.stroke import slide
-from fretwear.mechanics.surfaces import Ellipsoid
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.surfaces.indenters import Ellipsoid
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.measures import measure, scatter
+from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import estimated_errors, wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
 from fretwear.study.plan import estimate

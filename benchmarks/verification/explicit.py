@@ -9,7 +9,7 @@ from tests.mechanics.oracles import Worn, explicit_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.grid import Grid
 
 CELLS = 16
 CYCLES = 2500.0

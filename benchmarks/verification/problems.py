@@ -9,9 +9,9 @@ from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
 from benchmarks import cases
 from fretwear import Case
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.state import State, WearProblem
 
 DEPTH = A**2 / RADIUS
 VOLUME = A**4 / RADIUS

@@ -6,11 +6,11 @@ from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.slip.models import ReducedContact
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.state import WearProblem
 
 CELLS, WORN_AFTER = 14, 300.0
 RATIOS = (0.2, 0.5, 0.8, 0.95)

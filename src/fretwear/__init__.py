@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
-    from fretwear.mechanics.roughness import WavyRoughness
+    from fretwear.mechanics.surfaces.roughness import WavyRoughness
     from fretwear.run.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
@@ -39,7 +39,7 @@ __all__ = [
 _HOMES = {
     "DoubtfulResultWarning": "fretwear.run.simulate",
     "Case": "fretwear.study.case",
-    "WavyRoughness": "fretwear.mechanics.roughness",
+    "WavyRoughness": "fretwear.mechanics.surfaces.roughness",
     "load_study": "fretwear.study.reading",
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",

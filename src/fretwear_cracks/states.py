@@ -15,11 +15,11 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry import Even, HalfSpace
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.slip import contact_under
-from fretwear.mechanics.stick_slip import shear
+from fretwear.mechanics.contact.cells import Even, HalfSpace
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.slip.coupled import shear
+from fretwear.mechanics.slip.models import contact_under
 from fretwear.theory import HertzContact
 from fretwear_cracks.edges import stresses_at_edge
 from fretwear_cracks.influence import ODD

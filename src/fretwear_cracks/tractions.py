@@ -20,8 +20,8 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.kernels import dct, dst
+from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.contact.kernels import dct, dst
 from fretwear_cracks.influence import ODD, TURNED, of_points, of_rectangles, of_strips
 
 # Windows are padded to a multiple of this, the longest stride of a deep layer.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.surface_files import read_line, read_topography
+from fretwear.mechanics.surfaces.files import read_line, read_topography
 from fretwear.tables import read_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
 from fretwear.vocabulary import X

@@ -13,7 +13,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.forms import Either, Mapped, Several
-from fretwear.mechanics.surface_files import Source, SourceFile
+from fretwear.mechanics.surfaces.files import Source, SourceFile
 from fretwear.parts import (
     Choice,
     Flag,

@@ -10,7 +10,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-from fretwear.mechanics.roughness import SelfAffineRoughness
+from fretwear.mechanics.surfaces.roughness import SelfAffineRoughness
 
 SIZE, POINTS = 512e-6, 256
 

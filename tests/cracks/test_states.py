@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.theory import HertzContact, LineContact
 from fretwear_cracks.cracks import PointLoops, largest_shear, von_mises
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear_laws import Means
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.wear.laws import Means
+from fretwear.mechanics.wear.state import State, WearProblem
 
 from .problems import unfolded
 

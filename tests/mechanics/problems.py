@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Layer
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
-from fretwear.mechanics.materials import Bodies, Coulomb
-from fretwear.mechanics.roughness import Roughness
-from fretwear.mechanics.slip import Jaeger, ReducedContact
-from fretwear.mechanics.state import WearProblem
-from fretwear.mechanics.surfaces import Sphere
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import Accuracy, ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.slip.loading import NormalLoad, Sliding, TangentialRatio
+from fretwear.mechanics.slip.models import Jaeger, ReducedContact
+from fretwear.mechanics.surfaces.indenters import Sphere
+from fretwear.mechanics.surfaces.materials import Bodies, Coulomb
+from fretwear.mechanics.surfaces.roughness import Roughness
+from fretwear.mechanics.wear.laws import Archard
+from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)

@@ -7,17 +7,18 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fretwear.mechanics import contact, solver
-from fretwear.mechanics.contact import (
+from fretwear.mechanics.contact import problem as contact
+from fretwear.mechanics.contact import solver
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import (
     ContactError,
     ContactProblem,
     projected_gradient,
     solve_contact,
 )
-from fretwear.mechanics.edges import half_width
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.slip import WearLayer, WinklerLayer
-from fretwear.mechanics.surfaces import Sphere
+from fretwear.mechanics.slip.models import WearLayer, WinklerLayer
+from fretwear.mechanics.surfaces.indenters import Sphere
+from fretwear.mechanics.wear.edges import half_width
 
 from ..studies import near
 from . import oracles

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.mechanics import convolution, kernels
+from fretwear.mechanics.contact import convolution, kernels
 
 from .problems import EVEN, folded, unfolded
 

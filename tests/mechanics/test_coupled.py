@@ -5,9 +5,9 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import fretwear
-from fretwear.mechanics.contact import Accuracy
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.slip import Coupled, Jaeger
+from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.slip.models import Coupled, Jaeger
+from fretwear.mechanics.wear.integrator import evolve
 from fretwear.run.simulate import run
 from fretwear.theory import coupling_ratio
 

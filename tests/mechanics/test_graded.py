@@ -10,18 +10,19 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.edges import half_width
-from fretwear.mechanics.geometry import Region, Workspace, strips
-from fretwear.mechanics.geometry.dense import interpolated
-from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
-from fretwear.mechanics.materials import ElasticBodies
-from fretwear.mechanics.measures import loop, measure
-from fretwear.mechanics.roughness import WavyRoughness
-from fretwear.mechanics.surfaces import Cylinder, FlatPunch
+from fretwear.mechanics.contact import strips
+from fretwear.mechanics.contact.cells import Region, Workspace
+from fretwear.mechanics.contact.dense import interpolated
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
+from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad, TangentialRatio
+from fretwear.mechanics.surfaces.indenters import Cylinder, FlatPunch
+from fretwear.mechanics.surfaces.materials import ElasticBodies
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.wear.edges import half_width
+from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.measures import loop, measure
 from fretwear.theory import (
     LimitingState,
     LineLimitingState,

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import NormalLoad
+from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.grid import Grid, fast_shape, influence_coefficients
+from fretwear.mechanics.slip.loading import NormalLoad
+from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.run.simulate import wear_problem
 
 from ..studies import WAVES, near, steel

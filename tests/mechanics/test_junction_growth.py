@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, SlidingAmplitude
-from fretwear.mechanics.materials import Coulomb
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.slip import CattaneoMindlin, Coupled, Jaeger
-from fretwear.mechanics.stroke import slide
-from fretwear.mechanics.surfaces import Cylinder
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad, SlidingAmplitude
+from fretwear.mechanics.slip.models import CattaneoMindlin, Coupled, Jaeger
+from fretwear.mechanics.surfaces.indenters import Cylinder
+from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.laws import Archard
+from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.stroke import slide
 from fretwear.theory import LineContact
 
 from ..studies import near

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
-from fretwear.mechanics.surface_files import SourceFile, read_profile, read_topography
+from fretwear.mechanics.surfaces.files import SourceFile, read_profile, read_topography
+from fretwear.mechanics.surfaces.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
 from fretwear.study.reading import load_study

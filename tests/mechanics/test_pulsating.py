@@ -9,16 +9,16 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import Case, simulate
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import NormalLoad, TangentialRatio
-from fretwear.mechanics.materials import Coulomb, ElasticBodies
-from fretwear.mechanics.measures import loop, measure
-from fretwear.mechanics.pulsating import pulsate, pulse_of
-from fretwear.mechanics.surfaces import Cylinder
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Strips, influence_of_cell
+from fretwear.mechanics.slip.loading import NormalLoad, TangentialRatio
+from fretwear.mechanics.surfaces.indenters import Cylinder
+from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
+from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.laws import Archard
+from fretwear.mechanics.wear.measures import loop, measure
+from fretwear.mechanics.wear.pulsating import pulsate, pulse_of
 
 from ..studies import near, steel
 from . import oracles

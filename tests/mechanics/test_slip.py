@@ -8,15 +8,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.edges import deviation, half_width, stick_half_width
-from fretwear.mechanics.geometry import Beside, Region
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.roughness import WavyRoughness
-from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
-from fretwear.mechanics.state import CONTACT_GAP, in_contact
+from fretwear.mechanics.contact.cells import Beside, Region
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.slip.models import CattaneoMindlin, WearLayer
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.wear.edges import deviation, half_width, stick_half_width
+from fretwear.mechanics.wear.integrator import first_loading
+from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.state import CONTACT_GAP, in_contact
 from fretwear.run.simulate import simulate
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.vocabulary import ContactState

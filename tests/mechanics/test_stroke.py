@@ -9,20 +9,17 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import Case, simulate
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.strips import Strips, influence_of_cell
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
-from fretwear.mechanics.materials import Coulomb, ElasticBodies
-from fretwear.mechanics.measures import loop, measure
-from fretwear.mechanics.roughness import WavyRoughness
-from fretwear.mechanics.rubbing import Rubbing, positions
-from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.stroke import slide
-from fretwear.mechanics.surfaces import Cylinder
+from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.strips import Strips, influence_of_cell
+from fretwear.mechanics.slip.loading import NormalLoad, SlidingAmplitude
+from fretwear.mechanics.slip.models import CattaneoMindlin, Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces.indenters import Cylinder
+from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
-from fretwear.mechanics.wear_laws import (
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.laws import (
     Archard,
     EnergyWear,
     FallingCoefficient,
@@ -30,6 +27,9 @@ from fretwear.mechanics.wear_laws import (
     PowerLaw,
     RimAndCore,
 )
+from fretwear.mechanics.wear.measures import loop, measure
+from fretwear.mechanics.wear.rubbing import Rubbing, positions
+from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts

@@ -6,13 +6,10 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import NormalLoad
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.roughness import BothRough, SelfAffineRoughness, WavyRoughness
-from fretwear.mechanics.surfaces import (
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.slip.loading import NormalLoad
+from fretwear.mechanics.surfaces.indenters import (
     CrossedCylinders,
     Cylinder,
     Ellipsoid,
@@ -20,6 +17,9 @@ from fretwear.mechanics.surfaces import (
     RoundPunch,
     Sphere,
 )
+from fretwear.mechanics.surfaces.roughness import BothRough, SelfAffineRoughness, WavyRoughness
+from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.measures import measure
 from fretwear.run.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.doubts import doubts

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loading import DisplacementAmplitude
-from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.slip.loading import DisplacementAmplitude
+from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear.integrator import evolve
 
 from ..studies import near
 from .oracles import influence_matrix, love, normal_contact, tangential_step

@@ -6,12 +6,12 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loading import Loading, NormalLoad, TangentialRatio
-from fretwear.mechanics.materials import Coulomb
-from fretwear.mechanics.slip import CattaneoMindlin
+from fretwear.mechanics.slip.loading import Loading, NormalLoad, TangentialRatio
+from fretwear.mechanics.slip.models import CattaneoMindlin
+from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
-from fretwear.mechanics.wear_laws import Archard, PowerLaw, WearLaw
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.laws import Archard, PowerLaw, WearLaw
 from fretwear.parts import Quantity
 from fretwear.theory import PartialSlip
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fretwear.mechanics.geometry import Region
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.cells import Region
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.theory import HertzContact
 
 from ..studies import near

@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics import stage as stages
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.integrator import Evolution, WearError, evolve, first_loading
-from fretwear.mechanics.loading import DisplacementRatio, NormalLoad
-from fretwear.mechanics.materials import Coulomb
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.slip import Jaeger, WearLayer
-from fretwear.mechanics.stage import Exposure
-from fretwear.mechanics.state import State, in_contact
-from fretwear.mechanics.surfaces import Sphere
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad
+from fretwear.mechanics.slip.models import Jaeger, WearLayer
+from fretwear.mechanics.surfaces.indenters import Sphere
+from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.wear import stage as stages
+from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve, first_loading
+from fretwear.mechanics.wear.laws import Archard
+from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.stage import Exposure
+from fretwear.mechanics.wear.state import State, in_contact
 from fretwear.theory import HertzContact, LimitingState
 
 from ..studies import near

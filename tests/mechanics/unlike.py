@@ -18,9 +18,9 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.stick_slip import Sheared, shear
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import Contact, ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.slip.coupled import Sheared, shear
 
 _LARGEST_SWEEPS = 60
 _CONTACT, _SHEAR = 1e-8, 1e-6

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.mechanics.contact import Accuracy
-from fretwear.mechanics.integrator import WearError
-from fretwear.mechanics.state import State
+from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.wear.integrator import WearError
+from fretwear.mechanics.wear.state import State
 from fretwear.run import simulate
 from fretwear.run.accuracy import (
     ASKED,

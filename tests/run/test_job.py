@@ -14,9 +14,9 @@ import xarray as xr
 
 from fretwear.data.files import open_case, write_case
 from fretwear.data.safe import DataFileError, Lock
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.integrator import WearError
-from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.slip.models import Jaeger
+from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run import simulate
 from fretwear.run.batch import simulate_to_file
 

@@ -14,8 +14,9 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.effects import SEED, Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
 from fretwear.figures import scalar_history
-from fretwear.mechanics.geometry import OPEN_PER_SIDE, rings
-from fretwear.mechanics.measures import unresolved_peak
+from fretwear.mechanics.contact import rings
+from fretwear.mechanics.contact.cells import OPEN_PER_SIDE
+from fretwear.mechanics.wear.measures import unresolved_peak
 from fretwear.report.results import Level, PointResult, over_seeds, point_results
 from fretwear.run.batch import read_checkpoint, write_checkpoint
 from fretwear.run.simulate import RunRecord, run, steps, wear_problem

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.stroke import slide
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import run, wear_problem
 from fretwear.study.doubts import SMALL_ERROR, doubts, finer
 from fretwear.study.spacing import LEAST_COARSENESS

@@ -15,8 +15,8 @@ from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import study_figures
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.wear.integrator import WearError
 from fretwear.report import build_report
 from fretwear.run.batch import read_checkpoint, write_checkpoint
 from fretwear.run.simulate import RunRecord, run, steps

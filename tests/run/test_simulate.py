@@ -12,12 +12,12 @@ import fretwear
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.integrator import first_loading
-from fretwear.mechanics.measures import measure, scatter
-from fretwear.mechanics.roughness import WavyRoughness
-from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.slip.models import Jaeger
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.wear.integrator import first_loading
+from fretwear.mechanics.wear.measures import measure, scatter
 from fretwear.run.simulate import (
     DoubtfulResultWarning,
     Step,

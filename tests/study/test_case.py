@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
 from fretwear.study.parameters import base_names, member_of

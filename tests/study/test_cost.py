@@ -7,9 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.measures import measure
-from fretwear.mechanics.surfaces import Sphere
+from fretwear.mechanics.surfaces.indenters import Sphere
+from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.measures import measure
 from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
 from fretwear.study import yamlfile
 from fretwear.study.case import Case, read_snapshots

@@ -11,11 +11,11 @@ import pytest
 
 from fretwear.figures import wear_profiles
 from fretwear.forms import Either, Mapped
-from fretwear.mechanics.roughness import Roughness
-from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.surface_files import Source, SourceFile
+from fretwear.mechanics.slip.models import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces.files import Source, SourceFile
+from fretwear.mechanics.surfaces.roughness import Roughness
 from fretwear.mechanics.values import OfBodies
-from fretwear.mechanics.wear_laws import PowerLaw, WearLaw
+from fretwear.mechanics.wear.laws import PowerLaw, WearLaw
 from fretwear.parts import Choice, Part, Quantity, QuantityError, WholeNumber
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError

@@ -16,13 +16,13 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.loading import SMALL_STROKE, Loading, Normal, Sliding
-from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.roughness import BothRough, Roughness
-from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.surfaces import Indenter
-from fretwear.mechanics.wear_laws import Means, WearLaw
+from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Normal, Sliding
+from fretwear.mechanics.slip.models import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces.indenters import Indenter
+from fretwear.mechanics.surfaces.materials import Bodies, Friction
+from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
+from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.parts import Part
 from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame

@@ -180,7 +180,7 @@ def on_same_tips(
     Such half-widths differ by about a distance of tips along x or y, the ``wavelengths``, m, of a
     rough surface, and say nothing of the edge of the outermost tip: the run's own value takes their
     place. Whether that edge may jump to another tip follows from the gap of the run itself, see
-    `fretwear.mechanics.measures.scatter`.
+    `fretwear.mechanics.wear.measures.scatter`.
     """
     if wavelengths is None:
         return coarser
@@ -222,7 +222,7 @@ def estimated_errors(
 
     Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
     not move from one snapshot to the next: the standard deviations that edges within cells cause,
-    `fretwear.mechanics.measures.scatter`, are a lower bound. So is a share of the tolerance for
+    `scatter`, are a lower bound. So is a share of the tolerance for
     values that steps add up after the first snapshot: cells and steps may err in opposite
     directions.
     """

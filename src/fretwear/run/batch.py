@@ -46,8 +46,8 @@ from fretwear.data.safe import (
     remove_stale_temporaries,
     uninterrupted,
 )
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run.resources import require_memory
 from fretwear.run.simulate import Observer, RunRecord, Step, run
 from fretwear.run.workflow import failures, forget, log_file, record

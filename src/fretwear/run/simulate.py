@@ -17,11 +17,12 @@ from threadpoolctl import threadpool_limits
 
 from fretwear.data.dataset import mirrored
 from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
-from fretwear.mechanics.contact import Accuracy, ContactError
-from fretwear.mechanics.geometry import Geometry, Workspace
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.measures import (
+from fretwear.mechanics.contact.cells import Geometry, Workspace
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import Accuracy, ContactError
+from fretwear.mechanics.setup import Setup
+from fretwear.mechanics.wear.integrator import WearError, evolve
+from fretwear.mechanics.wear.measures import (
     Loop,
     Measures,
     fractions,
@@ -31,10 +32,9 @@ from fretwear.mechanics.measures import (
     share_beyond_friction,
     unresolved_peak,
 )
-from fretwear.mechanics.pulsating import pulsate
-from fretwear.mechanics.setup import Setup
-from fretwear.mechanics.state import State, WearProblem, in_contact
-from fretwear.mechanics.stroke import StrokeState, slide
+from fretwear.mechanics.wear.pulsating import pulsate
+from fretwear.mechanics.wear.state import State, WearProblem, in_contact
+from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.run.accuracy import (
     GridRun,
     columns_of,

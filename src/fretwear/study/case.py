@@ -16,7 +16,7 @@ from functools import cache, cached_property, lru_cache
 from itertools import islice
 from typing import Any, NamedTuple, Self
 
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
 from fretwear.problems import Problem, Problems
 from fretwear.study.materials import MATERIAL, with_materials

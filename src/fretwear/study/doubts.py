@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import starmap
 
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.loading import Displacement
-from fretwear.mechanics.measured import MeasuredRoughness
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.slip.loading import Displacement
+from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (

@@ -14,10 +14,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.wear.laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import value_text

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
-from fretwear.mechanics.surface_files import Located
+from fretwear.mechanics.surfaces.files import Located
 from fretwear.plugins import StudySection, plugins
 from fretwear.problems import Problem, Problems
 from fretwear.study.case import Case, read_snapshots

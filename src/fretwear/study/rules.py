@@ -10,14 +10,14 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from fretwear.mechanics.loading import (
+from fretwear.mechanics.slip.loading import (
     Displacement,
     DisplacementRatio,
     SlidingDistance,
     TangentialRatio,
 )
-from fretwear.mechanics.slip import Jaeger
-from fretwear.mechanics.wear_laws import FallingCoefficient
+from fretwear.mechanics.slip.models import Jaeger
+from fretwear.mechanics.wear.laws import FallingCoefficient
 from fretwear.problems import Problem
 from fretwear.study.setup import Draft, cell_text, members
 from fretwear.study.spacing import rounded_down

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
-import fretwear.mechanics.measured  # noqa: F401 - its kinds
+import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
 from fretwear.forms import AlongXY
-from fretwear.mechanics.geometry import Geometry
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.geometry.strips import Strips
-from fretwear.mechanics.loading import Loading, Normal, SlidingDistance
-from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.roughness import Roughness
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.setup import Setup
-from fretwear.mechanics.slip import Jaeger, SlipModel
-from fretwear.mechanics.surfaces import Indenter
-from fretwear.mechanics.wear_laws import WearLaw
+from fretwear.mechanics.slip.loading import Loading, Normal, SlidingDistance
+from fretwear.mechanics.slip.models import Jaeger, SlipModel
+from fretwear.mechanics.surfaces.indenters import Indenter
+from fretwear.mechanics.surfaces.materials import Bodies, Friction
+from fretwear.mechanics.surfaces.roughness import Roughness
+from fretwear.mechanics.wear.laws import WearLaw
 from fretwear.parts import Flag, Parameter, Quantity, WholeNumber, declared
 from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.theory import HertzContact

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import lru_cache, wraps
 from typing import TypeVar
 
-from fretwear.mechanics.geometry.rings import NARROWEST_RING
-from fretwear.mechanics.geometry.strips import NARROWEST_STRIP
-from fretwear.mechanics.roughness import Tip
-from fretwear.mechanics.surfaces import Indenter
+from fretwear.mechanics.contact.rings import NARROWEST_RING
+from fretwear.mechanics.contact.strips import NARROWEST_STRIP
+from fretwear.mechanics.surfaces.indenters import Indenter
+from fretwear.mechanics.surfaces.roughness import Tip
 from fretwear.study.setup import Draft
 from fretwear.theory import (
     EllipticContact,

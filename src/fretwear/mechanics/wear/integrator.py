@@ -9,8 +9,8 @@ One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycl
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Steps are taken
 for the exponent x = β∫p dN, from which wear follows in closed form.
 
-Each stage is a contact of its own, `fretwear.mechanics.stage`; contacts that slide as a
-whole have theirs in `fretwear.mechanics.stroke`.
+Each stage is a contact of its own, `fretwear.mechanics.wear.stage`; contacts that slide as a
+whole have theirs in `fretwear.mechanics.wear.stroke`.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import Accuracy, ContactError, solve_contact
-from fretwear.mechanics.geometry import Geometry, Workspace
-from fretwear.mechanics.slip import LARGEST_FACTOR
-from fretwear.mechanics.stage import Exposure, ImplicitStage, all_worn
-from fretwear.mechanics.state import Stage, State, WearProblem, YieldLimit
-from fretwear.mechanics.stick_slip import Sheared
+from fretwear.mechanics.contact.cells import Geometry, Workspace
+from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
+from fretwear.mechanics.slip.coupled import Sheared
+from fretwear.mechanics.slip.models import LARGEST_FACTOR
+from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
+from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def evolve(
     ``tolerance`` is the error of one step's wear relative to the wear volume, and ``accuracy`` has
     the tolerances of the contacts. A run resumes from ``start``, a state that was yielded before
     and is not yielded again. A `WearError` says that no step is accurate, however short, a
-    `fretwear.mechanics.contact.ContactError` that the first loading does not converge.
+    `fretwear.mechanics.contact.problem.ContactError` that the first loading does not converge.
     """
     return march(problem, stops, start, partial(Evolution, tolerance=tolerance, accuracy=accuracy))
 
@@ -244,7 +244,7 @@ def first_loading(
 
     ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. Unless there
     are other ``cells``, it is on the same ones, or on the first of the problem. A
-    `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
+    `fretwear.mechanics.contact.problem.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry = cells or (problem.geometry.first(problem) if before is None else before.geometry)

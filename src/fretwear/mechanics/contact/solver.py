@@ -29,18 +29,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact import (
+from fretwear.mechanics.contact.cells import Index
+from fretwear.mechanics.contact.convolution import Convolution
+from fretwear.mechanics.contact.kernels import in_single, inner
+from fretwear.mechanics.contact.problem import (
     Contact,
     ContactError,
     ContactProblem,
     projected_gradient,
 )
-from fretwear.mechanics.convolution import Convolution
-from fretwear.mechanics.geometry import Index
-from fretwear.mechanics.kernels import in_single, inner
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.geometry.grid import GridHalfSpace
+    from fretwear.mechanics.contact.grid import GridHalfSpace
 
 # Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
-from fretwear.mechanics.geometry import Even
+from fretwear.mechanics.contact.cells import Even
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0

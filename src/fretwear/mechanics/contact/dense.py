@@ -2,8 +2,8 @@
 
 The cells between edges from 0 outward have a uniform pressure each, and displacements are averaged
 over a cell. The influence matrix is therefore symmetric, and the linear problem of the free cells
-is solved directly. Such cells are concentric rings (`fretwear.mechanics.geometry.rings`) or the
-strips of a line contact (`fretwear.mechanics.geometry.strips`).
+is solved directly. Such cells are concentric rings (`fretwear.mechanics.contact.rings`) or the
+strips of a line contact (`fretwear.mechanics.contact.strips`).
 """
 
 from __future__ import annotations
@@ -19,14 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.contact import (
-    Contact,
-    ContactError,
-    ContactProblem,
-    Exchange,
-    projected_gradient,
-)
-from fretwear.mechanics.geometry import (
+from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
@@ -40,11 +33,18 @@ from fretwear.mechanics.geometry import (
     Workspace,
     Zone,
 )
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.kernels import scaled
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.kernels import scaled
+from fretwear.mechanics.contact.problem import (
+    Contact,
+    ContactError,
+    ContactProblem,
+    Exchange,
+    projected_gradient,
+)
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.state import Stage
+    from fretwear.mechanics.wear.state import Stage
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12

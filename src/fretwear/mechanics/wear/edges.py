@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.geometry import WITHIN_A_CELL, Way
+from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Way
 
 # Cells on an axis or a part of it: places, and distances from the origin, m.
 Lines: TypeAlias = Sequence[tuple[Way, Array]]

@@ -18,12 +18,12 @@ from math import isfinite, nan
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.edges import Lines, deviation, half_width, stick_half_width
-from fretwear.mechanics.geometry import Beside, Region, Workspace
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.slip import ReducedContact, contact_under
-from fretwear.mechanics.state import Pulse, State, WearProblem, in_contact
-from fretwear.mechanics.stick_slip import Sheared
+from fretwear.mechanics.contact.cells import Beside, Region, Workspace
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.slip.coupled import Sheared
+from fretwear.mechanics.slip.models import ReducedContact, contact_under
+from fretwear.mechanics.wear.edges import Lines, deviation, half_width, stick_half_width
+from fretwear.mechanics.wear.state import Pulse, State, WearProblem, in_contact
 from fretwear.theory import HertzContact
 
 # Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
@@ -295,7 +295,7 @@ def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
     """The loop under a load in phase with the force, whose halves differ.
 
     Distant points have moved by µκ [d(P) + d(P₁) − 2d(P′)] since the force was −Q, and by
-    µκ [d(P₂) + d(P) − 2d(P″)] the other way since it was Q: `fretwear.mechanics.pulsating`.
+    µκ [d(P₂) + d(P) − 2d(P″)] the other way since it was Q: `fretwear.mechanics.wear.pulsating`.
     """
     compliance = problem.friction_law.coefficient * problem.coupling
     phase = np.linspace(0.0, 1.0, 2 * POINTS + 1)

@@ -12,7 +12,7 @@ sides are equivalent, so half of the positions suffice; the contact at each is e
 load in phase with the motion is a function of the position, P(ξ) = P (1 + r)/2 + P (1 − r)/2 · ξ/s:
 directions are still equivalent, but sides are not, and scars of both bodies have two of them.
 
-The contacts of a stage at all positions are one problem, `fretwear.mechanics.rubbing`.
+The contacts of a stage at all positions are one problem, `fretwear.mechanics.wear.rubbing`.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from typing import Self
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics import integrator
-from fretwear.mechanics.geometry import Geometry, Workspace
-from fretwear.mechanics.geometry.grid import fast_shape
-from fretwear.mechanics.integrator import TOLERANCE, TR_BDF2, Integrator
-from fretwear.mechanics.rubbing import Contacts, Rubbing, positions
-from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear_laws import Means
+from fretwear.mechanics.contact.cells import Geometry, Workspace
+from fretwear.mechanics.contact.grid import fast_shape
+from fretwear.mechanics.slip.models import ReducedContact
+from fretwear.mechanics.wear import integrator
+from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
+from fretwear.mechanics.wear.laws import Means
+from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
+from fretwear.mechanics.wear.state import State, WearProblem
 
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2

@@ -1,8 +1,8 @@
 """The interface that geometries share, and the unworn bodies on them.
 
-A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
-(`fretwear.mechanics.geometry.rings`) or the strips of a line contact
-(`fretwear.mechanics.geometry.strips`). It defines the positions of the cells, the area of each, and
+A geometry is a set of cells: rectangles (`fretwear.mechanics.contact.grid`), concentric rings
+(`fretwear.mechanics.contact.rings`) or the strips of a line contact
+(`fretwear.mechanics.contact.strips`). It defines the positions of the cells, the area of each, and
 how the geometry is enlarged. Its half-space is the elastic bodies on these cells: it gives the
 displacement under a pressure, and solves the normal contact.
 
@@ -24,12 +24,12 @@ from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.theory import HertzContact
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.contact import Contact, ContactProblem
-    from fretwear.mechanics.geometry.grid import Grid, GridHalfSpace
-    from fretwear.mechanics.roughness import Roughness
-    from fretwear.mechanics.shear import ShearSpace
-    from fretwear.mechanics.state import Stage, WearProblem
-    from fretwear.mechanics.surfaces import Indenter
+    from fretwear.mechanics.contact.grid import Grid, GridHalfSpace
+    from fretwear.mechanics.contact.problem import Contact, ContactProblem
+    from fretwear.mechanics.slip.cerruti import ShearSpace
+    from fretwear.mechanics.surfaces.indenters import Indenter
+    from fretwear.mechanics.surfaces.roughness import Roughness
+    from fretwear.mechanics.wear.state import Stage, WearProblem
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
@@ -277,7 +277,7 @@ class HalfSpace(ABC):
     def solve(
         self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
     ) -> Contact:
-        """Solve a normal contact of these bodies; see `fretwear.mechanics.contact.solve_contact`.
+        """Solve a normal contact of these bodies; see `solve_contact`.
 
         ``start`` is None if no guess of the pressure exists.
         """

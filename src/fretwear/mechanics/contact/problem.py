@@ -19,8 +19,8 @@ from typing import Protocol
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Places, Real, Single
-from fretwear.mechanics.geometry import HalfSpace
-from fretwear.mechanics.kernels import inner
+from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.mechanics.contact.kernels import inner
 
 # A start that carries less than this part of the load is no guess of the pressure.
 _NEGLIGIBLE = 1e-6

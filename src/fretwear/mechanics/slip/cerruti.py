@@ -10,9 +10,9 @@ pressure, the kernel of a single direction. The integrals over a rectangular cel
 x arsinh(y/|x|) for y²/r³, of y arsinh(x/|y|) for x²/r³ and of −r for xy/r³ at its corners; 1/r is
 the sum of the first two.
 
-As for pressure (`fretwear.mechanics.convolution`), frequencies fall into two branches along each
-axis. Where the contact is even, q_x is even and q_y odd along that axis: if it is along both,
-cosine and sine transforms of a quarter do. Otherwise, the whole window is padded with zeros.
+As for pressure (`fretwear.mechanics.contact.convolution`), frequencies fall into two branches
+along each axis. Where the contact is even, q_x is even and q_y odd along that axis: if it is along
+both, cosine and sine transforms of a quarter do. Otherwise, the whole window is padded with zeros.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 import numpy as np
 
 from fretwear.arrays import Array, Real, Single
-from fretwear.mechanics.convolution import offsets
-from fretwear.mechanics.kernels import dct, dst, filtered, whole_spectrum
+from fretwear.mechanics.contact.convolution import offsets
+from fretwear.mechanics.contact.kernels import dct, dst, filtered, whole_spectrum
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.geometry import Geometry
-    from fretwear.mechanics.geometry.grid import Grid
+    from fretwear.mechanics.contact.cells import Geometry
+    from fretwear.mechanics.contact.grid import Grid
 
 Branch = tuple[int, int]
 # Spectra of the influence of x on x, of y on y, and of either on the other.

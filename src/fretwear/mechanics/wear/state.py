@@ -8,13 +8,13 @@ from typing import Any, Self
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
-from fretwear.mechanics.geometry import Geometry, HalfSpace, Parts, Workspace
-from fretwear.mechanics.geometry.dense import interpolated
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.cells import Geometry, HalfSpace, Parts, Workspace
+from fretwear.mechanics.contact.dense import interpolated
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.setup import Setup, block_at
-from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.wear_laws import Means
+from fretwear.mechanics.slip.models import ReducedContact, SlipModel
+from fretwear.mechanics.wear.laws import Means
 from fretwear.theory import find_root
 
 CONTACT_GAP = 1e-5

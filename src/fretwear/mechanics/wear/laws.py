@@ -15,8 +15,8 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.forms import Mapped
-from fretwear.mechanics.geometry import Geometry
-from fretwear.mechanics.materials import Friction
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.values import OfBodies
 from fretwear.parts import Part, Quantity
 

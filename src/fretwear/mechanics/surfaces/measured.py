@@ -13,8 +13,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.forms import Patch
-from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
-from fretwear.mechanics.surface_files import (
+from fretwear.mechanics.surfaces.files import (
     FORMS,
     UNKNOWN,
     FileKey,
@@ -27,7 +26,8 @@ from fretwear.mechanics.surface_files import (
     read_profile,
     read_topography,
 )
-from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter, RoundIndenter
+from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, Indenter, RoundIndenter
+from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
 from fretwear.parts import Choice, Part, Quantity
 from fretwear.theory import Reduced
 from fretwear.units import QuantityError

@@ -1,7 +1,7 @@
 """The contacts of two bodies that slide as a whole, at several positions over a stroke at once.
 
 The indenter is at several positions, of the weights ω. The pressures p of an implicit stage of
-`fretwear.mechanics.stroke` at all of them are a minimum of
+`fretwear.mechanics.wear.stroke` at all of them are a minimum of
 
     Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
 
@@ -22,11 +22,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Places
-from fretwear.mechanics.contact import ContactError, Exchange
-from fretwear.mechanics.geometry import Geometry
-from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
-from fretwear.mechanics.geometry.strips import Row, Strips, influence_of_cell
-from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.grid import Grid, influence_coefficients
+from fretwear.mechanics.contact.problem import ContactError, Exchange
+from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
+from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
 

@@ -24,11 +24,11 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact import ContactError, ContactProblem, Layer, solve_contact
-from fretwear.mechanics.geometry import HalfSpace
-from fretwear.mechanics.loading import Loading, Normal, Sliding
-from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.stick_slip import Sheared, shear
+from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
+from fretwear.mechanics.slip.coupled import Sheared, shear
+from fretwear.mechanics.slip.loading import Loading, Normal, Sliding
+from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.parts import Part
 from fretwear.theory import HertzContact, LineContact
 
@@ -303,7 +303,7 @@ class Jaeger(SlipModel):
 
 @dataclass(frozen=True)
 class Coupled(Jaeger):
-    """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.stick_slip`.
+    """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.slip.coupled`.
 
     Displacements along x and y are coupled, so that traction turns away from x and slip is less
     along the x axis than along the y axis. The ratio of slip to the slip by `Jaeger` is smooth

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.geometry import (
+from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     WITHIN_A_CELL,
     CellProblem,
@@ -28,12 +28,12 @@ from fretwear.mechanics.geometry import (
     Way,
     Zone,
 )
-from fretwear.mechanics.geometry.dense import DenseCells, DenseHalfSpace, Distance
-from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.theory import LineContact, share_of_band
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.state import Stage
+    from fretwear.mechanics.wear.state import Stage
 
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
 # elastic pressure grows without bound, and the widest; and growth of the width with the distance.

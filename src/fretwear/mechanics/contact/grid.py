@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.convolution import Convolution, convolution, offsets
-from fretwear.mechanics.geometry import (
+from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     Beside,
@@ -34,13 +33,14 @@ from fretwear.mechanics.geometry import (
     Workspace,
     Zone,
 )
-from fretwear.mechanics.kernels import scaled
-from fretwear.mechanics.shear import ShearSpace, shear_space
-from fretwear.mechanics.solver import solve_by_active_sets
+from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
+from fretwear.mechanics.contact.kernels import scaled
+from fretwear.mechanics.contact.solver import solve_by_active_sets
+from fretwear.mechanics.slip.cerruti import ShearSpace, shear_space
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.contact import Contact, ContactProblem
-    from fretwear.mechanics.state import Stage
+    from fretwear.mechanics.contact.problem import Contact, ContactProblem
+    from fretwear.mechanics.wear.state import Stage
 
 # A window grows by a factor if there is pressure within this many cells of its border, plus this
 # fraction of its cells before a step.

@@ -28,9 +28,10 @@ from typing import TypeVar
 import numpy as np
 
 from fretwear.arrays import Array, Single
-from fretwear.mechanics.contact import Layer, solve_contact
-from fretwear.mechanics.geometry import HalfSpace
-from fretwear.mechanics.integrator import (
+from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.mechanics.contact.problem import Layer, solve_contact
+from fretwear.mechanics.slip.models import ReducedContact, contact_under
+from fretwear.mechanics.wear.integrator import (
     OVERESTIMATE,
     TOLERANCE,
     TR_BDF2,
@@ -39,9 +40,8 @@ from fretwear.mechanics.integrator import (
     assessed,
     march,
 )
-from fretwear.mechanics.slip import ReducedContact, contact_under
-from fretwear.mechanics.stage import all_worn
-from fretwear.mechanics.state import Pulse, Stage, State, WearProblem
+from fretwear.mechanics.wear.stage import all_worn
+from fretwear.mechanics.wear.state import Pulse, Stage, State, WearProblem
 
 StageT = TypeVar("StageT", bound=Stage)
 

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.geometry import CellProblem
-from fretwear.mechanics.geometry.dense import WIDENED, DenseCells, Distance
+from fretwear.mechanics.contact.cells import CellProblem
+from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
 from fretwear.theory import LimitingState, share_of_band
 
 if TYPE_CHECKING:
-    from fretwear.mechanics.state import Stage
+    from fretwear.mechanics.wear.state import Stage
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at

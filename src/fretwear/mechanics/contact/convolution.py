@@ -24,8 +24,8 @@ from typing import Generic
 import numpy as np
 
 from fretwear.arrays import Array, Real, Single
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.kernels import dct, filtered, whole_spectrum
+from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.contact.kernels import dct, filtered, whole_spectrum
 
 # Rows of so many bytes are transformed together, which a core's cache holds.
 _BLOCK_BYTES = 2**20

@@ -10,9 +10,9 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.forms import PerBody, pair
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.loading import Normal
-from fretwear.mechanics.materials import Bodies
+from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.slip.loading import Normal
+from fretwear.mechanics.surfaces.materials import Bodies
 from fretwear.parts import Part, Quantity
 from fretwear.theory import (
     EllipticContact,

@@ -1,7 +1,7 @@
 """One implicit stage: the pressure whose wear gives the shape that carries it.
 
 A stage has three parts. Its normal contact has the wear as a layer between the bodies, a
-`fretwear.mechanics.slip.WearLayer`. Its flow is what follows from that contact: where the pressure
+`WearLayer`. Its flow is what follows from that contact: where the pressure
 is at its limit the surface sinks by the penetration, and this, or a sliding that changes, moves the
 reduced contact, which is solved again on the stage's own shape. Both are repeated in turn until the
 wear due to the change of slip no longer changes.
@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer, solve_contact
-from fretwear.mechanics.geometry import UnwornBodies
-from fretwear.mechanics.slip import ReducedContact, WearLayer
-from fretwear.mechanics.state import Stage, WearProblem, YieldLimit
+from fretwear.mechanics.contact.cells import UnwornBodies
+from fretwear.mechanics.contact.problem import Accuracy, Contact, ContactError, Layer, solve_contact
+from fretwear.mechanics.slip.models import ReducedContact, WearLayer
+from fretwear.mechanics.wear.state import Stage, WearProblem, YieldLimit
 
 _LARGEST_SWEEPS = 12
 # A cell with less than this fraction of the mean pressure counts as unloaded.

@@ -1,0 +1,1 @@
+"""Normal contact on cells: problem, solver, convolution, grid, rings, strips."""

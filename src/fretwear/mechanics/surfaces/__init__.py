@@ -1,0 +1,1 @@
+"""The unworn bodies: indenters, roughness, measured heights, materials."""
