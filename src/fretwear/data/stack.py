@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, open_summary, reading
 from fretwear.vocabulary import (
     CASE_ID,
@@ -146,10 +147,14 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
     files, rows = np.full(status.shape, None), list[Array]()
-    for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
-        files[position] = folder / "cases" / f"{ids[position]}.nc"
-        with open_group(files[position]) as case:
-            rows += [case[Y.name].to_numpy()] if Y.name in case.coords else []
+    try:
+        for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
+            files[position] = folder / "cases" / f"{ids[position]}.nc"
+            with open_group(files[position]) as case:
+                rows += [case[Y.name].to_numpy()] if Y.name in case.coords else []
+    except DataFileError:
+        summary.close()
+        raise
     with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
         lock = store.lock
     stacked, dims = summary.copy(), contact_frame(summary.variables).dims
