@@ -73,7 +73,7 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(stack):
     # Parameters that all cases share are scalars.
     assert summary.radius.ndim == 0
     assert summary.radius.attrs["units"] == "m"
-    assert summary.slip_model == "jaeger"
+    assert summary.slip_model == "cerruti"
     assert summary.cycles.dtype == summary.radius.dtype == np.float64
     assert summary.tangential_load.dims == ("normal_load", "plastic_limit")
     assert "tangential_load" not in summary.coords

@@ -107,7 +107,8 @@ def reduced(
 ) -> ReducedContact:
     """The reduced contact of a shape at a reduced load, N, as Jäger has it."""
     start = None if guess is None else ReducedContact(guess, guess, 0.0, load)
-    return Jaeger().reduced(fretting(), bodies, shape, Sliding(load), start, tolerance)
+    whole = ReducedContact(shape, shape, 0.0, LOAD)  # of no effect
+    return Jaeger().reduced(fretting(), bodies, shape, whole, Sliding(load), start, tolerance)
 
 
 def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:

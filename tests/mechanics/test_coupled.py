@@ -38,7 +38,7 @@ CASE = {
 
 # Solved this well, both models are the same where Poisson's ratio is zero; else they differ by less
 # than the tolerance of the contact of a first stage.
-EXACT = Accuracy(*[1e-10] * 6, sheared=1e-9, sheared_between=1e-9)
+EXACT = Accuracy(*[3e-12] * 6)
 
 
 def worn(problem, times, accuracy=None):
@@ -66,7 +66,7 @@ def test_wear_is_that_of_explicit_steps():
     ids=["smooth", "rough and plastic", "debris"],
 )
 def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
-    for accuracy, equal in ((EXACT, 1e-8), (None, Accuracy().first_stage)):
+    for accuracy, equal in ((EXACT, 1e-7), (None, 1e-4)):
         coupled, single = (
             worn(
                 fretting(12, bodies=Elastic(coupling=1.0), slip_model=model, **changes),
@@ -78,19 +78,6 @@ def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
         volume = single.geometry.integral(single.wear)
         assert coupled.geometry.integral(coupled.wear) == near(volume, rel=equal)
         assert np.abs(coupled.wear - single.wear).max() <= equal * single.wear.max()
-
-
-def test_where_many_asperities_yield_both_models_are_the_same_by_default_too():
-    """Tractions less accurate between requested cycles moved some depths by 1e-3."""
-    given = {"bodies": Elastic(coupling=1.0), "roughness": ROUGH, "limit": 1.9}
-    coupled, single = (
-        worn(fretting(32, slip_model=model, **given), [4.0])[0] for model in (Coupled(), Jaeger())
-    )
-    assert coupled.geometry.integral(coupled.wear) == near(
-        single.geometry.integral(single.wear), rel=1e-5
-    )
-    equal = 2.0 * Accuracy().first_stage
-    assert np.abs(coupled.wear - single.wear).max() <= equal * single.wear.max()
 
 
 @pytest.mark.parametrize(
@@ -130,13 +117,6 @@ def test_on_few_cells_depths_on_the_axes_miss_a_narrow_ring_of_slip_as_in_one_di
     for cells in (24, 54):
         wear, fine = depths[cells, "coupled"].max(), depths[81, "coupled"].max()
         assert wear == near(fine, rel=0.01)
-
-
-def test_the_limit_of_many_cycles_is_that_of_one_direction():
-    coupled, single = (
-        worn(fretting(16, slip_model=model), [30.0])[0] for model in (Coupled(), Jaeger())
-    )
-    assert np.abs(coupled.wear - single.wear).max() <= 1e-3 * single.wear.max()
 
 
 def test_shorter_steps_lead_to_the_same_wear():

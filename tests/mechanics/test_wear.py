@@ -135,7 +135,7 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name):
     problem, states = runs[name]
     for state in states:
         shape = problem.unworn(state.geometry) + state.wear + state.plastic
-        own = problem.slip_model.reduced(problem, problem.half_space(state.geometry), shape)
+        own = problem.slip_model.reduced(problem, problem.half_space(state.geometry), shape, state)
         np.testing.assert_array_equal(state.reduced.stick, own.stick)
         # Steps without flow add wear to the gap; the contacts behind it were solved to 1e-8.
         np.testing.assert_allclose(state.reduced.gap, own.gap, atol=1e-6 * HERTZ.approach)
@@ -283,9 +283,9 @@ def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_g
     shape = problem.unworn(state.geometry) + state.plastic
     again = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
     np.testing.assert_allclose(again.pressure, state.pressure, atol=1e-4 * P0)
-    reduced = Jaeger().reduced(problem, bodies, shape)
+    reduced = Jaeger().reduced(problem, bodies, shape, state)
     np.testing.assert_allclose(state.reduced.gap, reduced.gap, atol=3e-8 * HERTZ.approach)
-    unyielding = Jaeger().reduced(problem, bodies, shape - state.plastic)
+    unyielding = Jaeger().reduced(problem, bodies, shape - state.plastic, state)
     assert not np.allclose(reduced.gap, unyielding.gap, atol=1e-4 * HERTZ.approach)
 
 
@@ -405,10 +405,10 @@ class TroubledSlip(Jaeger):
     longest: float = math.inf
     deepest: float = math.inf
 
-    def wear_layer(self, wear, gap, shift, exponent, rate, factor=None):
+    def wear_layer(self, wear, gap, shift, exponent, rate):
         if rate * P0 > self.longest or wear.max() > self.deepest:
             raise ContactError("the slip model does not go that far: residual 1.0e+00")
-        return super().wear_layer(wear, gap, shift, exponent, rate, factor)
+        return super().wear_layer(wear, gap, shift, exponent, rate)
 
 
 @dataclass(frozen=True)

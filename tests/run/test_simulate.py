@@ -446,7 +446,7 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
     whole.to_netcdf(saved)
     with open_case(saved) as again, open_history(saved) as history:
         np.testing.assert_array_equal(again.pressure, whole.pressure)
-        assert again.slip_model == "jaeger"
+        assert again.slip_model == "cerruti"
         np.testing.assert_array_equal(history.wear_volume, datasets["rough"].wear_volume)
         compared = compared_results(again, datasets["rough"])
         assert all(each.first == each.second for each in compared)

@@ -64,7 +64,7 @@ def test_ids_are_safe_in_paths_and_shells(load, friction, ratio, limit):
 def test_coordinates_are_in_si_units_and_complete():
     coordinates = study_case().scalar_coordinates()
     assert coordinates["normal_load"] == (50.0, "N", "normal load")
-    assert coordinates["slip_model"] == ("jaeger", "", "slip model")
+    assert coordinates["slip_model"] == ("cerruti", "", "slip model")
     for name, value, unit in (
         ("plastic_limit", 4.5e9, "Pa"),
         ("roughness_amplitude", 2e-7, "m"),

@@ -18,7 +18,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
 from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Normal, Sliding
-from fretwear.mechanics.slip.models import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
@@ -30,7 +30,7 @@ from fretwear.units import ContactFrame
 Kind = TypeVar("Kind")
 _Phase = TypeVar("_Phase", float, Array)
 
-_USUAL_SLIP = Jaeger()
+_USUAL_SLIP = Cerruti()
 _SURFACES = Indenter, Roughness
 
 
@@ -56,6 +56,7 @@ class Setup:
     slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
     frequency: float | None = None  #: of the motion, Hz; None where no law depends on it
     debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies and bears load
+    bulk_stress: float = 0.0  #: amplitude along x in the flat, Pa, in phase with the force
 
     @property
     def setup(self) -> Setup:
@@ -135,7 +136,7 @@ class Setup:
     def even(self) -> Even:
         """Whether the unworn gap is exactly even along x and along y: one side then suffices."""
         x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
-        return all(x) and not self.wears_unevenly, all(y)
+        return all(x) and not (self.wears_unevenly or self.bulk_stress), all(y)
 
     @property
     def wears_unevenly(self) -> bool:
@@ -186,6 +187,15 @@ class Setup:
         return max(0.0, stuck - self.pulsation(self.hertz.load))
 
     @cached_property
+    def tilt(self) -> float:
+        """Slope of the reduced contact along x by which a bulk stress moves the stick zone.
+
+        It stretches the flat by ε = µκ times the slope while the force rises to its amplitude.
+        """
+        strain = self.bulk_stress * self.bodies.stretch(plane_strain="y" not in self.frame.axes)
+        return strain / (self.friction_law.coefficient * self.coupling)
+
+    @cached_property
     def stick_radius(self) -> float:
         """Stick radius c, m, of the unworn smooth contact: the radius of a contact under P*."""
         load = self.stick_load
@@ -219,28 +229,19 @@ class Setup:
 
     def slip(self, reduced: ReducedContact) -> Array:
         """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
-        slip = self.friction_law.coefficient * self.coupling * reduced.gap
-        if reduced.sheared is None or reduced.factor is None:
-            return slip
-        # Where the bodies do not touch, slip is taken from cells that begin to.
-        sheared, begins = reduced.sheared, np.multiply(reduced.factor, slip)
-        return np.where(sheared.bound > 0.0, sheared.amplitude, begins)
+        return self.friction_law.coefficient * self.coupling * reduced.gap
 
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
 
         If slip is taken from the unworn contact, so is δ.
         """
-        if reduced.sheared is not None:
-            return reduced.sheared.displacement
         if not (self.slip_model.follows_shape or self.loading.stroke):
             approach = self.hertz.approach
         return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
 
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
         """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
-        if reduced.sheared is not None:
-            return reduced.sheared.force
         return self.friction_law.coefficient * (load - self.pulsation(load) - reduced.load)
 
     # Wear.

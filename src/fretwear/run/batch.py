@@ -219,10 +219,8 @@ def _check(record: RunRecord) -> None:
         reduced = state.reduced
         of_cells = [state.pressure, state.gap, state.wear, state.plastic, reduced.pressure]
         of_cells += [reduced.gap, state.pressure_rate, state.source_rate]
-        if (sheared := reduced.sheared) is not None and reduced.factor is not None:
-            of_cells += [*sheared.traction, *sheared.slip, sheared.bound, reduced.factor]
-            if sheared.rates is not None and reduced.factor_rate is not None:
-                of_cells += [*sheared.rates, reduced.factor_rate]
+        if (sheared := reduced.sheared) is not None:
+            of_cells += [*sheared.traction, *sheared.slip, sheared.bound]
         if {field.shape for field in of_cells} != {tuple(state.geometry.shape)}:
             raise ValueError("the shape of a field does not match its geometry")
         if not state.is_finite:

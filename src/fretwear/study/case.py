@@ -59,6 +59,9 @@ _UNSAID_AT_DEFAULT = (
     "budget",
 )
 
+# With the default slip model, cases keep the ids that they had when it was another one.
+_SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
+
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
 _SNAPSHOT = WholeNumber(
@@ -156,8 +159,9 @@ class Case(Draft):
 
     The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
     neglects the coupling of normal and tangential directions (Dundurs' β), which two different
-    materials have, and for all materials the coupling of x and y, unless ``slip_model`` is
-    ``coupled``: the maximum wear depth of a smooth sphere comes out 6 to 11 % too small at ν = 0.3.
+    materials have, and traction along y, unless ``slip_model`` is ``coupled``.  On rings, where
+    smooth spheres are computed, slip is the mean over all directions: at ν = 0.3 the maximum wear
+    depth comes out up to 11 % too small.
 
     Raises
     ------
@@ -344,6 +348,8 @@ class Case(Draft):
         for name, about, are_keys, value in self._identity():
             if are_keys:
                 entries |= value.entries
+            elif name == "slip_model":
+                entries[name] = f'"{name}":"{_SLIP_IN_IDS.get(value.kind, value.kind)}"'
             elif isinstance(value, Part):
                 entries[name] = f'"{name}":{value.text_under_key}'
             elif value is None or isinstance(value, _PLAIN):

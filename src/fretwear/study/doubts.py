@@ -346,7 +346,7 @@ def doubts(
         )
         detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
         reasons.append(
-            Doubt(what, detail, "write slip_model: jaeger for the shear of this surface")
+            Doubt(what, detail, "write slip_model: cerruti for the shear of this surface")
         )
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:

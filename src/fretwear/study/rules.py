@@ -172,7 +172,7 @@ def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
     elif constant or not (case.is_graded and isinstance(case.slip_model, Jaeger)):
         rule = (
             "works under a force only for smooth spheres, round punches and line contacts of "
-            "constant friction and wear coefficient, with slip_model: jaeger"
+            "constant friction and wear coefficient, with slip_model: cerruti or jaeger"
         )
     elif math.isfinite(case.plastic_limit):
         rule = "works under a force only for elastic bodies"
@@ -192,6 +192,28 @@ def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
     else:
         return
     yield Problem("pulsating_load", f"{least:g}", rule, hint)
+
+
+@_needing(_CONTACT + "loading friction_law slip_model bulk_stress")
+def _bulk_stress_keeps_stick_in_the_contact(case: Draft) -> Iterator[Problem]:
+    """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
+    if not case.bulk_stress:
+        return
+    given, given_with = format_quantity(case.bulk_stress, PRESSURE), ""
+    if not case.slip_model.follows_shape:
+        given_with = f"slip_model: {case.slip_model.kind}"
+    elif case.normal.pulsating_load < 1.0:
+        given_with = "pulsating_load"
+    if given_with:
+        yield Problem("bulk_stress", given, f"cannot be with {given_with}", "leave one out")
+    elif case.stick_load > 0.0 and case.hertz.peak_pressure:
+        hertz = case.hertz
+        most = hertz.contact_radius - case.stick_radius
+        moved = case.tilt * hertz.radius
+        if moved > most:
+            limit = format_quantity(case.bulk_stress * most / moved, PRESSURE)
+            rule = f"moves the stick zone beyond the contact, where slip reverses; at most {limit}"
+            yield Problem("bulk_stress", given, rule, "or raise the tangential load")
 
 
 @_needing(_CONTACT + "loading wear_law friction_law")
@@ -274,7 +296,7 @@ def _sphere_slip_needs_a_sphere(case: Draft) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
         rule = f"is the closed form for a sphere or cylinder and does not describe this {kind}"
-        yield Problem("slip_model", model, rule, "write slip_model: jaeger")
+        yield Problem("slip_model", model, rule, "write slip_model: cerruti")
 
 
 @_needing("indenter roughness counterface")

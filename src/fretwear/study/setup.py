@@ -13,10 +13,10 @@ from fretwear.forms import AlongXY
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip.loading import Loading, Normal, SlidingDistance
-from fretwear.mechanics.slip.models import Jaeger, SlipModel
+from fretwear.mechanics.slip.models import Cerruti, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.mechanics.surfaces.roughness import Roughness
@@ -29,7 +29,7 @@ from fretwear.units import LENGTH, LINE_CONTACT, format_quantity
 MAX_CYCLES = 10**9
 
 _SNAPSHOTS = 8
-_USUAL_SLIP = Jaeger()
+_USUAL_SLIP = Cerruti()
 PARTS_OF_A_DISTANCE = 1000
 """Default number of cycles into which a sliding distance is divided."""
 IN_BLOCKS = {
@@ -125,8 +125,8 @@ class Draft(Setup):
     bulk_stress: Annotated[
         float,
         Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", "80 MPa", at_least=0.0),
-        "Amplitude of a stress along x in the flat, in phase with the tangential force; for "
-        "stresses below the surface and cracks, without effect on contact and wear.",
+        "Amplitude of a stress along x in the flat, in phase with the tangential force; it moves "
+        "the stick zone, and adds to stresses below the surface.",
     ] = 0.0
     blocks: Annotated[
         tuple[Block, ...],
@@ -209,14 +209,14 @@ class Draft(Setup):
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which friction as a vector breaks."""
         if self.frame is LINE_CONTACT:
-            return Strips
-        round_and_plain = self.indenter.is_axisymmetric and self._is_plain
+            return Row if self.bulk_stress else Strips
+        round_and_plain = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
         return Rings if round_and_plain and not self.slip_model.couples else Grid
 
     @cached_property
     def is_graded(self) -> bool:
         """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
-        return self._is_plain and self.geometry is not Grid
+        return self._is_plain and not issubclass(self.geometry, Grid)
 
     @cached_property
     def _is_plain(self) -> bool:

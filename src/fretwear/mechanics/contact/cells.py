@@ -36,8 +36,8 @@ Index = tuple[slice, slice]
 Way = tuple[slice | int, slice | int]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
-# The elastic bodies on parts of a window, by the shapes of these.
-Parts = dict[tuple[int, int], "GridHalfSpace"]
+# The elastic bodies on parts of a window, by the shapes of these and the weights of directions.
+Parts = dict[tuple[int, int, tuple[float, float]], "GridHalfSpace"]
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -264,6 +264,13 @@ class HalfSpace(ABC):
     @abstractmethod
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
+
+    def along_x(self, coupling: float, mean: float) -> HalfSpace:  # noqa: ARG002 - the same in all
+        """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ.
+
+        These are the bodies themselves where the influence does not depend on the direction.
+        """
+        return self
 
     def sheared(self, coupling: float) -> ShearSpace[Array]:
         """The same bodies under shear tractions, of κ = E*/G*, if they have both directions."""

@@ -49,7 +49,7 @@ _AHEAD = 0.02
 _GROWTH = 1.12
 # Cells around the zone of a part of the half-space, and how many parts are kept.
 _MARGIN = 4
-_PARTS = 4
+_PARTS = 6
 # Number of influence coefficients computed at a time.
 _BLOCK = 2**15
 
@@ -390,8 +390,12 @@ def influence_coefficients(
     shape: tuple[int, int],
     spacing: tuple[float, float],
     composite_modulus: float,
+    weights: tuple[float, float] = (1.0, 1.0),
 ) -> Array:
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
+
+    With ``weights`` of the parts y²/r³ and x²/r³ of 1/r it is the displacement along x by a
+    traction along x (Cerruti): in proportion to 1 and 2κ − 1.
 
     Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary",
     Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighbouring
@@ -405,7 +409,8 @@ def influence_coefficients(
     rows = max(1, _BLOCK // shape[1])
     for first in range(0, shape[0], rows):
         x = corners[first : first + rows + 1, None]
-        corner = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+        corner = weights[0] * x * np.arcsinh(y / np.abs(x))
+        corner += weights[1] * y * np.arcsinh(x / np.abs(y))
         block = np.diff(np.diff(corner, axis=0), axis=1)
         np.divide(block, np.pi * composite_modulus, out=coefficients[first : first + rows])
     return coefficients
@@ -415,7 +420,8 @@ class GridHalfSpace(HalfSpace):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. The
-    composite modulus E* is in Pa; ``parts`` are the same bodies on smaller windows, made before.
+    composite modulus E* is in Pa; ``parts`` are the same bodies on smaller windows, made before;
+    ``weights`` are those of the `influence_coefficients`.
     """
 
     def __init__(
@@ -423,12 +429,14 @@ class GridHalfSpace(HalfSpace):
         geometry: Grid,
         composite_modulus: float,
         parts: Parts | None = None,
+        weights: tuple[float, float] = (1.0, 1.0),
     ) -> None:
         self.geometry: Grid = geometry
-        self._modulus, self._parts = composite_modulus, {} if parts is None else parts
+        self._modulus, self._weights = composite_modulus, weights
+        self._parts = {} if parts is None else parts
         self._sheared: dict[float, ShearSpace[Array]] = {}
         shape = offsets(geometry.shape, geometry.even)
-        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus)
+        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, weights)
         self.self_influence = float(kernel[0, 0])
         self._convolution = convolution(kernel, geometry.even)
 
@@ -457,12 +465,20 @@ class GridHalfSpace(HalfSpace):
 
     def around(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""
-        grid = self.geometry.around(cells)
-        if grid.shape == self.geometry.shape:
+        return self._on(self.geometry.around(cells), self._weights)
+
+    def along_x(self, coupling: float, mean: float) -> GridHalfSpace:
+        """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ."""
+        return self._on(self.geometry, (1.0 / mean, (2.0 * coupling - 1.0) / mean))
+
+    def _on(self, grid: Grid, weights: tuple[float, float]) -> GridHalfSpace:
+        """The bodies on a window with the same cells; these, if nothing differs."""
+        if grid.shape == self.geometry.shape and weights == self._weights:
             return self
-        kept = self._parts.pop(grid.shape, None)
-        part = kept or GridHalfSpace(grid, self._modulus, self._parts)
-        self._parts[grid.shape] = part
+        key = *grid.shape, weights
+        kept = self._parts.pop(key, None)
+        part = kept or GridHalfSpace(grid, self._modulus, self._parts, weights)
+        self._parts[key] = part
         if len(self._parts) > _PARTS:
             # Drop the one unused for longest, since zones seldom return to an earlier size.
             del self._parts[next(iter(self._parts))]

@@ -45,10 +45,6 @@ class Accuracy:
     reduced: float = 1e-7  #: reduced contact at a requested cycle
     #: Reduced contact between requested cycles: its error changes wear by less than a part in 10⁷.
     reduced_between: float = 1e-6
-    #: Shear tractions at a requested cycle, and between: residuals over the largest traction, of
-    #: which slip beside it has about a tenth; smaller if the second direction changes little.
-    sheared: float = 1e-6
-    sheared_between: float = 3e-3
     #: Wear in the iteration between plastic flow and pressure of a stage, relative to the tolerance
     #: of the step.
     sweep: float = 0.005

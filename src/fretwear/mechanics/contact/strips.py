@@ -26,9 +26,10 @@ from fretwear.mechanics.contact.cells import (
     Parts,
     Region,
     Way,
+    Workspace,
     Zone,
 )
-from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
+from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.theory import LineContact, share_of_band
 
@@ -154,6 +155,29 @@ class Row(Grid):
 
     reference: float = 1.0  #: distance, m, at which displacements are zero
     plane_strain: ClassVar[bool] = True
+
+    @classmethod
+    def first(cls, problem: CellProblem) -> Row:
+        """Strips for the first loading of a problem."""
+        assert isinstance(problem.hertz, LineContact)
+        row = cls((2, 1), problem.spacing, (False, True), problem.hertz.reference)
+        return row._out_to(problem.extent[0] + (problem.wavelengths or (0.0,))[0])
+
+    def ahead_of(self, problem: CellProblem, stage: Stage) -> Row:
+        """Strips that reach far enough for the next step."""
+        return self._holding(problem, stage.pressure, WIDENED)
+
+    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Row:  # noqa: ARG002
+        """These strips, or more if the contact needs them."""
+        return self._holding(workspace.problem, pressure)
+
+    def _holding(self, problem: CellProblem, pressure: Array, widened: float = 1.0) -> Row:
+        touched = np.abs(self.x[pressure[:, 0] > 0.0]).max(initial=0.0) + self.spacing[0]
+        half = widened * touched + (problem.wavelengths or (0.0,))[0]
+        return self if half <= self.extent[0] else self._out_to(1.1 * half)
+
+    def _out_to(self, half: float) -> Row:
+        return self.of_shape((2 * math.ceil(half / self.spacing[0]), 1))
 
     @property
     def unit_area(self) -> float:

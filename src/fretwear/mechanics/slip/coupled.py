@@ -64,12 +64,6 @@ class Sheared:
     )
 
     bound: Array  #: µp, Pa, shape (nx, ny)
-    #: µp*, Pa, the unused friction of a single direction, from which guesses are made, shape
-    #: (nx, ny); zero if it is not known.
-    single: Array | float = 0.0
-    #: How the direction, rad, and the unused friction beyond `single`, Pa,
-    #: changed per cycle in the last step: a guess for the next one, shape (2, nx, ny).
-    rates: Array | None = None
 
     @property
     def stick(self) -> Mask:
@@ -93,26 +87,8 @@ class Sheared:
         def moved(fields: Array) -> Array:
             return np.stack([resized(field) for field in fields])
 
-        rates = None if self.rates is None else moved(self.rates)
-        traction, slip, bound = moved(self.traction), moved(self.slip), resized(self.bound)
-        single = resized(self.single) if isinstance(self.single, np.ndarray) else self.single
-        return replace(self, traction=traction, slip=slip, bound=bound, single=single, rates=rates)
-
-    def since(self, before: Sheared, cycles: float) -> Sheared:
-        """The same with the rates of a step from another of so many cycles."""
-        turned = np.angle(self._way * before._way.conj())
-        beyond = self.spare - self.single - (before.spare - before.single)
-        return replace(self, rates=np.stack([turned, beyond]) / cycles)
-
-    def ahead(self, cycles: float) -> Sheared:
-        """These tractions and slips, with values expected so many cycles later."""
-        if self.rates is None:
-            return self
-        spare = np.clip(self.spare + cycles * self.rates[1], 0.0, self.bound)
-        way = self._way * np.exp(1j * cycles * self.rates[0])
-        lengths = np.where(self.stick, self.bound - spare, self.bound)
-        slip = self.amplitude * way * ~self.stick
-        return replace(self, traction=_parts(lengths * way), slip=_parts(slip))
+        traction, slip = moved(self.traction), moved(self.slip)
+        return replace(self, traction=traction, slip=slip, bound=resized(self.bound))
 
     @property
     def _way(self) -> NDArray[np.complex128]:
@@ -122,24 +98,15 @@ class Sheared:
         way = np.where(length > 0.0, x + 1j * y, 1.0) / np.where(length > 0.0, length, 1.0)
         return np.asarray(way, np.complex128)
 
-    def under(self, bound: Array, single: Array | float = 0.0) -> Array:
-        """A guess of the traction of a similar contact, Pa, by its µp and µp*, Pa.
-
-        The unused friction changes as it does for a single direction, not by wear beside a stick
-        zone, which leaves p* as it is.
-        """
-        spare = np.where(self.stick | (single > 0.0), self.spare + (single - self.single), 0.0)
-        return _parts(self._way * (bound - np.clip(spare, 0.0, bound)))
+    def under(self, bound: Array) -> Array:
+        """A guess of the traction of a similar contact, Pa, by its µp, Pa: as much is unused."""
+        ways = self._way * (bound - np.minimum(self.spare, bound))
+        return np.stack([ways.real, ways.imag])
 
     @property
     def amplitude(self) -> Array:
         """|s|, m."""
         return np.asarray(np.hypot(*self.slip))
-
-
-def _parts(vectors: NDArray[np.complex128]) -> Array:
-    """Components of complex numbers, shape (2, nx, ny)."""
-    return np.stack([vectors.real, vectors.imag])
 
 
 def shear(

@@ -1,15 +1,21 @@
 """Partial slip from a second normal contact at a reduced load, and the wear that it drives.
 
-Ciavarella (1998) and Jäger (1998): for equal bodies under P = const and Q rising to its
-amplitude, the shear traction is µ (p − p*), where p* is the normal pressure of the same shape at
-the load P* = P − Q/µ. The contact of that problem is the stick zone, its gap g* gives the slip
-s = µκ g*, κ = E*/G*. Distant points pass each other by U = µκ (d − d*): where U is given, so is the
-reduced approach d*, and if the lowest point of the shape lies above it the contact slides as a
-whole.
+Friction along x bears q ≤ µp. What it does not use, µp* = µp − q, solves a normal contact: with the
+displacement K_xx q of the surface along x (Cerruti), A = K_xx/κ and the displacement K p by the
+pressure, the slip s = µκ g* from zero to the amplitude of the force is its gap,
 
-That leaves out displacements along y. With them, at ν = 0.3, a smooth sphere slips 14 % less on
-the x axis and 13 % more on the y axis: its maximum wear depth is 6 to 12 % larger than in this
-model, its wear volume and dissipated energy up to 0.6 % smaller. `Coupled` has them.
+    g* = A p* + h + (K − A) p − d*,    p* ≥ 0,   g* ≥ 0,   g* p* = 0,
+
+where h is the shape of the surfaces. Under P = const and the amplitude Q it bears the load
+P* = P − Q/µ. Distant points pass each other by U = µκ (d − d*): where U is given, so is the reduced
+approach d*, and if the lowest point of the shape lies above it the contact slides as a whole. A
+bulk stress that stretches the flat by ε along x, in phase with Q, adds ε x/(µκ) to h, which moves
+the stick zone (Hills and Nowell 1994).
+
+A traction moves the surface farther along x than across: A depends on the direction (`Cerruti`).
+If Poisson's ratio is zero, and in line contacts, A = K, and p* is the pressure of the same shape
+under the load P*: Ciavarella (1998) and Jäger (1998). `Jaeger` has A = K in all contacts. Traction
+along y changes slip in the order of ν²; `Coupled` has it.
 
 The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
 a deeper cell.
@@ -35,8 +41,9 @@ from fretwear.theory import HertzContact, LineContact
 _COARSE = 1e-2
 # From this tolerance on, displacements in single precision suffice beyond the stick zone.
 _SINGLE_IS_ENOUGH = 1e-6
-# Largest ratio of slip in two directions to that in one; larger only within a cell of stick.
-LARGEST_FACTOR = 3.0
+# Residual of shear tractions over the tolerance of a normal contact, and the least unused friction
+# where the bodies stick, over the largest.
+_RESIDUAL, _TINY = 300.0, 1e-12
 # A stick zone less deep than this fraction of the approach counts as none.
 _NO_DEPTH = 1e-9
 # `WearLayer`: bounds of exponent and tangent, and the exponent below which φ' is a line.
@@ -55,38 +62,28 @@ class ReducedContact:
     # Derivative of g* by the approach of the bodies, if it depends on it and is known.
     response: Array | None = None
     sheared: Sheared | None = None  # tractions of friction in two directions, if they are computed
-    factor: Array | None = None  # slip with them over µκ g*, by which wear makes g* grow
-    factor_rate: Array | None = None  # how it changed per cycle in the last step
+    follows_pressure: bool = False  # whether a change of the pressure alone changes g*
 
     @property
     def stick(self) -> Mask:
         """Cells of the stick zone."""
-        return np.asarray(self.pressure > 0) if self.sheared is None else self.sheared.stick
+        return np.asarray(self.pressure > 0)
 
-    def since(self, before: ReducedContact, cycles: float) -> ReducedContact:
-        """The same with the rates of a step from another of so many cycles."""
-        sheared, factor = self.sheared, self.factor
-        if sheared is None or factor is None or before.sheared is None or before.factor is None:
-            return self
-        rate = (factor - before.factor) / cycles
-        return replace(self, sheared=sheared.since(before.sheared, cycles), factor_rate=rate)
 
-    def with_rates(self, other: ReducedContact) -> ReducedContact:
-        """The same with the rates of another, if it has any."""
-        if self.sheared is None or other.sheared is None or other.factor_rate is None:
-            return self
-        sheared = replace(self.sheared, rates=other.sheared.rates)
-        return replace(self, sheared=sheared, factor_rate=other.factor_rate)
+class Pressed(Protocol):
+    """The contact under the whole load, as a slip model sees it."""
 
-    def factor_after(self, cycles: float) -> Array | None:
-        """The factor expected so many cycles later; None without one, or a step to tell it from."""
-        if self.factor is None or self.factor_rate is None:
-            return None
-        return np.asarray(np.clip(self.factor + cycles * self.factor_rate, 0.0, LARGEST_FACTOR))
+    @property
+    def pressure(self) -> Array:
+        """p, Pa, shape of the geometry."""
 
-    def spare_pressure(self, friction: float) -> Array:
-        """Unused friction over µ, p − |q|/µ, Pa: p*, or zero where nothing sticks."""
-        return self.pressure if self.sheared is None else self.sheared.spare / friction
+    @property
+    def gap(self) -> Array:
+        """g, m, same shape."""
+
+    @property
+    def approach(self) -> float:
+        """δ, m."""
 
 
 class Conditions(Protocol):
@@ -117,6 +114,10 @@ class Conditions(Protocol):
         """κ of a single direction in this contact."""
 
     @property
+    def tilt(self) -> float:
+        """Slope along x of the reduced contact, due to a bulk stress."""
+
+    @property
     def flexibility(self) -> float:
         """Flexibility in series with the contact, m/N."""
 
@@ -144,32 +145,17 @@ class SlipModel(Part):
         setup: Conditions,
         half_space: HalfSpace,
         shape: Array,
+        pressed: Pressed,
         sliding: Sliding | None = None,
         start: ReducedContact | None = None,
         tolerance: float = 1e-8,
     ) -> ReducedContact:
-        """The reduced contact of a shape, m.
+        """The reduced contact of a shape, m, and of the whole contact that presses it.
 
         ``sliding`` is the condition on it, by default that on the unworn contact; ``start`` is a
         first guess, and ``tolerance`` is passed to `solve_contact`.
         """
         raise NotImplementedError
-
-    def sheared(
-        self,
-        setup: Conditions,  # noqa: ARG002
-        half_space: HalfSpace,  # noqa: ARG002
-        pressure: Array,  # noqa: ARG002
-        gap: Array,  # noqa: ARG002
-        reduced: ReducedContact,
-        start: Sheared | None = None,  # noqa: ARG002
-        tolerance: float = 1e-6,  # noqa: ARG002
-    ) -> ReducedContact:
-        """The reduced contact with the tractions of a contact of a pressure, Pa, and a gap, m.
-
-        They are needed where friction acts in two directions. ``start`` is a first guess.
-        """
-        return reduced
 
     def wear_layer(
         self,
@@ -177,15 +163,14 @@ class SlipModel(Part):
         gap: Array,
         shift: Array | None,
         exponent: Array,
-        rate: float,
-        factor: Array | None = None,
+        rate: float | Array,
     ) -> Layer:
         """Wear depth at the end of a stage against pressure, all fields as in `WearLayer`.
 
         It grows exponentially with ∫p dN; if slip is constant, in proportion.
         """
         if self.follows_shape:
-            return WearLayer(wear, gap, shift, exponent, rate, factor)
+            return WearLayer(wear, gap, shift, exponent, rate)
         mean = gap if shift is None else gap + 0.5 * shift
         return WinklerLayer(rate * mean, wear + exponent * mean)
 
@@ -198,6 +183,8 @@ class SlipModel(Part):
         """
         if not self.follows_shape:
             return True
+        if reduced.follows_pressure:
+            return False
         return setup.normal.holds_load and setup.sliding(load, 0.0).load == reduced.load
 
     def limit(
@@ -235,7 +222,7 @@ class SlipModel(Part):
 
 @dataclass(frozen=True)
 class Jaeger(SlipModel):
-    """Slip of the worn shape, from its contact at the reduced load."""
+    """Slip of the worn shape as if tractions moved the surface alike in all directions."""
 
     kind: Literal["jaeger"] = "jaeger"
     caption: ClassVar[str] = "slip of the worn shape"
@@ -246,6 +233,7 @@ class Jaeger(SlipModel):
         setup: Conditions,
         half_space: HalfSpace,
         shape: Array,
+        pressed: Pressed,
         sliding: Sliding | None = None,
         start: ReducedContact | None = None,
         tolerance: float = 1e-8,
@@ -255,6 +243,37 @@ class Jaeger(SlipModel):
         If the shape lies above the reduced approach nothing sticks, and the bodies slide by their
         gap.
         """
+        bodies, changed = self.family(setup, half_space, shape, pressed.pressure)
+        result = self._solved(setup, bodies, changed, sliding, start, tolerance)
+        if setup.tilt and (result.pressure > 2.0 * pressed.pressure).any():
+            raise ContactError(
+                "the bulk stress moves the stick zone beyond the contact, where slip reverses: "
+                "this is outside the model; give a lower bulk_stress or a larger tangential force"
+            )
+        follows_pressure = bodies is not half_space
+        return replace(result, follows_pressure=True) if follows_pressure else result
+
+    def family(
+        self,
+        setup: Conditions,
+        half_space: HalfSpace,
+        shape: Array,
+        pressure: Array,  # noqa: ARG002 - of any
+    ) -> tuple[HalfSpace, Array]:
+        """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
+        if setup.tilt:
+            shape = shape + setup.tilt * half_space.geometry.x[:, None]
+        return half_space, shape
+
+    def _solved(
+        self,
+        setup: Conditions,
+        half_space: HalfSpace,
+        shape: Array,
+        sliding: Sliding | None,
+        start: ReducedContact | None,
+        tolerance: float,
+    ) -> ReducedContact:
         sliding = sliding or setup.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
         if sliding.load is not None:
@@ -302,60 +321,89 @@ class Jaeger(SlipModel):
 
 
 @dataclass(frozen=True)
+class Cerruti(Jaeger):
+    """Slip of the worn shape by friction along x, which moves the surface farthest along x.
+
+    That changes with the pressure, and the slip and the stick zone with it.
+    """
+
+    kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
+    caption: ClassVar[str] = "slip of the worn shape, along x"
+
+    def family(
+        self, setup: Conditions, half_space: HalfSpace, shape: Array, pressure: Array
+    ) -> tuple[HalfSpace, Array]:
+        """The bodies and the shape, m, under tractions along x, and under a pressure, Pa."""
+        bodies = half_space.along_x(setup.bodies.coupling, setup.coupling)
+        if bodies is not half_space:
+            (normal, unit), (tangential, other) = (
+                each.relative_displacement(pressure) for each in (half_space, bodies)
+            )
+            shape = shape + np.multiply(normal, unit, dtype=np.float64)
+            shape -= np.multiply(tangential, other, dtype=np.float64)
+        return bodies, super().family(setup, half_space, shape, pressure)[1]
+
+
+@dataclass(frozen=True)
 class Coupled(Jaeger):
     """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.slip.coupled`.
 
-    Displacements along x and y are coupled, so that traction turns away from x and slip is less
-    along the x axis than along the y axis. The ratio of slip to the slip by `Jaeger` is smooth
-    away from the stick edge and changes slowly; so wear grows by the latter within a stage, times
-    the ratio. A line contact has a single direction, in which both models are the same.
+    Displacements along x and y are coupled, so that traction turns away from x. A line contact has
+    a single direction, in which it is the same as `Jaeger`.
     """
 
     kind: Literal["coupled"] = "coupled"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, in two directions"
     couples: ClassVar[bool] = True
 
-    def sheared(
+    def reduced(
         self,
         setup: Conditions,
         half_space: HalfSpace,
-        pressure: Array,
-        gap: Array,
-        reduced: ReducedContact,
-        start: Sheared | None = None,
-        tolerance: float = 1e-6,
+        shape: Array,
+        pressed: Pressed,
+        sliding: Sliding | None = None,
+        start: ReducedContact | None = None,
+        tolerance: float = 1e-8,
     ) -> ReducedContact:
-        """Solve the tangential contact under the force or displacement of a setup."""
-        geometry = half_space.geometry
+        """Solve the tangential contact under the force or displacement of a setup.
+
+        Its slip, unused friction, displacement and force are stated as those of a normal contact.
+        """
+        geometry, pressure = half_space.geometry, pressed.pressure
         if geometry.plane_strain:
-            return reduced
-        friction, kappa = setup.friction_law.coefficient, setup.bodies.coupling
-        bodies = half_space.sheared(kappa)
-        bound, force, displacement = friction * pressure, None, 0.0
-        if setup.loading.is_force:
-            force = friction * (geometry.integral(pressure) - reduced.load)
+            return super().reduced(setup, half_space, shape, pressed, sliding, start, tolerance)
+        friction, compliance = setup.friction_law.coefficient, setup.coupling
+        sliding, load = sliding or setup.unworn_sliding, geometry.integral(pressure)
+        force, displacement = None, 0.0
+        if sliding.load is not None:
+            force = friction * (load - sliding.load)
         else:
-            displacement = setup.loading.displacement(friction, setup.coupling, setup.hertz)
-        single = friction * reduced.pressure
-        guess = np.stack([bound - single, np.zeros_like(bound)])
-        if start is not None:
-            guess = start.under(bound, single)
-        result = shear(bodies, bound, force, displacement, setup.flexibility, guess, tolerance)
-        result = replace(result, single=single)
-        # Beside the contact, surfaces pass each other by µκ (g* − g) if ν is zero.
-        usual = friction * setup.coupling * (reduced.gap - gap)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factor = np.where(usual > 0.0, result.amplitude / usual, 1.0)
-        # Both stick edges cut the same cells, of which one may stick and the other slip. Beside an
-        # edge across x the plane-strain compliance decides, 1/κ of the mean; one across y has the
-        # antiplane compliance, (2κ − 1)/κ.
-        least = min(1.0, 2.0 * kappa - 1.0) / kappa
-        factor = np.clip(np.where(result.stick, least, factor), 0.0, LARGEST_FACTOR)
-        return replace(
-            reduced,
-            sheared=result,
-            factor=factor,
-            convolutions=reduced.convolutions + 2 * result.convolutions,
+            displacement = setup.loading.displacement(friction, compliance, setup.hertz)
+        before, tilted = None if start is None else start.sheared, None
+        if setup.tilt:
+            stretched = friction * compliance * setup.tilt * geometry.x[:, None]
+            tilted = np.stack([stretched + 0.0 * pressure, 0.0 * pressure])
+        bound = friction * pressure
+        sheared = shear(
+            half_space.sheared(setup.bodies.coupling),
+            bound,
+            force,
+            displacement,
+            setup.flexibility,
+            None if before is None else before.under(bound),
+            min(max(_RESIDUAL * tolerance, 1e-9), 3e-3),
+            tilted,
+        )
+        spare = np.where(sheared.stick, np.maximum(sheared.spare, _TINY * bound), 0.0)
+        return ReducedContact(
+            pressure=spare / friction,
+            gap=sheared.amplitude / (friction * compliance) + np.maximum(pressed.gap, 0.0),
+            approach=pressed.approach - sheared.displacement / (friction * compliance),
+            load=load - sheared.force / friction,
+            convolutions=2 * sheared.convolutions,
+            sheared=sheared,
+            follows_pressure=True,
         )
 
 
@@ -376,6 +424,7 @@ class CattaneoMindlin(SlipModel):
         setup: Conditions,
         half_space: HalfSpace,
         shape: Array,  # noqa: ARG002 - of any shape
+        pressed: Pressed,  # noqa: ARG002
         sliding: Sliding | None = None,  # noqa: ARG002 - as for the unworn contact
         start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
         tolerance: float = 1e-8,  # noqa: ARG002
@@ -486,8 +535,7 @@ class WearLayer(Layer):
     reduced_gap: Array  # g*₀ at the start of the stage, m, not negative
     shift: Array | None  # ΔG over the stage, m
     exponent: Array  # x₀, the part of the exponent that is already known
-    rate: float  # τ, 1/Pa
-    factor: Array | None = None  # slip over µκ g*, with which x = x₀ + τ f p
+    rate: float | Array  # τ, 1/Pa, of all cells or of each
     # Derivative of ΔG by the approach of the bodies, and the approach, m, at which ΔG is given.
     response: Array | None = None
     level: float | None = None
@@ -520,10 +568,8 @@ class WearLayer(Layer):
         result += self.wear
 
     def _exponent(self, pressure: Array) -> Array:
-        """X = x₀ + τ f p, with a bound far beyond any wear."""
+        """X = x₀ + τ p, with a bound far beyond any wear."""
         x = self.rate * pressure
-        if self.factor is not None:
-            x *= self.factor
         x += self.exponent
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
 
@@ -543,7 +589,4 @@ class WearLayer(Layer):
             slope += slope_of_flow
             np.maximum(slope, 0.0, out=slope)
         slope *= self.rate / unit
-        result = np.minimum(slope, _LARGEST_TANGENT, out=slope).astype(np.float32)
-        if self.factor is not None:
-            result *= self.factor
-        return result
+        return np.minimum(slope, _LARGEST_TANGENT, out=slope).astype(np.float32)

@@ -19,6 +19,11 @@ class Bodies(Part):
     coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
     dundurs_beta = 0.0  # |β|, which couples normal and tangential directions; neglected
 
+    def stretch(self, *, plane_strain: bool) -> float:
+        """Strain of the flat along x per stress along x, 1/Pa, here of one of two equal bodies."""
+        nu = 2.0 * (self.coupling - 1.0) / (2.0 * self.coupling - 1.0)
+        return 0.5 / self.composite_modulus / (1.0 if plane_strain else 1.0 - nu**2)
+
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - a single κ
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return self.coupling
@@ -46,6 +51,11 @@ class ElasticBodies(Bodies):
     kind: Literal["elastic"] = "elastic"
 
     slug = ""  # materials are left out of the id
+
+    def stretch(self, *, plane_strain: bool) -> float:
+        """Strain of the flat along x per stress along x, 1/Pa: 1/E, in plane strain (1 − ν²)/E."""
+        _, _, modulus, nu = self._constants
+        return (1.0 - nu**2 if plane_strain else 1.0) / modulus
 
     @property
     def _constants(self) -> tuple[float, float, float, float]:

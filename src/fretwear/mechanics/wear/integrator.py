@@ -27,8 +27,6 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry, Workspace
 from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
-from fretwear.mechanics.slip.coupled import Sheared
-from fretwear.mechanics.slip.models import LARGEST_FACTOR
 from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
 
@@ -84,8 +82,6 @@ _LARGEST_SWEEPS, _RELOADED = 60, 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
-# Part of the slip that the second direction changes, up to which shear tractions must be better.
-_CHANGES = 0.1
 
 
 StateT = TypeVar("StateT", bound=State)
@@ -274,6 +270,7 @@ def first_loading(
             now,
             bodies.half_space,
             bodies.unworn + plastic + opening,
+            contact,
             now.sliding(load, contact.approach),
             tolerance=accuracy.first_reduced,
         )
@@ -283,8 +280,6 @@ def first_loading(
     else:
         raise ContactError("the limit of pressure that friction lowers did not settle")
     gap = np.maximum(contact.gap, 0.0)
-    sheared = now.slip_model.sheared(now, bodies.half_space, contact.pressure, gap, reduced)
-    spent += sheared.convolutions - reduced.convolutions
     return State(
         cycle=float(cycle),
         geometry=geometry,
@@ -296,21 +291,13 @@ def first_loading(
         load=load,
         approach=contact.approach,
         residual=contact.residual,
-        reduced=sheared,
+        reduced=reduced,
         next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
         pressure_rate=zeros,
         source_rate=zeros,
         step=step,
         convolutions=spent,
     )
-
-
-def _ahead(base: Stage, first: Stage) -> Array:
-    """The factor of `ReducedContact` expected at the end of a step, from its first stage."""
-    before, now = base.reduced.factor, first.reduced.factor
-    assert before is not None
-    assert now is not None
-    return np.asarray(np.clip(now + TR_BDF2.beyond * (now - before), 0.0, LARGEST_FACTOR))
 
 
 class Evolution(Integrator[State]):
@@ -377,44 +364,25 @@ class Evolution(Integrator[State]):
         # The means that the wear coefficient follows lag by one stage.
         then = problem.at(middle).under(means)
         p0, rate = base.pressure, now.wear_growth * step
-        # Means that the wear coefficient follows need the slip itself.
-        follows = now.wear_law.follows_contact
-        expected = None if follows else base.reduced.factor_after(early)
         first = self.stage(
             base,
             then,
-            Exposure(
-                (rate * implicit) * base.rubbing,
-                then.wear_growth * step * implicit,
-                base.reduced.factor if expected is None else expected,
-            ),
+            Exposure((rate * implicit) * p0, then.wear_growth * step * implicit),
             p0 + early * base.pressure_rate,
             early * base.source_rate,
             self.accuracy.first_stage,
         )
-        before = base.reduced.sheared
-        if expected is None:
-            first = self._sheared(first, before, then)
-            if before is not None and first.reduced.sheared is not None:
-                before = first.reduced.sheared.since(before, early).ahead(step - early)
-        else:
-            before = None if before is None else before.ahead(step)
-            predicted = replace(first.reduced, sheared=base.reduced.sheared, factor=expected)
-            first = replace(first, reduced=predicted)
         p1 = first.pressure
         unloaded = (rate * (weight - implicit)) * (p0 + p1)
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).under(reached.ahead(means, numbers.beyond))
         r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
-        ratio = None if first.reduced.factor is None else _ahead(base, first)
-        if ratio is not None or not r0 == lagged == r1:
-            unloaded = weight * (r0 * base.rubbing + r1 * first.rubbing)
-            used = base if expected is None else first
-            unloaded -= implicit * (r0 * base.rubbing + lagged * first.rubbing_by(used))
+        if not r0 == lagged == r1:
+            unloaded = weight * (r0 * p0 + r1 * p1) - implicit * (r0 * p0 + lagged * p1)
         second = self.stage(
             first,
             last,
-            Exposure(unloaded, last.wear_growth * step * implicit, ratio),
+            Exposure(unloaded, last.wear_growth * step * implicit),
             p1 + numbers.beyond * (p1 - p0),
             numbers.beyond * first.source_since(base, model),
             self.accuracy.contact if output_step else self.accuracy.contact_between,
@@ -424,7 +392,6 @@ class Evolution(Integrator[State]):
         if fitting is not geometry:
             self._move_to(fitting)
             return None
-        second = self._sheared(second, before, last, output_step=output_step)
         return self._ended(step, end, first, second, (now, midway, last))
 
     def _ended(
@@ -440,12 +407,10 @@ class Evolution(Integrator[State]):
         between = (1.0 - TR_BDF2.middle) * step
         pressure_rate = (second.pressure - first.pressure) / between
         source_rate = second.source_since(first, model) / between
-        reduced = second.reduced.since(base.reduced, step)
         if step < _SHORT * base.next_step:
             pressure_rate, source_rate = base.pressure_rate, base.source_rate
-            reduced = reduced.with_rates(base.reduced)
         state = State(
-            **vars(replace(second, reduced=reduced)),
+            **vars(second),
             cycle=end,
             geometry=base.geometry,
             next_step=step,
@@ -480,33 +445,6 @@ class Evolution(Integrator[State]):
         finally:
             self._convolutions += stage.convolutions
 
-    def _sheared(
-        self,
-        stage: Stage,
-        start: Sheared | None,
-        problem: WearProblem,
-        *,
-        output_step: bool = False,
-    ) -> Stage:
-        """A stage with its shear tractions, from a first guess, if friction is a vector.
-
-        Between requested cycles their error remains small beside what the second direction changes.
-        """
-        accuracy, changes = self.accuracy, abs(1.0 - 1.0 / problem.bodies.coupling)
-        tolerance = accuracy.sheared_between * min(1.0, changes / _CHANGES)
-        tolerance = accuracy.sheared if output_step else max(accuracy.sheared, tolerance)
-        reduced = problem.slip_model.sheared(
-            problem,
-            self.workspace.on(self.state.geometry).half_space,
-            stage.pressure,
-            stage.gap,
-            stage.reduced,
-            start,
-            tolerance,
-        )
-        self._convolutions += reduced.convolutions - stage.reduced.convolutions
-        return replace(stage, reduced=reduced)
-
     def _assess(
         self,
         step: float,
@@ -529,19 +467,18 @@ class Evolution(Integrator[State]):
         def exponent(weights: Sequence[float]) -> Array:
             """X = β∫p dN over the step by weights of its three pressures."""
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
-            return start * base.rubbing + middle * first.rubbing + end * second.rubbing
+            return start * base.pressure + middle * first.pressure + end * second.pressure
 
         def lost(gap: Array, difference: Array) -> Array:
             # A step far too long overflows; its error is then not finite, which rejects it.
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
-        error = integral(lost(second.reduced.gap, exponent(TR_BDF2.difference)))
-        if second.reduced.factor is not None:
-            # The last stage assumed how slip would differ from that in a single direction.
-            changed = second.rubbing - _ahead(base, first) * second.pressure
-            weight = rates[-1] * step * (TR_BDF2.implicit + TR_BDF2.explicit * TR_BDF2.middle)
-            error += integral(lost(second.reduced.gap, weight * changed))
+        most: Array | float = inf
+        if base.reduced.follows_pressure:
+            # Pressure soon leaves a cell that begins to slip, which bounds the error of its wear.
+            most = np.abs(second.opening - base.opening)
+        error = integral(np.minimum(lost(second.reduced.gap, exponent(TR_BDF2.difference)), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.
@@ -551,7 +488,7 @@ class Evolution(Integrator[State]):
             if kept:
                 opened, after = worn - base.opening, second.reduced.gap
                 worn = base.wear + all_worn(kept, opened, gap, after, x)
-            error = max(error, integral(np.abs(worn - second.wear)))
+            error = max(error, integral(np.minimum(np.abs(worn - second.wear), most)))
         error, allowed = error / (OVERESTIMATE * volume), self.tolerance
         if not second.reduced.load > 0.0:
             allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)

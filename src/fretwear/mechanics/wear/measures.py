@@ -130,7 +130,7 @@ def half_widths(state: State, lines: Lines) -> tuple[float, float]:
     if state.plastic.any():
         stick = half_width(lines, reduced.stick, reduced.gap, plane_strain=plane_strain)
         return contact, stick
-    return contact, stick_half_width(lines, reduced.spare_pressure(1.0))
+    return contact, stick_half_width(lines, reduced.pressure)
 
 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
@@ -325,6 +325,7 @@ def _curve(
     high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
     bodies = workspace.on(geometry)
     shape = bodies.unworn + state.opening + state.plastic
+    half_space, shape = problem.slip_model.family(problem, bodies.half_space, shape, state.pressure)
     if not low.load > 0.0:
         lowest = float(shape.min())
         low = replace(low, gap=shape - lowest, approach=lowest)
@@ -345,7 +346,7 @@ def _curve(
         fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
         guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
         guess *= load / geometry.integral(guess)
-        contact = contact_under(bodies.half_space, shape, load, None, guess, _TOLERANCE)
+        contact = contact_under(half_space, shape, load, None, guess, _TOLERANCE)
         expected = _approach_between(lower, upper, areas[at])
         halfway = halfway if solved_before else contact.approach
         family.insert(at + 1, contact)

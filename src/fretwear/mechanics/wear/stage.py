@@ -22,6 +22,8 @@ from fretwear.mechanics.slip.models import ReducedContact, WearLayer
 from fretwear.mechanics.wear.state import Stage, WearProblem, YieldLimit
 
 _LARGEST_SWEEPS = 12
+# Largest exposure of a cell in a stage under a contact that follows the pressure.
+_EXPOSED = 3.0
 # A cell with less than this fraction of the mean pressure counts as unloaded.
 _IDLE = 1e-3
 
@@ -30,19 +32,29 @@ class Exposure(NamedTuple):
     """The exponent x = unloaded + rate · p of a stage against its pressure p."""
 
     unloaded: Array  # under no pressure, shape of the geometry
-    rate: float  # 1/Pa
-    factor: Array | None = None  # of the rate in each cell; None for 1
+    rate: float | Array  # 1/Pa, of all cells or of each
+
+    def limited(self, pressure: Array) -> Exposure:
+        """The same with less where it would be large, by a guess of the pressure, Pa.
+
+        Cells beside the edge of a stick zone bear a high pressure until they slip and wear. In one
+        long stage that would oscillate; with less exposure it takes a few.
+        """
+        x = self.under(pressure)
+        if not (x > _EXPOSED).any():
+            return self
+        part = _EXPOSED / np.maximum(x, _EXPOSED)
+        return Exposure(self.unloaded * part, self.rate * part)
 
     def opening(self, kept: float) -> Exposure:
         """The part of it that opens the gap, if a fraction of the debris is kept."""
         if not kept:
             return self
-        return Exposure((1.0 - kept) * self.unloaded, (1.0 - kept) * self.rate, self.factor)
+        return Exposure((1.0 - kept) * self.unloaded, (1.0 - kept) * self.rate)
 
     def under(self, pressure: Array) -> Array:
         """The exponent under a pressure, Pa."""
-        rate = self.rate if self.factor is None else self.rate * self.factor
-        return np.asarray(self.unloaded + rate * pressure)
+        return np.asarray(self.unloaded + self.rate * pressure)
 
 
 @dataclass(frozen=True)
@@ -104,6 +116,8 @@ class ImplicitStage:
         drift, reduced, geometry = self._expected(change), self.base.reduced, self._geometry
         problem = self.problem
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
+        if reduced.follows_pressure:
+            exposure = exposure.limited(pressure)
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
@@ -139,6 +153,8 @@ class ImplicitStage:
         base, problem, reduced = self.base, self.problem, self.base.reduced
         if not self._moves:
             return Drift(change if base.yielded else None)
+        if reduced.follows_pressure:
+            return Drift(_bounded(change, reduced.gap))
         # Cells that begin to stick lose their gap, not more.
         shift = np.maximum(change, -reduced.gap)
         if reduced.response is None or not problem.normal.holds_load:
@@ -199,6 +215,7 @@ class ImplicitStage:
                 problem,
                 self._half_space,
                 self._unworn + opening + plastic,
+                contact,
                 problem.sliding(load, contact.approach),
                 reduced,
                 accuracy.reduced if self.output_step else accuracy.reduced_between,
@@ -242,6 +259,8 @@ class ImplicitStage:
         """Change of G in a stage less the assumed one, m, and the volume that it wears, m³."""
         problem = self.problem
         missing = stage.source_since(self.base, problem.slip_model)
+        if self.base.reduced.follows_pressure:
+            missing = _bounded(missing, self.base.reduced.gap)
         if drift.shift is not None:
             missing = missing - drift.shift
         zeros, lost = np.zeros_like(stage.opening), np.abs(missing)
@@ -250,6 +269,15 @@ class ImplicitStage:
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
         return missing, self._geometry.integral(flow.displacement(stage.pressure))
+
+
+def _bounded(change: Array, gap: Array) -> Array:
+    """A change of G, m, by which g* at most doubles or vanishes over a stage.
+
+    Beside the edge of a stick zone, where slip begins under a high pressure, the same change wears
+    a cell until the pressure has left it, however large it is.
+    """
+    return np.asarray(np.clip(change, -gap, gap))
 
 
 def all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:

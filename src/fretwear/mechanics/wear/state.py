@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -28,8 +28,6 @@ collapse to the stick zone after many cycles.
 FIELDS = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
 # Least part of a change of the limit of pressure that is made.
 _LEAST_PART = 0.2
-# Least residual of shear tractions that are moved to other cells.
-_SHEARED = 1e-6
 # Columns of cells whose heights are computed at a time.
 _COLUMNS = 64
 
@@ -178,6 +176,14 @@ def in_contact(stage: Stage) -> Mask:
     return np.asarray((stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach)))
 
 
+class Moved(NamedTuple):
+    """A contact on other cells."""
+
+    pressure: Array  #: Pa
+    gap: Array  #: m
+    approach: float  #: m
+
+
 @dataclass(frozen=True)
 class Pulse:
     """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
@@ -227,16 +233,6 @@ class Stage:
         """
         now = model.source(self.reduced.gap, self.opening)
         return now - model.source(base.reduced.gap, base.opening)
-
-    @property
-    def rubbing(self) -> Array:
-        """Pressure, Pa, times slip over µκ g*: what makes the reduced gap grow."""
-        return self.rubbing_by(self)
-
-    def rubbing_by(self, stage: Stage) -> Array:
-        """The same by the slip of another stage."""
-        factor = stage.reduced.factor
-        return self.pressure if factor is None else np.multiply(factor, self.pressure)
 
     @property
     def mean_approach(self) -> float:
@@ -289,9 +285,11 @@ class State(Stage):
             result[here] = before[there]
             return result
 
+        opened = gap(fields["pressure"], self.approach, self.gap)
         reduced, spent = self.reduced, 2
         stuck = old.resized(reduced.pressure, geometry)
-        if self.wear[there].shape == self.wear.shape and problem.slip_model.follows_shape:
+        keeps_all = self.wear[there].shape == self.wear.shape
+        if keeps_all and problem.slip_model.follows_shape and not reduced.follows_pressure:
             response = reduced.response
             if response is not None:
                 farther = np.full(geometry.shape, response[-1])
@@ -299,30 +297,15 @@ class State(Stage):
             open_by = gap(stuck, reduced.approach, reduced.gap)
             reduced = replace(reduced, pressure=stuck, gap=open_by, response=response)
         else:
-            start = replace(reduced, pressure=np.maximum(stuck, 0.0))
+            sheared = reduced.sheared
+            if sheared is not None:
+                sheared = sheared.on(lambda field: old.resized(field, geometry))
+            start = replace(reduced, pressure=np.maximum(stuck, 0.0), sheared=sheared)
             now = problem.at(self.cycle)
             sliding = now.sliding(self.load, self.approach)
-            reduced = now.slip_model.reduced(now, bodies.half_space, shape, sliding, start)
+            pressed = Moved(fields["pressure"], opened, self.approach)
+            reduced = now.slip_model.reduced(now, bodies.half_space, shape, pressed, sliding, start)
             spent += reduced.convolutions
-        opened = gap(fields["pressure"], self.approach, self.gap)
-        if self.reduced.sheared is not None:
-            before = self.reduced.sheared.on(lambda field: old.resized(field, geometry))
-            reduced, now = replace(reduced, convolutions=0), problem.at(self.cycle)
-            # They remain in equilibrium, to their residual.
-            enough = max(_SHEARED, 1.1 * before.residual)
-            reduced = now.slip_model.sheared(
-                now, bodies.half_space, fields["pressure"], opened, reduced, before, enough
-            )
-            spent += reduced.convolutions
-            reduced = reduced.with_rates(
-                replace(
-                    self.reduced,
-                    sheared=before,
-                    factor_rate=None
-                    if self.reduced.factor_rate is None
-                    else old.resized(self.reduced.factor_rate, geometry),
-                )
-            )
         return replace(
             self,
             geometry=geometry,
