@@ -9,7 +9,7 @@ import xarray as xr
 import fretwear
 
 summary = xr.open_dataset("results/gallery/summary.nc")
-point = summary.sel(load=40, roughness_amplitude=2e-7, plastic_limit=4.5e9)
+point = summary.sel(normal_load=40, roughness_amplitude=2e-7, plastic_limit=4.5e9)
 file = f"results/gallery/cases/{point['case_id'].item()}.nc"
 animation = fretwear.figures.animation(fretwear.open_case(file), fretwear.open_history(file))
 animation.save("results/gallery/wear.gif")

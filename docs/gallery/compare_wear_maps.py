@@ -7,7 +7,7 @@ import xarray as xr
 
 import fretwear
 
-summary = xr.open_dataset("results/gallery/summary.nc").sel(load=40, plastic_limit=4.5e9)
+summary = xr.open_dataset("results/gallery/summary.nc").sel(normal_load=40, plastic_limit=4.5e9)
 cases = {
     title: f"results/gallery/cases/{summary['case_id'].sel(roughness_amplitude=value).item()}.nc"
     for title, value in {"smooth": 0, "rough": 2e-7}.items()

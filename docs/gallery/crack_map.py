@@ -9,7 +9,7 @@ import xarray as xr
 import fretwear
 
 summary = xr.open_dataset("results/gallery/summary.nc")
-point = summary.sel(load=40, roughness_amplitude=0, plastic_limit=4.5e9)
+point = summary.sel(normal_load=40, roughness_amplitude=0, plastic_limit=4.5e9)
 with fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc") as case:
     found = fretwear.fatigue(case, cycles=[0, 7000], depth="60 um")
 figure = fretwear.figures.crack_map(found)

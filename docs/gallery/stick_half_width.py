@@ -9,4 +9,4 @@ import xarray as xr
 import fretwear
 
 summary = xr.open_dataset("results/gallery/summary.nc")
-figure = fretwear.figures.stick_half_width(summary.sel(load=40), columns=1)
+figure = fretwear.figures.stick_half_width(summary.sel(normal_load=40), columns=1)

@@ -21,7 +21,7 @@ from PIL import Image
 
 import fretwear
 from fretwear.figures.axes import set_cycle_axis
-from fretwear.figures.style import JournalFigure, sequential_colours, text_colour
+from fretwear.figures.style import JournalFigure, sequential_colours
 from fretwear.run.simulate import run
 from fretwear.study.parameters import parameter
 from fretwear.theory import HertzContact, LimitingState
@@ -34,7 +34,7 @@ CONTACT = {"radius": "10 mm", "load": "50 N", "friction": 0.5, "cycles": 10**6, 
 def scar(axes: Axes, results: Path) -> None:
     """The wear of a rough contact that yields, from above."""
     summary = xr.open_dataset(results / "summary.nc")
-    point = summary.sel(load=40, friction=0.6, roughness_amplitude=2e-7, plastic_limit=4.5e9)
+    point = summary.sel(normal_load=40, friction=0.6, roughness_amplitude=2e-7, plastic_limit=4.5e9)
     case = fretwear.open_case(results / "cases" / f"{point['case_id'].item()}.nc")
     fretwear.figures.wear_map(case, ax=axes)
     axes.get_legend().remove()
@@ -54,7 +54,7 @@ def histories(axes: Axes) -> None:
         axes.annotate(
             f"{parameter('tangential_ratio').symbol} = {ratio}",
             (CONTACT["cycles"], limit),
-            color=text_colour(color),
+            color=color,
             ha="right",
             va="bottom",
         )

@@ -12,9 +12,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
 from fretwear.data.files import open_group
-from fretwear.figures.axes import make_panels
-from fretwear.figures.history import CyclePlot, representative_cases
-from fretwear.figures.maps import add_scale
+from fretwear.figures.axes import add_scale, make_panels
+from fretwear.figures.history import representative_cases, scalar_history
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
 from fretwear.study.parameters import parameter, value_text
@@ -121,8 +120,9 @@ def crack_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
         return
     for name in _HISTORIES:
         if name in summary and bool((summary[name] > 0.0).any()):
-            plot = CyclePlot(summary, _SHOWN[name])
-            yield StudyFigure(name, plot.caption, _CATEGORY, plot.draw())
+            figure = scalar_history(summary, _SHOWN[name], summary)
+            words = f"{_SHOWN[name].label} against the number of cycles."
+            yield StudyFigure(name, words, _CATEGORY, figure)
     varied = [size for size in summary["status"].sizes.values() if size > 1]
     if _OUTCOME in summary and varied and "point" not in summary.dims:
         caption = (

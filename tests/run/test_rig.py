@@ -156,7 +156,7 @@ def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
 def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
     with open_summary(folder / "summary.nc") as summary:
         assert summary.wear_volume.units == "m2"
-        drawn = {each.name: each.figure for each in study_figures(summary, folder / "cases")}
+        drawn = {d.name: d.draw().figure for d in study_figures(summary, folder / "cases")}
     assert drawn
     assert not [name for name in drawn if "map" in name]
     assert "per length" in drawn["wear_volume"].axes[0].get_ylabel()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
-from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,22 +23,20 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import in_unit, number_text, readable_unit, with_error
-from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus, Variable
+from fretwear.units import cycle_text, in_unit, number_text, readable_unit, with_error
+from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_WIDTHS = "contact_radius stick_radius scar_half_width_x scar_half_width_y"
 _MORE_RESULTS = "contact_half_width_y stick_half_width_y contact_area stick_area approach"
 _MORE_RESULTS += " tangential_displacement plastic_volume central_pressure peak_pressure"
-_CASE_RESULTS = (*HEADLINES, *_MORE_RESULTS.split())
-_STUDY_RESULTS = {name: RESULTS[name].error.name for name in HEADLINES[:4]}  # with their errors
+_CASE_RESULTS = (*HEADLINES[:2], *_WIDTHS.split(), *HEADLINES[2:], *_MORE_RESULTS.split())
 _MARK = "† In a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
-_UNWORN = (
-    "Unworn: closed forms for smooth elastic bodies with these parameters "
-    "(Hertz, Cattaneo and Mindlin)."
-)
+_UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 _BOTH = "Draw both cases superimposed into this file: .png, .svg or .pdf."
+_LESS_ACCURATE = 0.02
 _MOST_POINTS = 100
 _DIGITS = 4
 
@@ -56,14 +53,14 @@ def show(
     """
     check_results(file)
 
+    from fretwear.data.atomic import DataFileError
     from fretwear.data.files import open_summary
-    from fretwear.data.safe import DataFileError
 
-    content: dict[str, object] = {}
+    content: dict[str, Any] = {}
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
             content = study_content(summary)
-            lines = [*describe_study(content)]
+            lines = [*study_lines(content)]
     if not content:  # a case, or a file whose problem `opened` reports
         with opened(file) as (case, history):
             content = case_content(case, history)
@@ -95,19 +92,21 @@ def compare(
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
-    forces = (results for given, results in FORCES.items() if given not in case.coords)
+    forces = [name for given, names in FORCES.items() if given not in case.coords for name in names]
     results = {}
-    for name in (name for name in (*_CASE_RESULTS, *chain(*forces)) if name in case):
-        error, units = RESULTS[name].error.name, case[name].attrs["units"]
-        errors = case[error].values.tolist() if error in case else None
-        results[name] = {"values": case[name].values.tolist(), "errors": errors, "units": units}
+    for name in (name for name in (*_CASE_RESULTS, *forces) if name in case):
+        errors = case.get(RESULTS[name].error.name)
+        results[name] = {
+            "values": case[name].values.tolist(),
+            "errors": None if errors is None else errors.values.tolist(),
+            "units": case[name].attrs["units"],
+        }
     return {
         **{name: case.attrs.get(name) for name in ("case_id", "code_digest", "title", "source")},
         "warnings": case.attrs.get("warnings", "").splitlines(),
         "cells": [case.sizes[axis] for axis in ("x", "y") if axis in case.sizes],
         "symmetry": case.attrs["symmetry"],
         "steps": history.sizes["step"] - 1,
-        "convolutions": int(history["convolutions"].sum()) if "convolutions" in history else None,
         "parameters": {
             str(value.name): {"value": value.item()}
             | {about: value.attrs.get(about) for about in ("units", "long_name")}
@@ -122,38 +121,43 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
 
 def case_lines(content: dict[str, Any]) -> Iterator[str]:
     """Yield the content of a case as lines for people."""
-    yield content["title"]
-    if content["case_id"] not in content["title"]:
-        yield content["case_id"]
-    yield content["source"]
+    yield from dict.fromkeys([content["title"], content["case_id"], content["source"]])
     part = ("all", "half", "a quarter")[sum(SYMMETRIES[content["symmetry"]])]
-    taken = ""
-    if content["convolutions"] is not None:  # A file saved by another program lacks it.
-        taken = f", {content['steps']} steps, {content['convolutions']} convolutions"
-    yield f"{' x '.join(map(str, content['cells']))} cells ({part} of the contact){taken}"
-    yield from (f"Doubtful: {warning}" for warning in content["warnings"])
+    cells = " x ".join(map(str, content["cells"]))
+    yield f"{cells} cells ({part} of the contact), {content['steps']} steps"
     yield from ("", "Parameters")
-    shown = dict(content["parameters"])
-    if shown.get("roughness_amplitude", {}).get("value") == 0.0:  # slopes are then meaningless
-        shown = {name: shown[name] for name in shown if not name.startswith("roughness_slope")}
-    yield from aligned([_in_words(name, *about.values()) for name, about in shown.items()])
+    about_case = content["parameters"]
+    is_smooth = about_case.get("roughness_amplitude", {}).get("value") == 0.0
+    shown = {n: v for n, v in about_case.items() if not (is_smooth and "roughness_slope" in n)}
+    yield from aligned([_in_words(name, **about) for name, about in shown.items()])
     yield from ("", "Results")
-    rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]
+    cycles, rows, loose = content["cycle"], [], []
     for name, result in content["results"].items():
-        values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
-        errors = result["errors"] or [None]
-        about = RESULTS[name].in_units(result["units"])
-        rows.append((about.marked, *_texts(values, about, [errors[0], errors[-1]])))
-    yield from aligned(rows)
+        about, values = RESULTS[name].in_units(result["units"]), result["values"]
+        errors = result["errors"] or [0.0] * len(values)
+        ends = [values[0], values[-1], content["unworn"].get(name, math.nan)]
+        rows.append((about.marked, *_texts(ends, about, [errors[0], errors[-1], 0.0])))
+        pairs = zip(errors, values, strict=True)
+        shares = [error / abs(v) if v and math.isfinite(error) else 0.0 for error, v in pairs]
+        if about.is_headline and (largest := max(shares)) > _LESS_ACCURATE:
+            cycle = cycle_text(cycles[shares.index(largest)])
+            loose.append((about.words, f"± {number_text(100.0 * largest, 2)} %", f"cycle {cycle}"))
+    yield from aligned([("", *(f"cycle {cycles[i]:.0f}" for i in (0, -1)), "unworn", ""), *rows])
+    if loose:
+        yield from ("", f"Less accurate than {100.0 * _LESS_ACCURATE:.0f} %, at the latest")
+        yield from aligned(loose)
+    if content["warnings"]:
+        yield from ("", *content["warnings"])
     yield from ("", _MARK, _UNWORN)
 
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
     """Return the points and results of a merged study, in SI units."""
     from fretwear.data.effects import final_results, point_values, varied_names
+    from fretwear.figures.datasets import width_names
 
-    final = final_results(summary)
-    names = [*_STUDY_RESULTS, *(name for name in _STUDY_RESULTS.values() if name in final)]
+    final, key = final_results(summary), [*HEADLINES[:2], *width_names(summary)]
+    names = [n for name in key for n in (name, RESULTS[name].error.name) if n in final]
     columns = {
         "case_id": point_values(summary, "case_id").tolist(),
         "status": [PointStatus(state).word for state in point_values(summary, "status")],
@@ -170,32 +174,31 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def describe_study(content: dict[str, Any]) -> Iterator[str]:
+def study_lines(content: dict[str, Any]) -> Iterator[str]:
     """Yield the lines that show a merged study."""
     points, units = content["points"], content["units"]
     yield content["title"]
     yield f"study {content['study']}, {content['source']}"
-    yield from (f"Doubtful: {warning}" for warning in content["warnings"])
     counts = Counter(point["status"] for point in points)
     statuses = ", ".join(f"{counts[status.word]} {status.word}" for status in PointStatus)
     yield f"{len(points)} point{'s' * (len(points) != 1)}: {statuses}"
     yield from ("", f"After the last cycle, {content['cycle']:.0f}")
-    listed = points[:_MOST_POINTS]
-    columns = [["id", *(point["case_id"] for point in listed)]]
-    for name in (name for name in units if name not in _STUDY_RESULTS.values()):
-        values = [point[name] for point in listed]
-        if name in _STUDY_RESULTS:
+    shown = points[:_MOST_POINTS]
+    columns = [["id", *(point["case_id"] for point in shown)]]
+    for name in (name for name in units if not name.endswith("_error")):
+        values = [point[name] for point in shown]
+        if name in RESULTS:
             about = RESULTS[name].in_units(units[name])
-            errors = [point.get(_STUDY_RESULTS[name]) for point in listed]
-            *texts, unit = _texts(values, about, errors)
+            *texts, unit = _texts(values, about, [p.get(f"{name}_error", 0.0) for p in shown])
             columns.append([f"{about.words} ({unit})", *texts])
         else:
             columns.append([name, *(_in_words(name, value, units[name])[1] for value in values)])
-    states = [point["status"] for point in listed]
-    columns.append(["", *("" if state == PointStatus.DONE.word else state for state in states)])
-    yield from aligned(list(zip(*columns, strict=True)))
+    done = PointStatus.DONE.word
+    columns.append(["", *(point["status"].replace(done, "") for point in shown)])
+    yield from aligned([*zip(*columns, strict=True)])
     if len(points) > _MOST_POINTS:
         yield f"  and {len(points) - _MOST_POINTS} more points; --json prints all of them"
+    yield from content["warnings"]
 
 
 def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
@@ -204,20 +207,19 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        texts = ["–", "–"]
-        for place, case in reversed([*enumerate((a, b))]):
-            if name in case.coords:
-                value = case[name]
-                about = (value.attrs.get(key) for key in ("units", "long_name"))
-                words, texts[place] = _in_words(name, value.item(), *about)
-        rows.append((words, *texts))
+        found = [case.coords.get(name) for case in (a, b)]
+        words = [
+            ("", "–") if value is None else _in_words(name, value.item(), **_about(value))
+            for value in found
+        ]
+        rows.append((words[0][0] or words[1][0], words[0][1], words[1][1]))
     yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
     yield from aligned(rows) if len(rows) > 1 else ()
     yield from ("", "Results")
     at = [f"cycle {cycle}" for cycle in compared_cycles(a, b)]
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
-        texts = _texts((result.first, result.second), result.variable, result.errors)
+        texts = _texts([result.first, result.second], result.variable, [*result.errors])
         ratio = number_text(result.ratio, 3) if math.isfinite(result.ratio) else "–"
         rows.append((result.variable.marked, *texts, ratio))
     yield from aligned(rows)
@@ -233,6 +235,10 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     return {}
 
 
+def _about(value: xr.DataArray) -> dict[str, Any]:
+    return {key: value.attrs.get(key) for key in ("units", "long_name")}
+
+
 def _in_words(
     name: str, value: float | str | None, units: str | None = "", long_name: str | None = None
 ) -> tuple[str, str]:
@@ -243,16 +249,10 @@ def _in_words(
     return long_name or parameter(name).suiting(value).words, value_text(name, value)
 
 
-def _texts(
-    values: Sequence[float | None], about: Variable, errors: Sequence[float | None]
-) -> list[str]:
+def _texts(values: list[float], about: Any, errors: list[float]) -> list[str]:
     """Return values of a result with their errors as text in one readable unit, then the unit."""
-    present = [value for value in values if value is not None]
     # A ratio has the unit, or none, that it has elsewhere.
-    usual = about.unit if about.si_unit == "1" else None
-    unit = usual or readable_unit(present, about.si_unit)
-    texts = [
-        "–" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
-        for value, error in zip_longest(values, errors)
-    ]
-    return [*texts, unit.name]
+    unit = about.unit if about.si_unit == "1" else None
+    unit = unit or readable_unit(values, about.si_unit)
+    pairs = zip(values, errors, strict=True)
+    return [*(with_error(unit.of(v), unit.of(e or 0.0), _DIGITS) for v, e in pairs), unit.name]

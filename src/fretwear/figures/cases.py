@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from itertools import chain
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize
@@ -22,7 +20,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
 
-from fretwear.arrays import Array
 from fretwear.data.atomic import atomic_path
 from fretwear.data.dataset import (
     compared_cycles,
@@ -30,26 +27,26 @@ from fretwear.data.dataset import (
     different_parameters,
     mirrored,
 )
-from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
+from fretwear.figures.axes import ValueAxis, add_scale, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
-    Profiles,
     check_cases,
+    history_of,
     profiles_of,
     snapshots,
     variable_of,
+    width_names,
 )
-from fretwear.figures.maps import add_scale, depth_scale, draw_map, draw_wear_map, take_wear_map
+from fretwear.figures.maps import depth_scale, draw_map, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
     ZONE_COLORS,
     ZONES,
-    Frame,
     cycle_colours,
     cycle_key,
     draw_filled,
     draw_profiles,
     frame_of,
-    mark_peak,
+    write_peak,
     zone_key,
 )
 from fretwear.figures.style import (
@@ -80,8 +77,6 @@ _MOST_TOLD = 4
 _LEAST_SPREAD = 1.25
 _MARGIN = 1.25
 _THIN = 0.7
-# Lines along y, and room above the deepest of them.
-_DOTS, _ROOM = (0, (1.0, 1.0)), 1.08
 
 _MOVING = ("pressure", "wear_depth", "contact_state")
 _BEYOND_CONTACT = 1.1
@@ -89,7 +84,7 @@ _MARK = 4.5
 _SECONDS_PER_DECADE = 1.2
 _SHORTEST, _LONGEST, _LAST = 0.25, 1.2, 2.5
 _COLORS = 128
-_FRAMES_PER_SECOND = 20
+_FRAMES_PER_SECOND = 4
 _SCREEN_DPI = 120
 
 
@@ -100,27 +95,14 @@ def overview(
     """Draw pressure, shear, gap and wear along x, a map of the scar, and the zones over the cycles.
 
     The map shows the last snapshot of the case; a line contact has the slip along x in its place.
-    The zones come from the dense `history` of the case or, without it, from the snapshots.
+    The zones come from the `history` of the case, by default that of its file.
     """
     panels = [profiles_of(dataset, name, cycles) for name in _PANELS]
     colors, is_filled = cycle_colours(panels[0].cycles), panels[0].is_rough
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
-
-    def draw(axes: Axes, profiles: Profiles) -> None:
-        if is_filled:
-            draw_filled(axes, profiles)
-        else:
-            draw_profiles(axes, profiles, colors)
-
-    for axes, profiles in zip(grid[:, :2].flat, panels, strict=True):
-        draw(axes, profiles)
-    has_both = "slip_y" in dataset
-    if has_both and not is_filled:
-        worn, axes = panels[-1], grid[1, 1]
-        looks = zip(worn.cycles, colors.values(), strict=True)
-        draw_across(axes, frame_of([worn]), [(dataset, at, color) for at, color in looks])
     place, zones = grid[:, 2]
+    drawn = [*zip(grid[:, :2].flat, panels, strict=True)]
     if "y" in dataset.dims:
         scar = take_wear_map(dataset, None)
         unit = readable_unit(scar.depth, "m")
@@ -129,47 +111,31 @@ def overview(
         place.set_title(f"{label}, cycle {cycle_text(scar.cycle)}")
         add_scale(figure, [place], image, "", aspect=24)
     else:
-        draw(place, profiles_of(dataset, "slip", cycles))
-    curves = draw_zone_widths(zones, dataset if history is None else history, has_both=has_both)
-    zones.set_title("Contact and stick zone" + (", dotted: along y" if has_both else ""))
+        drawn.append((place, profiles_of(dataset, "slip", cycles)))
+    for axes, profiles in drawn:
+        if is_filled:
+            draw_filled(axes, profiles)
+        else:
+            draw_profiles(axes, profiles, colors)
+    draw_zone_widths(zones, history_of(dataset) if history is None else history)
+    zones.legend()
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
     if is_filled:
         zone_key(figure, panels[:1], "outside lower left")
     else:
         cycle_key(figure, colors, "outside lower left")
-    label_curves(zones, curves, [str(curve.get_label()) for curve in curves])
     return figure
 
 
-def draw_across(axes: Axes, frame: Frame, shown: Sequence[tuple[xr.Dataset, int, str]]) -> None:
-    """Add the wear depth along y, next to x = 0, dotted: of cases at cycles, in colours."""
-    top = frame.top
-    for case, cycle, color in shown:
-        depth = mirrored(case[["wear_depth"]].sel(cycle=cycle))["wear_depth"]
-        line = depth.isel(x=int(np.abs(depth["x"].values).argmin()))
-        y, values = MICROMETRE.of(line["y"].values), frame.unit.of(line.values)
-        axes.plot(y, values, lw=_THIN, linestyle=_DOTS, color=color)
-        top = max(top, _ROOM * float(line.max()))
-    replace(frame, top=top).apply(axes, RESULTS["wear_depth"])
-    axes.set_xlabel("x (µm), dotted: y (µm)")
-
-
-def draw_zone_widths(axes: Axes, history: xr.Dataset, *, has_both: bool = False) -> list[Line2D]:
-    """Draw the half-widths of contact and stick zone over the cycles; return their curves.
-
-    They are those along x and, if asked for both, also along y, dotted.
-    """
+def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
+    """Draw the widths of contact and stick zone over the cycles; return their curves."""
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
-    curves, highest = [], 0.0
-    for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK)):
-        widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
+    curves, names = [], width_names(history)
+    for zone, name, color in zip(("contact", "stick"), names, (CATEGORICAL[0], INK), strict=True):
+        widths = MICROMETRE.of(np.atleast_1d(history[name].values))
         curves += axes.plot(cycles, widths, color=color, label=zone)
-        highest = max(highest, float(np.nanmax(widths)))
-        if has_both:
-            across = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_y"].values))
-            axes.plot(cycles, across, color=color, lw=_THIN, linestyle=_DOTS)
-    axes.set_ylim(0.0, 1.15 * highest)
-    axes.set_ylabel(HALF_WIDTH_LABEL)
+    axes.set_ylim(0.0, 1.15 * axes.dataLim.ymax)
+    axes.set_ylabel("Radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)
     return curves
 
@@ -195,10 +161,10 @@ def compare_cases(
     """Superimpose two cases: profiles, widths and volume over the cycles, ratios.
 
     The key gives the titles of the cases. Profiles and ratios belong to the last snapshot that both
-    have. `histories` are the dense histories by the same titles; without them straight lines join
-    the snapshots. Any number of cases but two raises a ValueError.
+    have. `histories` by the same titles are by default those of the files of the cases. Any number
+    of cases but two raises a ValueError.
     """
-    check_cases(cases, *_COMPARED)
+    check_cases(cases)
     if len(cases) != 2:
         raise ValueError(
             f"compare_cases takes two cases, not {len(cases)}; compare_profiles and "
@@ -219,28 +185,27 @@ def compare_cases(
         for title, style, profile in zip(cases, styles, shown, strict=True):
             x, values = MICROMETRE.of(profile.x), frame.unit.of(profile.values[0])
             axes.plot(x, values, lw=_THIN if profile.is_rough else None, label=title, **style)
-            mark_peak(axes, profile, frame)
+            write_peak(axes, profile, frame)
         frame.apply(axes, shown[0].field)
-        if name == "wear_depth" and any("slip_y" in case for case in cases.values()):
-            looks = zip(cases.values(), cycles, styles, strict=True)
-            draw_across(axes, frame, [(case, at, look["color"]) for case, at, look in looks])
-    dense = [(histories or {}).get(title, case) for title, case in cases.items()]
-    steps, worn = (
-        [history[name].values.astype(np.float64) for history in dense]
-        for name in ("cycle", "wear_volume")
+    dense = [(histories or {}).get(title, history_of(case)) for title, case in cases.items()]
+    axis = ValueAxis(
+        variable_of(first, "wear_volume"), np.concatenate([one["wear_volume"] for one in dense])
     )
-    every = np.concatenate(steps), np.concatenate(worn)
-    axis = ValueAxis(variable_of(first, "wear_volume"), every[1])
-    for title, style, history, at, volume in zip(cases, styles, dense, steps, worn, strict=True):
-        for zone, width in (("contact", 1.1), ("stick", 0.6)):
-            values = MICROMETRE.of(history[f"{zone}_half_width_x"].values)
-            widths.plot(at, values, lw=width, label=f"{title}, {zone}", **style)
-        volumes.plot(at, axis.unit.of(volume), label=title, **style)
+    for title, style, history in zip(cases, styles, dense, strict=True):
+        for zone, name, width in zip(
+            ("contact", "stick"), width_names(history), (1.1, 0.6), strict=True
+        ):
+            values = MICROMETRE.of(history[name].values)
+            widths.plot(history["cycle"], values, lw=width, label=f"{title}, {zone}", **style)
+        volumes.plot(history["cycle"], axis.unit.of(history["wear_volume"]), label=title, **style)
+    every = np.concatenate([one["cycle"] for one in dense])
     widths.set_ylim(0.0, 1.1 * widths.dataLim.ymax)
-    widths.set(ylabel=HALF_WIDTH_LABEL, title="thick: contact, thin: stick")
-    set_cycle_axis(widths, every[0])
-    axis.set_cycles(volumes, *every)
-    axis.set_limits(volumes, *every)
+    is_radius = width_names(dense[0])[0] == "contact_radius"
+    widths.set_ylabel("Radius (µm)" if is_radius else HALF_WIDTH_LABEL)
+    widths.set_title("thick: contact, thin: stick")
+    for axes in (widths, volumes):
+        set_cycle_axis(axes, every)
+    axis.apply(volumes.yaxis)
     volumes.set_ylabel(axis.label)
     _draw_ratios(ratios, first, second)
     ratios.set_xlabel("{1} / {0}".format(*cases))
@@ -270,7 +235,7 @@ def _draw_ratios(axes: Axes, first: xr.Dataset, second: xr.Dataset) -> None:
     axes.set(xlim=(low / _MARGIN, high * _MARGIN), ylim=(-0.6, len(shown) - 0.4))
     axes.set_yticks(rows, list(shown))
     for row, ratio in zip(rows, ratios, strict=True):
-        text = axes.text(1.03, row, f"×{number_text(ratio, 3)}", fontsize=6.5, va="center")
+        text = axes.text(1.03, row, f"×{number_text(ratio, 3)}", va="center", fontsize=7.0)
         text.set_transform(axes.get_yaxis_transform())
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -330,22 +295,12 @@ class CaseAnimation:
             self._updates.append(lambda index: image.set_data(states[index].T))
         else:
             zones.remove()
-        curves = draw_zone_widths(widths, history)
-        for curve in curves:
-            values = MICROMETRE.of(shown[f"{curve.get_label()}_half_width_x"].values)
-            (mark,) = widths.plot([], [], "o", ms=_MARK, c=curve.get_color())
-            self._updates.append(partial(self._mark, mark, values))
+        draw_zone_widths(widths, history)
+        widths.legend()
+        now = widths.axvline(self.cycles[-1], color=MUTED, lw=0.8)
+        self._updates.append(lambda index: now.set_xdata([self.cycles[index]] * 2))
         zone_key(self.figure, [profiles], "outside lower left")
         self.show(self.cycles[-1])
-        # Marks everywhere on the curves while labels are placed keep later marks off the labels.
-        for curve in curves:
-            curve.set(marker="o", markersize=_MARK)
-        label_curves(widths, curves, [str(curve.get_label()) for curve in curves])
-        for curve in curves:
-            curve.set_marker("None")
-
-    def _mark(self, mark: Line2D, values: Array, index: int) -> None:
-        mark.set_data([self.cycles[index]], [values[index]])
 
     def show(self, cycle: int) -> Figure:
         """Show the snapshot at a cycle, and return the figure; a ValueError if there is none."""
@@ -372,29 +327,36 @@ class CaseAnimation:
         """
         path = Path(path)
         check_format(path)
+        is_gif = path.suffix.lower() == ".gif"
+        pictures, before = [], self.figure.dpi
+        movie = FFMpegWriter(fps=_FRAMES_PER_SECOND, codec="libx264")
         with style_context(), atomic_path(path) as temporary:
-            pictures = self._pictures(dots_per_inch, progress)
-            if path.suffix.lower() == ".gif":
-                first, *others = (n.quantize(_COLORS, dither=Image.Dither.NONE) for n in pictures)
+            self.figure.set_dpi(dots_per_inch)
+            canvas = FigureCanvasAgg(self.figure)
+            if not is_gif:
+                movie.extra_args = ["-f", "mp4", "-pix_fmt", "yuv420p"]
+                movie.setup(self.figure, str(temporary), dots_per_inch)
+            for number, (cycle, seconds) in enumerate(
+                zip(self.cycles, self.seconds, strict=True), 1
+            ):
+                self.show(cycle)
+                progress(number, len(self.cycles))
+                if is_gif:
+                    canvas.draw()  # type: ignore[no-untyped-call]
+                    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+                    picture = Image.fromarray(pixels).convert("RGB")
+                    pictures.append(picture.quantize(_COLORS, dither=Image.Dither.NONE))
+                    continue
+                for _ in range(max(1, round(_FRAMES_PER_SECOND * seconds))):
+                    movie.grab_frame()
+            if is_gif:
                 times = {"duration": [round(1000 * time) for time in self.seconds], "loop": 0}
-                first.save(temporary, "GIF", save_all=True, append_images=others, **times)
+                others = pictures[1:]
+                pictures[0].save(temporary, "GIF", save_all=True, append_images=others, **times)
             else:
-                _write_mp4(temporary, pictures, self.seconds)
+                movie.finish()
+            self.figure.set_dpi(before)
         return path
-
-    def _pictures(
-        self, dots_per_inch: float, progress: Callable[[int, int], None]
-    ) -> Iterator[Image.Image]:
-        before = self.figure.dpi
-        self.figure.set_dpi(dots_per_inch)
-        canvas = FigureCanvasAgg(self.figure)
-        for number, cycle in enumerate(self.cycles, 1):
-            self.show(cycle)
-            canvas.draw()  # type: ignore[no-untyped-call]
-            progress(number, len(self.cycles))
-            pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-            yield Image.fromarray(pixels).convert("RGB")
-        self.figure.set_dpi(before)
 
 
 def animation(
@@ -403,12 +365,11 @@ def animation(
     """Animate a case: pressure, wear depth and contact zones, snapshot after snapshot.
 
     `cycles` are all snapshots by default; more of them make a smoother animation
-    (`well_spaced_cycles`). The half-widths over the cycles come from the dense `history` or,
-    without it, from the snapshots. Save it by
-    ``fretwear.figures.animation(case).save("wear.gif")``.
+    (`well_spaced_cycles`). The widths over the cycles come from the `history`, by default that of
+    the file. Save it by ``fretwear.figures.animation(case).save("wear.gif")``.
     """
     shown = snapshots(dataset, cycles, *_MOVING, default=list)
-    return CaseAnimation(shown, dataset if history is None else history)
+    return CaseAnimation(shown, history_of(dataset) if history is None else history)
 
 
 def durations(cycles: Sequence[int]) -> tuple[float, ...]:
@@ -437,21 +398,3 @@ def check_format(path: Path) -> None:
             f"{path.name}: .mp4 needs the program ffmpeg, which is not on the PATH. Install it, "
             f"or write {path.with_suffix('.gif').name} instead, which needs nothing else."
         )
-
-
-def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
-    """Have ffmpeg show each picture in as many frames as its time takes."""
-    first = next(pictures)
-    # Many players accept only H.264 with even sizes and halved colour resolution.
-    width, height = (side - side % 2 for side in first.size)
-    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
-    coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
-    rate = ["-r", str(_FRAMES_PER_SECOND), "-i", "-"]
-    command = ["ffmpeg", "-y", "-v", "error", *source, *rate, *coding, str(path)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE) as ffmpeg:
-        for picture, time in zip(chain([first], pictures), seconds, strict=True):
-            frames = max(1, round(_FRAMES_PER_SECOND * time))
-            if ffmpeg.stdin is not None:
-                ffmpeg.stdin.write(picture.crop((0, 0, width, height)).tobytes() * frames)
-    if ffmpeg.returncode:
-        raise OSError(f"ffmpeg ended with status {ffmpeg.returncode}")

@@ -1,4 +1,4 @@
-"""Data that figures take from datasets: snapshots, and fields along x."""
+"""Data that figures take from datasets: snapshots, histories, and fields along x."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import gap_beyond, line_near_the_middle
-from fretwear.data.files import MERGED_PROFILES
+from fretwear.data.files import MERGED_PROFILES, open_history
 from fretwear.data.stack import representative_cycles
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
 
@@ -24,7 +25,6 @@ BEYOND_CONTACT = 1.12
 """Distance to which profiles are shown, in half-widths of the contact."""
 
 _ALIKE = 1e-3
-_VISIBLE = 0.05
 _OVER_FIRST = 3.0
 
 
@@ -47,12 +47,6 @@ class Profiles:
     def is_even(self) -> bool:
         """Whether one side shows everything."""
         return bool(self.x[0] > 0.0)
-
-    @property
-    def first(self) -> int:
-        """The place of the first profile that can be seen beside the last one."""
-        highest = np.nanmax(np.abs(self.values), axis=1)
-        return int(np.argmax(highest[:-1] >= _VISIBLE * highest[-1])) if highest.size > 1 else 0
 
     def at(self, *places: int) -> Profiles:
         """Return the profiles at some of the cycles, given by their places."""
@@ -89,7 +83,7 @@ def profiles_of(
     zones = np.full(values.shape, ContactState.OPEN, np.int8)
     if stored_name(picked, "contact_state") in picked:
         zones = _line(picked, "contact_state").values.astype(np.int8)
-    if field.name == "slip":  # of what does not touch, it wears nothing
+    if field.name == "slip":  # cells that do not touch wear nothing, whatever their displacement
         values = np.where(zones == ContactState.OPEN, math.nan, values)
     tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
     is_even = np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True)
@@ -128,6 +122,20 @@ def _line(picked: xr.Dataset, field: str) -> xr.DataArray:
     return line_near_the_middle(picked[name]).transpose("cycle", "x")
 
 
+def history_of(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the values at every step from the file that a dataset was opened from.
+
+    A part of a merged study has the part of the history. A dataset without a file, or a history
+    itself, is returned as it is.
+    """
+    source = dataset.encoding.get("source", "")
+    if "step" in dataset.dims or not source or not Path(source).is_file():
+        return dataset
+    history = open_history(source)
+    chosen = {n: dataset[n].values for n in history.dims if n in dataset.coords and n != "step"}
+    return history.sel(chosen)
+
+
 def is_smooth(dataset: xr.Dataset) -> bool:
     """Whether the bodies of a case are smooth."""
     return float(dataset.coords.get("roughness_amplitude", math.nan)) == 0.0
@@ -150,11 +158,14 @@ def variable_of(dataset: xr.Dataset, name: str) -> Variable:
     return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
 
 
-def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
-    """Restore the dimension ``cycle`` of a dataset from which one snapshot was selected."""
-    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
-        return dataset.expand_dims("cycle")
-    return dataset
+def width_names(dataset: xr.Dataset) -> tuple[str, str]:
+    """Return the names of the widths of contact and stick zone: radii where the dataset has them.
+
+    Files of earlier versions, and line contacts, have half-widths along x alone.
+    """
+    has_radii = "contact_radius" in dataset and "stick_radius" in dataset
+    end = "radius" if has_radii else "half_width_x"
+    return f"contact_{end}", f"stick_{end}"
 
 
 def available_cycles(dataset: xr.Dataset) -> list[int]:
@@ -180,18 +191,14 @@ def snapshots(
     """
     check_dataset(dataset)
     require(dataset, *names)
-    dataset = with_cycles(dataset)
+    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
+        dataset = dataset.expand_dims("cycle")
     available = available_cycles(dataset)
     if not available:
         raise ValueError("This point of the study is not done: it has no snapshot to draw.")
     asked = list(default(available)) if cycles is None else np.atleast_1d(cycles).tolist()
-    unknown = [cycle for cycle in asked if cycle not in available]
-    if unknown or not asked:
-        raise ValueError(
-            f"cycles = {asked}: there is no snapshot at {unknown}; this dataset has {available}."
-            if asked
-            else f"cycles = []: give some of the snapshots of this dataset, {available}."
-        )
+    if not asked or not set(asked) <= set(available):
+        raise ValueError(f"cycles = {asked}: this dataset has snapshots at {available}.")
     return dataset.sel(cycle=asked)
 
 
@@ -199,21 +206,15 @@ def check_dataset(dataset: object) -> None:
     """Raise a `TypeError` for anything but a dataset, saying how to get one."""
     if isinstance(dataset, xr.Dataset):
         return
-    given = type(dataset).__name__
-    remedy = "open_case and simulate of fretwear return such a dataset"
+    remedy = "open_case and simulate of fretwear return one"
     if isinstance(dataset, str | PathLike):
         remedy = f"open the file first: fretwear.open_case({str(dataset)!r})"
-    elif isinstance(dataset, xr.DataArray):
-        remedy = "give the whole dataset, not one of its variables"
-    elif isinstance(dataset, Mapping):
-        remedy = "give one of its datasets; several cases are drawn by the functions compare_..."
-    elif given == "Case":
-        remedy = "simulate it first: fretwear.simulate(case)"
+    given = type(dataset).__name__
     raise TypeError(f"A figure is drawn from an xarray.Dataset, not from a {given}; {remedy}.")
 
 
-def check_cases(cases: object, *fields: str) -> None:
-    """Refuse anything but a mapping of titles to datasets that have the fields, at least one."""
+def check_cases(cases: object) -> None:
+    """Refuse anything but a mapping of titles to datasets, at least one."""
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(
             f"Give cases by their titles, not as a {type(cases).__name__}; "
@@ -223,19 +224,13 @@ def check_cases(cases: object, *fields: str) -> None:
         raise ValueError("There is no case to draw.")
     for dataset in cases.values():
         check_dataset(dataset)
-        require(dataset, *fields)
 
 
 def require(dataset: xr.Dataset, *names: str) -> None:
-    """Raise a `ValueError` if a dataset lacks a variable, saying what to give instead."""
-    missing = next((name for name in names if name not in dataset), None)
-    if missing is None:
+    """Raise a `ValueError` if a dataset lacks a variable, saying what it has instead."""
+    if not (missing := [name for name in names if name not in dataset]):
         return
     reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'no variables'}"
-    if "step" in dataset.dims:
-        reason = "it is the history of a case, which has no fields; open_case opens the case"
-    elif "status" in dataset:
-        reason = (
-            "it is a merged study, which has profiles and no fields; open the case with open_case"
-        )
-    raise ValueError(f"The dataset has no variable {missing!r}: {reason}.")
+    if "status" in dataset or "step" in dataset.dims:
+        reason = "merged studies and histories have no fields; open the case with open_case"
+    raise ValueError(f"The dataset has no variable {missing[0]!r}: {reason}.")

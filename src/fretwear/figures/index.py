@@ -18,9 +18,6 @@ MAP_CATEGORY = "Over the contact"
 
 LEAD = "answer"
 """Name of the figure that answers the question of a study."""
-NARROW = "_narrow"
-"""End of the name of a variant for narrow screens."""
-
 PAGE_WIDTH = 190.0
 """Width in mm of a figure over two journal columns."""
 
@@ -44,7 +41,6 @@ class FigureEntry:
     name: str
     caption: str
     category: str
-    is_drawn: bool = True  # else the caption alone says what a figure would show
 
     def __post_init__(self) -> None:
         # A name with a path would fetch any file into the report.

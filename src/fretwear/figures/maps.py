@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from contourpy import contour_generator
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap, Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
@@ -19,17 +16,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import outside_key
-from fretwear.figures.compare import Tiles, draw_case, draw_cases
-from fretwear.figures.datasets import Cycles, is_smooth, snapshots
+from fretwear.figures.axes import add_scale, outside_key
+from fretwear.figures.datasets import check_cases, check_dataset, is_smooth, snapshots
+from fretwear.figures.profiles import case_panels
 from fretwear.figures.style import (
     CATEGORICAL,
+    COLUMN_WIDTH,
     INK,
     MUTED,
     Columns,
     caption,
     depth_colormap,
-    root_figure,
+    styled,
 )
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
@@ -38,37 +36,31 @@ _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _SQUARE_ROOT = 0.5
-_MOST_CELLS = 1000
-_CORNERS_OF_A_CIRCLE = 181
 # Arrows of slip along the diameter of a contact.
 _ARROWS = 11
-_EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
+_EDGES = {"contact": MUTED, "stick": CATEGORICAL[0]}
 
 
-class WearMap(NamedTuple):
+@dataclass(frozen=True)
+class WearMap:
     """The scar on the whole contact at a cycle, in m."""
 
     x: Array  # nx cell centres from −L to L
     y: Array
     depth: Array  # shape (nx, ny)
-    contact_edge: Array  # closed outlines, shape (k, 2), NaN between several
-    stick_edge: Array
+    fractions: Mapping[str, Array]  # parts of the cells in contact and sticking, shape (nx, ny)
     cycle: int
-    #: Arrows of unit length along the slip at +Q, (x, y, along x, along y), shape (4, k); none
-    #: where friction acts along x alone.
-    ways: Array
-
-    def has(self, edge: str) -> bool:
-        """Whether it has the edge of contact, or of the stick zone."""
-        return bool(self.stick_edge.size if "stick" in edge else self.contact_edge.size)
+    is_smooth: bool
+    # Arrows of unit length along the slip at +Q, (x, y, along x, along y), shape (4, k); none
+    # where friction acts along x alone.
+    arrows: Array
 
     @property
     def reach(self) -> float:
         """Half-length in m of a square that shows contact and scar."""
-        worn = self.depth > _SHALLOW * self.depth.max()
-        scar = [np.abs(self.x[worn.any(axis=1)]), np.abs(self.y[worn.any(axis=0)])]
-        edges = np.concatenate([*scar, np.abs(self.contact_edge).ravel()])
-        return float(np.nanmax(edges, initial=0.0)) * _BEYOND_CONTACT or float(self.x[-1])
+        seen = (self.depth > _SHALLOW * self.depth.max()) | (self.fractions["contact"] > 0.0)
+        ends = [np.abs(self.x[seen.any(axis=1)]), np.abs(self.y[seen.any(axis=0)])]
+        return float(max(e.max(initial=0.0) for e in ends)) * _BEYOND_CONTACT or float(self.x[-1])
 
 
 def wear_map(
@@ -76,11 +68,11 @@ def wear_map(
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
-    The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. Edges of a
-    smooth, even contact are ellipses through its half-widths; other edges are contours around the
-    cells of a zone, one for each spot of contact.
+    The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. On rough
+    surfaces edges surround each spot of contact.
     """
-    return draw_case(dataset, _scars, cycle, columns, ax)
+    check_dataset(dataset)
+    return _draw_maps({"": dataset}, cycle, columns, ax)
 
 
 def compare_wear_maps(
@@ -91,62 +83,58 @@ def compare_wear_maps(
     If one scar is more than four times as deep as another, colours vary as the square root of the
     depth, so that both are visible.
     """
-    return draw_cases(cases, _scars, cycle, columns=columns)
+    return _draw_maps(cases, cycle, columns, None)
 
 
-def _scars(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
-    """Take scars, which are drawn on one scale of depth."""
-    scars = [take_wear_map(case, cycles) for case in cases.values()]
+@styled
+def _draw_maps(
+    cases: Mapping[str, xr.Dataset], cycle: int | None, columns: Columns, ax: Axes | None
+) -> Figure:
+    check_cases(cases)
+    scars = [take_wear_map(case, cycle) for case in cases.values()]
+    across = columns if len(cases) > 1 else 1.25 * columns
+    figure, panels = case_panels(cases, columns, ax, (COLUMN_WIDTH[columns] - 30.0) / across, "all")
+    depths = np.array([scar.depth.max() for scar in scars])
+    unit, label = readable_unit(depths, "m"), RESULTS["wear_depth"].label
+    scale = depth_scale(unit.of(depths))
+    for axes, scar in zip(panels, scars, strict=True):
+        image = draw_wear_map(axes, scar, unit, scale)
+    # All panels share the frame of the largest scar.
+    limit = MICROMETRE.of(max(scar.reach for scar in scars))
+    panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
+    add_scale(figure, panels, image, f"{label} ({unit.name})")
+    when = f"cycle {cycle_text(scars[0].cycle)}" if cycle is not None else "the last cycle"
+    caption(figure, f"{label} of both bodies after {when}.")
+    if isinstance(scale, PowerNorm):
+        caption(figure, "Colours vary as the square root of the depth.")
+    if any(scar.arrows.size for scar in scars):
+        caption(figure, "Arrows: slip at the tangential load +Q.")
+    keys = [Line2D([], [], color=color) for color in _EDGES.values()]
+    names = ["edge of contact", "edge of stick zone"]
+    if ax is None:
+        outside_key(figure, keys, names)
+    else:
+        ax.legend(keys, names, loc="upper right")
+    return figure
 
-    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
-        figure, depths = root_figure(panels[0]), np.array([scar.depth.max() for scar in scars])
-        unit, label = readable_unit(depths, "m"), RESULTS["wear_depth"].label
-        scale = depth_scale(unit.of(depths))
-        when = "the last cycle" if cycles is None else f"cycle {cycle_text(scars[0].cycle)}"
-        caption(figure, f"{label} of both bodies over the contact after {when}.")
-        if not all(is_smooth(case) for case in cases.values()):
-            caption(figure, "On rough surfaces, outlines surround spots of contact and of stick.")
-        for axes, scar in zip(panels, scars, strict=True):
-            image = draw_wear_map(axes, scar, unit, scale)
-        if any(scar.ways.size for scar in scars):
-            caption(figure, "Arrows show the direction of slip at the tangential load +Q.")
-        if isinstance(scale, PowerNorm):
-            caption(figure, "Colours vary as the square root of the depth.")
-        # All panels share the frame of the largest scar.
-        limit = MICROMETRE.of(max(scar.reach for scar in scars))
-        panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
-        add_scale(figure, panels, image, f"{label} ({unit.name})")
-        edges = {name: color for name, color in _EDGES.items() if any(s.has(name) for s in scars)}
-        keys = [Line2D([], [], lw=1.2, color=color) for color in edges.values()]
-        if ax is None:
-            outside_key(figure, keys, [*edges])
-        else:
-            ax.legend(keys, [*edges], loc="upper right")
 
-    at = f"cycle {cycle_text(scars[0].cycle)}"
-    return Tiles([title or at for title in cases], draw, is_square=True)
-
-
-def take_wear_map(dataset: xr.Dataset, cycle: Cycles) -> WearMap:
+def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact."""
     state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
-    whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
+    fields = ["wear_depth", "contact_state", "contact_fraction", "stick_fraction"]
+    whole = mirrored(state[[name for name in fields if name in state]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
-    zone = whole["contact_state"].values
-    if is_smooth(dataset) and np.array_equal(zone, zone[::-1]):
-        # Half-widths are interpolated inside the cells.
-        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
-        circle = np.column_stack([np.cos(angle), np.sin(angle)])
-        widths = ([float(state[f"{z}_half_width_{n}"]) for n in "xy"] for z in ("contact", "stick"))
-        contact, stick = (circle * axes if min(axes) > 0.0 else circle[:0] for axes in widths)
-    else:
-        contact = _outline(x, y, zone != ContactState.OPEN)
-        stick = _outline(x, y, zone == ContactState.STICK)
-    ways = slip_ways(mirrored(state)) if "slip_y" in state else np.empty((4, 0))
-    return WearMap(x, y, depth, contact, stick, int(state["cycle"]), ways)
+    zone = whole["contact_state"]
+    cells = {"contact": zone != ContactState.OPEN, "stick": zone == ContactState.STICK}
+    fractions = {
+        name: whole.get(f"{name}_fraction", inside).values.astype(np.float64)
+        for name, inside in cells.items()
+    }
+    arrows = slip_arrows(mirrored(state)) if "slip_y" in state else np.empty((4, 0))
+    return WearMap(x, y, depth, fractions, int(state["cycle"]), is_smooth(dataset), arrows)
 
 
-def slip_ways(whole: xr.Dataset) -> Array:
+def slip_arrows(whole: xr.Dataset) -> Array:
     """Where the contact of a snapshot slips, at every few cells, x and y in m and the direction."""
     names = ("slip_x", "slip_y", "contact_state")
     along, across, zone = (whole[name].transpose("x", "y").values for name in names)
@@ -172,20 +160,22 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
     values = unit.of(scar.depth)
-    # A few cells stay sharp, even in a vector file.
-    kind = "none" if max(values.shape) <= _MOST_CELLS else "antialiased"
     image = draw_map(axes, scar.x, scar.y, values, scar.reach, scale, depth_colormap())
-    image.set_interpolation(kind)
-    for outline, color in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
-        width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
-        axes.plot(*MICROMETRE.of(outline).T, color=color, linewidth=width)
-    (x, y), directions = MICROMETRE.of(scar.ways[:2]), scar.ways[2:]
-    if x.size:
+    x, y = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y)
+    for name, color in _EDGES.items():
+        part = scar.fractions[name]
+        if part.min() < 0.5 < part.max():
+            width = 1.0 if scar.is_smooth else 0.5
+            axes.contour(x, y, part.T, [0.5], colors=[color], linewidths=width)
+    if scar.arrows.size:
+        (x, y), directions = MICROMETRE.of(scar.arrows[:2]), scar.arrows[2:]
         arrows = axes.quiver(
             x, y, *directions, units="inches", scale=10.0, width=0.012, pivot="mid"
         )
         arrows.set(facecolor="white", edgecolor=INK, linewidth=0.4)
-    axes.set_xlabel("x (µm), direction of slip" if not x.size else "x (µm), direction of force")
+    axes.set_xlabel(
+        "x (µm), direction of slip" if not scar.arrows.size else "x (µm), direction of force"
+    )
     return image
 
 
@@ -205,19 +195,3 @@ def draw_map(
     image = axes.imshow(values.T, colors, scale, aspect="equal", origin="lower", extent=extent)
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="x (µm)", ylabel="y (µm)")
     return image
-
-
-def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
-    """Return the contours around the cells of a zone, separated by NaN."""
-    lines = contour_generator(x, y, inside.T.astype(np.float64)).lines(0.5)
-    gap = np.full((1, 2), np.nan)
-    return np.concatenate([np.empty((0, 2)), *(part for line in lines for part in (line, gap))])
-
-
-def add_scale(
-    figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, aspect: float = 30.0
-) -> Colorbar:
-    """Add a colour bar beside axes; `aspect` is its height over its width."""
-    bar = figure.colorbar(image, ax=axes, label=label, aspect=aspect, fraction=0.05, pad=0.02)
-    bar.outline.set_visible(False)
-    return bar

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,32 +19,30 @@ from matplotlib.patches import Patch
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
-from fretwear.figures.axes import Place, label_curves, label_or_key, outside_key
-from fretwear.figures.compare import Shared, Tiles, draw_case, draw_cases
+from fretwear.figures.axes import Place, Shared, make_panels, outside_key
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,
     Cycles,
     Profiles,
     available_cycles,
+    check_cases,
+    check_dataset,
     field_of,
     profiles_of,
     snapshots,
-    stored_name,
 )
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
-    MUTED,
     STICK_SHADE,
     Columns,
     caption,
     one_panel,
-    root_figure,
     sequential_colours,
     styled,
 )
 from fretwear.study.case import Case
-from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, span, with_unit
+from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, with_unit
 from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, ContactState, Variable
 
 ZONE_COLORS = {
@@ -61,104 +59,25 @@ _ABOVE = 1.05
 _INSIDE_CONTACT = 0.8
 _ROOM_OVER_WAVES = 1.6
 _SHARE_OF_FIRST_GAP = 0.3
-_WORN, _INVISIBLE = 0.01, 0.1
-_TRIANGLE = 0.985
+_WORN = 0.01
+_UNEQUAL = 5.0
 _STRIP = 0.05
-_SAME_LOOP = 0.005
 _FIRST_WIDTH, _LAST_WIDTH = 0.6, 0.7
 _FILL = "#d9d9d9"
 
 
-def _profiles(
-    cases: Mapping[str, xr.Dataset], cycles: Cycles, *, field: Variable, alone: bool
-) -> Tiles:
-    """Take the curves of a field at several cycles, or filled profiles if bodies are rough.
-
-    Curves of rough contacts at several cycles hide each other. Their first profile stands beside
-    the last one or, in panels that must stand `alone`, behind it.
-    """
-    shown = _cycles_of(cases, cycles, field)
-    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
-    reach = BEYOND_CONTACT * widest if len(cases) > 1 else 0.0
-    profiles = {n: profiles_of(case, field, shown[n], reach) for n, case in cases.items()}
-    every = sorted({int(cycle) for case in profiles.values() for cycle in case.cycles})
-    is_filled = any(case.is_rough for case in profiles.values())
-    if is_filled and not alone:
-        # A figure with rough contacts shows its smooth ones in the same way.
-        profiles = {
-            f"{title}{', ' * bool(title)}cycle {cycle_text(case.cycles[place])}": case.at(place)
-            for title, case in profiles.items()
-            for place in (case.first, len(case.cycles) - 1)
-        }
-    contents, per_row = [*profiles.values()], 2 if is_filled or len(cases) > 1 else 1
-    by_row, common = is_filled or at_edge(field), frame_of(contents)
-    frames, titles = list[Frame](), list[str]()
-    for index, (title, case) in enumerate(profiles.items()):
-        row = contents[index - index % per_row :][:per_row]
-        frame, close = frame_of(row) if by_row else common, frame_of([case])
-        is_small = close.top < _INVISIBLE * frame.top
-        frame = close if is_small else frame
-        is_whole = is_filled or not at_edge(field)
-        frames.append(replace(common, top=frame.top, unit=frame.unit) if is_whole else frame)
-        titles.append(f"{title}, own scale" if is_small else title)
-    has_own = any(title not in profiles for title in titles)
-
-    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
-        about = "y = 0" if any("y" in case.dims for case in cases.values()) else ""
-        on_line = f" on the line nearest {about}" if about else ""
-        caption(panels[0], f"{field.label} along the direction of slip{on_line}.")
-        if has_own:
-            seen = "Panels titled “own scale” hold values too small for the scale of the others."
-            caption(panels[0], seen)
-        figure, colors = root_figure(panels[0]), cycle_colours(every)
-        curves: list[Line2D] = []
-        for axes, content, frame in zip(panels, contents, frames, strict=True):
-            if is_filled:
-                draw_filled(axes, content, frame)
-            else:
-                curves = draw_profiles(axes, content, colors, frame)
-        if is_filled:
-            zone_key(figure if ax is None else ax, contents)
-            caption(panels[0], "Strip: where the surfaces stick, slip and are apart.")
-            return
-        names = [cycle_text(cycle) for cycle in every]
-        if len(panels) == 1:
-            _name_zones(panels[0], contents[0])
-            if label_curves(panels[0], curves, [f"cycle {names[0]}", *names[1:]]):
-                return
-        if ax is None:
-            cycle_key(figure, colors)
-        else:
-            ax.legend(curves, names, title="cycle")
-
-    share_y: Shared = "none" if is_filled or has_own else "row" if at_edge(field) else "all"
-    return Tiles(titles, draw, "all" if not at_edge(field) else "row", share_y)
-
-
-def _cycles_of(
-    cases: Mapping[str, xr.Dataset], cycles: Cycles, field: Variable
-) -> dict[str, Sequence[int]]:
-    """Return the cycles that are drawn of each case: of those asked for, the ones that it has."""
+def case_panels(
+    cases: Mapping[str, Any], columns: Columns, ax: Axes | None, height: float, share_y: Shared
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a panel for each case, or with `ax` for a single one."""
     if len(cases) == 1:
-        ((title, case),) = cases.items()
-        return {
-            title: snapshots(case, cycles, stored_name(case, field.name))["cycle"]
-            .values.astype(int)
-            .tolist()
-        }
-    available = {title: available_cycles(case) for title, case in cases.items()}
-    everything = sorted(set().union(*available.values()))
-    shown = list(representative_cycles(everything))
-    if cycles is not None:
-        shown = np.atleast_1d(cycles).tolist()
-        lacking = [title for title, had in available.items() if not set(shown) & set(had)]
-        if not shown or lacking or not set(shown) <= set(everything):
-            title = lacking[0] if lacking else "all cases together"
-            raise ValueError(
-                f"cycles = {shown}: every cycle must be a snapshot of some case, and every case "
-                f"must have one of them; {title!r} has {available.get(title, everything)}."
-            )
-    return {title: [n for n in shown if n in had] for title, had in available.items()}
+        figure, axes = one_panel(1, height + 16.0, ax)
+        axes.set_title(next(iter(cases)))
+        return figure, [axes]
+    if ax is not None:
+        raise ValueError("Several cases need panels: leave out ax.")
+    across = columns if len(cases) != 3 else min(3, columns + 1)
+    return make_panels(columns, [*cases], across, (16.0, height), share_y)
 
 
 def field_profiles(
@@ -171,14 +90,14 @@ def field_profiles(
 ) -> Figure:
     """Draw any field, such as ``pressure``, along x at y = 0 at several cycles.
 
-    Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Profiles of rough
-    bodies are filled, the first beside the last one, over a strip that shows where the surfaces
-    slip and stick; drawn into `ax`, the last one stands before the line of the first. If the
-    pressure was found to be singular at the edge of the stick zone, where it grows without bound as
-    cells get narrower, axes end at three times the first peak, and the highest value is written.
+    Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Of a rough contact,
+    whose curves would hide each other, the last profile is filled, before the line of the first
+    and over a strip that shows where the surfaces slip and stick. If the pressure was found to be
+    singular at the edge of the stick zone, where it grows without bound as cells get narrower, axes
+    end at three times the first peak, and the highest value is written.
     """
-    picture = partial(_profiles, field=field_of(quantity), alone=ax is not None)
-    return draw_case(dataset, picture, cycles, columns, ax)
+    check_dataset(dataset)
+    return _draw_profiles({"": dataset}, quantity, cycles, columns, ax)
 
 
 def compare_profiles(
@@ -190,11 +109,62 @@ def compare_profiles(
 ) -> Figure:
     """Draw `field_profiles` of several cases, by the titles of their panels.
 
-    Each of the `cycles` is drawn in the cases that have it; a cycle that no case has, or a case
-    that has none of the cycles, raises a ValueError.
+    Each of the `cycles` is drawn in the cases that have it; a cycle that no case has raises a
+    ValueError.
     """
-    picture = partial(_profiles, field=field_of(quantity), alone=False)
-    return draw_cases(cases, picture, cycles, columns=columns)
+    return _draw_profiles(cases, quantity, cycles, columns, None)
+
+
+@styled
+def _draw_profiles(
+    cases: Mapping[str, xr.Dataset],
+    quantity: Variable | str,
+    cycles: Cycles,
+    columns: Columns,
+    ax: Axes | None,
+) -> Figure:
+    check_cases(cases)
+    field = field_of(quantity)
+    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
+    reach = BEYOND_CONTACT * widest if len(cases) > 1 else 0.0
+    contents = [
+        profiles_of(case, field, shown, reach)
+        for case, shown in zip(cases.values(), _cycles_of(cases, cycles), strict=True)
+    ]
+    frames = [frame_of([content]) for content in contents]
+    tops = [frame.top for frame in frames]
+    if is_shared := max(tops) <= _UNEQUAL * min(tops):
+        frames = [frame_of(contents)] * len(contents)
+    figure, panels = case_panels(cases, columns, ax, 50.0, "all" if is_shared else "none")
+    on_line = " at y = 0" if any("y" in case.dims for case in cases.values()) else ""
+    caption(figure, f"{field.label} along the direction of slip{on_line}.")
+    every = sorted({int(cycle) for content in contents for cycle in content.cycles})
+    colors, is_filled = cycle_colours(every), any(content.is_rough for content in contents)
+    for panel, content, frame in zip(panels, contents, frames, strict=True):
+        if is_filled:
+            draw_filled(panel, content, frame)
+        else:
+            draw_profiles(panel, content, colors, frame)
+    if is_filled:
+        zone_key(figure if ax is None else ax, contents)
+    elif ax is None:
+        cycle_key(figure, colors)
+    else:
+        ax.legend(title="Cycle")
+    return figure
+
+
+def _cycles_of(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> list[Cycles]:
+    """Return the cycles to draw of each case: those asked for that it has."""
+    if len(cases) == 1:
+        return [cycles]
+    available = [available_cycles(case) for case in cases.values()]
+    every = sorted(set().union(*available))
+    shown = list(representative_cycles(every)) if cycles is None else np.atleast_1d(cycles).tolist()
+    chosen = [[cycle for cycle in shown if cycle in had] for had in available]
+    if not set(shown) <= set(every) or not all(chosen):
+        raise ValueError(f"cycles = {shown}: the cases have snapshots at {available}.")
+    return [*chosen]
 
 
 @dataclass(frozen=True)
@@ -277,7 +247,7 @@ def draw_profiles(
     for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
         y, color = frame.unit.of(values), colors[int(cycle)]
         curves += axes.plot(x, y, color=color, label=cycle_text(cycle))
-    mark_peak(axes, profiles, frame)
+    write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
     return curves
 
@@ -292,7 +262,7 @@ def draw_filled(
     frame = frame or frame_of([profiles])
     x, values = MICROMETRE.of(profiles.x), frame.unit.of(profiles.values)
     if len(values) > 1 and profiles.values[0].any():
-        axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
+        axes.plot(x, values[0], color=CATEGORICAL[1], lw=_FIRST_WIDTH, label="_first")
     fill = axes.fill_between(x, 0.0, 0.0, color=_FILL, lw=0)
     (line,) = axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
     below, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
@@ -300,7 +270,7 @@ def draw_filled(
     strip = axes.imshow(
         profiles.zones[-1:], ZONES, aspect="auto", extent=extent, vmin=0, vmax=len(ZONE_COLORS) - 1
     )
-    mark_peak(axes, profiles, frame)
+    write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
     axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
 
@@ -316,86 +286,58 @@ def draw_filled(
 def zone_key(
     inside: Figure | Axes, contents: Sequence[Profiles], place: Place = "outside upper left"
 ) -> None:
-    """Add the key of the zones, and of the line of the first profile if there is one."""
+    """Add the key of the zones and of the lines of the first and the last profile."""
     handles: list[Artist] = [Patch(color=color) for color in reversed(ZONE_COLORS.values())]
     labels = [state.name.lower() for state in reversed(ZONE_COLORS)]
-    if starts := sorted({int(p.cycles[0]) for p in contents if len(p.cycles) > 1}):
-        handles.append(Line2D([], [], color=MUTED, lw=_FIRST_WIDTH))
-        labels.append(f"cycle {span(starts, cycle_text)}")
+    ends = [{int(p.cycles[end]) for p in contents} for end in (0, -1)]
+    if ends[0] != ends[1]:
+        for cycles, color in zip(ends, (CATEGORICAL[1], INK), strict=True):
+            handles.append(Line2D([], [], color=color, lw=_FIRST_WIDTH))
+            texts = dict.fromkeys(map(cycle_text, (min(cycles), max(cycles))))
+            labels.append(f"cycle {' to '.join(texts)}")
     if isinstance(inside, Axes):
         inside.legend(handles, labels)
     else:
-        outside_key(inside, handles, labels, place, handlelength=1.2)
+        outside_key(inside, handles, labels, place)
 
 
-def mark_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
-    """Mark where profiles continue above the axes, and write the highest value."""
-    top = float(frame.unit.of(frame.top))
-    across = axes.get_xaxis_transform()
-    values = frame.unit.of(profiles.values)
-    for row in (
-        np.flatnonzero(np.nanmax(values, axis=1) > top) if profiles.field.si_unit == "Pa" else ()
-    ):
-        x = float(MICROMETRE.of(profiles.x[np.nanargmax(values[row])]))
-        axes.plot([x], [_TRIANGLE], "^", color=INK, ms=3.5, transform=across, label="_above")
-    if top < np.nanmax(values) and profiles.field.si_unit == "Pa":
-        text = f" {with_unit(number_text(float(np.nanmax(values)), 3), frame.unit)}"
-        axes.text(x, 0.95, text, transform=across, fontsize=6.0, va="top")
+def write_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
+    """Write the highest traction of a cell where it lies above the axes."""
+    highest = float(np.nanmax(profiles.values))
+    if profiles.field.si_unit == "Pa" and highest > frame.top:
+        x = profiles.x[np.nanargmax(np.nanmax(profiles.values, axis=0))]
+        text = with_unit(number_text(float(frame.unit.of(highest)), 3), frame.unit)
+        label = axes.text(float(MICROMETRE.of(x)), 0.97, f"  ↑ {text}", va="top", fontsize=7.0)
+        label.set_transform(axes.get_xaxis_transform())
         caption(
             axes,
-            f"Triangles: the {profiles.field.words} is singular at this edge of the stick zone, "
-            "where it grows without bound as cells get narrower; the number is the highest value "
-            "of a cell.",
+            "Arrow: singular at this edge of the stick zone, where it grows as cells get narrower; "
+            "the number is the highest value of a cell.",
         )
 
 
 def shade_stick(axes: Axes, profiles: Profiles) -> None:
     """Shade the stick zone of the last cycle."""
+    inside = profiles.zones[-1] == ContactState.STICK
     if profiles.is_even:
         edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
         axes.axvspan(0.0, edge, color=STICK_SHADE, lw=0)
-        is_seen = edge > 0.0
     else:
-        inside = profiles.zones[-1] == ContactState.STICK
-        x, across, is_seen = MICROMETRE.of(profiles.x), axes.get_xaxis_transform(), inside.any()
+        x, across = MICROMETRE.of(profiles.x), axes.get_xaxis_transform()
         axes.fill_between(
             x, 0.0, 1.0, where=inside, color=STICK_SHADE, lw=0, transform=across, step="mid"
         )
-    if is_seen:
+    if inside.any():
         caption(axes, "Grey: stick zone at the last cycle.")
-
-
-def _name_zones(axes: Axes, profiles: Profiles) -> None:
-    """Name the stick and slip zones of the last cycle above the axes."""
-    left, _ = axes.get_xlim()
-    stick, contact = (
-        float(MICROMETRE.of(width[-1]))
-        for width in (profiles.stick_half_width, profiles.contact_half_width)
-    )
-    first, last = (left, max(left, stick)) if profiles.is_even else (-stick, stick)
-    inside = profiles.x[profiles.zones[-1] == ContactState.STICK]
-    if not profiles.is_even and inside.size:
-        first, last = MICROMETRE.of(inside[[0, -1]]).tolist()
-    zones = [(first, last, "stick", INK), (last, contact, "slip", MUTED)]
-    if not profiles.is_even:
-        zones.append((-contact, first, "slip", MUTED))
-    across = axes.get_xaxis_transform()
-    for start, end, name, color in zones:
-        if end > start:
-            (bar,) = axes.plot([start, end], [1.02, 1.02], color=color, lw=1.6, transform=across)
-            bar.set(solid_capstyle="butt", label="_zone", clip_on=False)
-            middle = 0.5 * (start + end)
-            text = axes.text(middle, 1.035, name, transform=across, color=color, fontsize=6.5)
-            text.set(ha="center", va="bottom")
 
 
 def cycle_key(
     figure: Figure, colors: Mapping[int, str], place: Place = "outside upper left"
 ) -> None:
     """Add the key of the colours of cycles, above the axes of a figure or elsewhere."""
-    lines = [Line2D([], [], color=color) for color in ("none", *colors.values())]
-    labels = ["cycle", *(cycle_text(cycle) for cycle in colors)]
-    outside_key(figure, lines, labels, place, handlelength=1.4)
+    lines = [Line2D([], [], color=color) for color in colors.values()]
+    first, *others = map(cycle_text, colors)
+    outside_key(figure, lines, [f"cycle {first}", *others], place)
 
 
 @styled
@@ -422,61 +364,49 @@ def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = No
     return figure
 
 
-def _loops(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> Tiles:
-    """Take tangential force against displacement round a cycle."""
-    names = [variable.name for variable in LOOP]
-    every = partial(representative_cycles, most=8)
-    contents = [snapshots(loops, cycles, *names, default=every) for loops in cases.values()]
-
-    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
-        caption(panels[0], "Fretting loops: tangential force against displacement round a cycle.")
-        caption(panels[0], "The area of a loop is the energy dissipated in the cycle.")
-        colors = cycle_colours(sorted({int(n) for loops in contents for n in loops["cycle"]}))
-        force = LOOP[0].in_units(contents[0][names[0]].attrs.get("units", LOOP[0].si_unit))
-        unit = readable_unit(
-            [float(abs(loops[names[0]]).max()) for loops in contents], force.si_unit
-        )
-        # Under a stroke the loop of a constant load is the same rectangle in every cycle.
-        spread = [
-            float((loops[name].max("cycle") - loops[name].min("cycle")).max())
-            / float(loops[name].max())
-            for loops in contents
-            for name in names
-        ]
-        if all(len(loops["cycle"]) > 1 for loops in contents) and max(spread) < _SAME_LOOP:
-            caption(panels[0], "The loops of all cycles shown coincide.")
-        for axes, loops in zip(panels, contents, strict=True):
-            axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
-            axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
-            curves = []
-            for cycle in loops["cycle"].values:
-                y, x = (loops[name].sel(cycle=cycle).values for name in names)
-                color = colors[int(cycle)]
-                curves += axes.plot(MICROMETRE.of(x), unit.of(y), color=color)
-            axes.margins(x=0.03)
-            axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{force.label} ({unit.name})")
-        if len(panels) == 1:
-            first, *others = map(cycle_text, colors)
-            label_or_key(panels[0], curves, [f"cycle {first}", *others], ax)
-        else:
-            cycle_key(root_figure(panels[0]), colors)
-
-    return Tiles([*cases], draw, "none", "none")
-
-
-def compare_loops(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) -> Figure:
-    """Draw `fretting_loops` of several cases, by the titles of their panels."""
-    return draw_cases(cases, _loops, columns=columns)
-
-
 def fretting_loops(
     loops: xr.Dataset, cycles: Sequence[int] | None = None, *, ax: Axes | None = None
 ) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
-    `fretwear.open_loops` returns `loops`; `cycles` are all of them by default, or eight of many.
+    `fretwear.open_loops` returns `loops`; `cycles` are at most six of them by default.
     """
-    return draw_case(loops, _loops, cycles, 1, ax)
+    check_dataset(loops)
+    return compare_loops({"": loops}, cycles, columns=1, ax=ax)
+
+
+@styled
+def compare_loops(
+    cases: Mapping[str, xr.Dataset],
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 2,
+    ax: Axes | None = None,
+) -> Figure:
+    """Draw `fretting_loops` of several cases, by the titles of their panels."""
+    check_cases(cases)
+    force, displacement = (variable.name for variable in LOOP)
+    contents = [snapshots(loops, cycles, force, displacement) for loops in cases.values()]
+    figure, panels = case_panels(cases, columns, ax, 50.0, "none")
+    caption(figure, "Tangential force against displacement round a cycle.")
+    caption(figure, "The area of a loop is the energy dissipated in the cycle.")
+    colors = cycle_colours(sorted({int(n) for loops in contents for n in loops["cycle"]}))
+    about = LOOP[0].in_units(contents[0][force].attrs.get("units", LOOP[0].si_unit))
+    unit = readable_unit([float(abs(loops[force]).max()) for loops in contents], about.si_unit)
+    for axes, loops in zip(panels, contents, strict=True):
+        axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
+        axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
+        for cycle in loops["cycle"].values:
+            y, x = (loops[name].sel(cycle=cycle).values for name in (force, displacement))
+            color, label = colors[int(cycle)], cycle_text(cycle)
+            axes.plot(MICROMETRE.of(x), unit.of(y), color=color, label=label)
+        axes.margins(x=0.03)
+        axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{about.label} ({unit.name})")
+    if ax is None:
+        cycle_key(figure, colors)
+    else:
+        ax.legend(title="Cycle")
+    return figure
 
 
 def bearing_heights(
@@ -503,42 +433,6 @@ def bearing_heights(
     return dict(zip(states["cycle"].values.astype(int).tolist(), heights, strict=True))
 
 
-def _bearing(
-    cases: Mapping[str, xr.Dataset], cycles: Cycles, *, cases_by_id: Mapping[str, Case]
-) -> Tiles:
-    """Take bearing-area curves; `cases_by_id` name the files of measured surfaces."""
-    contents = [
-        bearing_heights(case, cycles, cases_by_id.get(case.attrs.get("case_id", "")))
-        for case in cases.values()
-    ]
-
-    def draw(panels: Sequence[Axes], ax: Axes | None) -> None:
-        caption(panels[0], "Bearing area before and after wear.")
-        caption(
-            panels[0],
-            "Share of the contact that lies above each height. A height is the roughness "
-            "less wear and plastic depth; 0 is the mean before wear.",
-        )
-        unit = readable_unit(np.concatenate([h for of in contents for h in of.values()]), "m")
-        for panel, heights in zip(panels, contents, strict=True):
-            colors = cycle_colours(list(heights))
-            for cycle, height in heights.items():
-                share = 100.0 * (np.arange(height.size) + 0.5) / height.size
-                panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
-            panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
-            panel.set_ylabel(f"Height ({unit.name})")
-        ends = [sorted({[*heights][end] for heights in contents}) for end in (0, -1)]
-        lines = panels[-1].get_lines()
-        labels = [f"cycle {span(cycles, cycle_text)}" for cycles in ends][: len(lines)]
-        if len(panels) == 1:
-            labels = [f"cycle {cycle_text(cycle)}" for cycle in contents[0]]
-            label_or_key(panels[0], lines, labels, ax)
-        else:
-            outside_key(root_figure(panels[0]), lines, labels)
-
-    return Tiles([*cases], draw)
-
-
 def bearing_area(
     dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
@@ -548,17 +442,49 @@ def bearing_area(
     that lies above it; `cycles` are by default the first and the last snapshot. Raises a ValueError
     if the case is smooth, or the file of its surface is missing.
     """
-    return draw_case(dataset, partial(_bearing, cases_by_id={}), cycles, columns, ax)
+    check_dataset(dataset)
+    return _draw_bearing_areas({"": bearing_heights(dataset, cycles)}, columns, ax)
 
 
 def compare_bearing_areas(
     cases: Mapping[str, xr.Dataset],
-    cases_by_id: Mapping[str, Case] | None = None,
+    known: Mapping[str, Case] | None = None,
     *,
     columns: Columns = 2,
 ) -> Figure:
     """Draw bearing-area curves of several cases, by title, on one scale of heights.
 
-    `cases_by_id` are the cases of the study, which name the files of measured surfaces.
+    `known` are the cases of a study by the same titles, which name the files of measured surfaces.
     """
-    return draw_cases(cases, partial(_bearing, cases_by_id=cases_by_id or {}), columns=columns)
+    check_cases(cases)
+    known = known or {}
+    heights = {
+        title: bearing_heights(case, None, known.get(title)) for title, case in cases.items()
+    }
+    return _draw_bearing_areas(heights, columns, None)
+
+
+@styled
+def _draw_bearing_areas(
+    cases: Mapping[str, Mapping[int, Array]], columns: Columns, ax: Axes | None
+) -> Figure:
+    figure, panels = case_panels(cases, columns, ax, 50.0, "all")
+    caption(
+        figure,
+        "Share of the contact that lies above each height: of the roughness less wear and plastic "
+        "depth, from the mean before wear.",
+    )
+    every = np.concatenate([h for heights in cases.values() for h in heights.values()])
+    unit = readable_unit(every, "m")
+    colors = cycle_colours(sorted({cycle for heights in cases.values() for cycle in heights}))
+    for panel, heights in zip(panels, cases.values(), strict=True):
+        for cycle, height in heights.items():
+            share = 100.0 * (np.arange(height.size) + 0.5) / height.size
+            panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
+        panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
+        panel.set_ylabel(f"Height ({unit.name})")
+    if ax is None:
+        cycle_key(figure, colors)
+    else:
+        ax.legend(title="Cycle")
+    return figure

@@ -1,14 +1,17 @@
-"""All figures of a study by file name, with their captions and an index."""
+"""All figures of a merged study: names, captions, drawing, an index of the folder."""
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
-from dataclasses import asdict
-from itertools import chain
+from dataclasses import asdict, dataclass
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -16,17 +19,15 @@ from matplotlib.figure import Figure
 from fretwear.data.atomic import write_text
 from fretwear.data.effects import GOOD, SEED, Points
 from fretwear.data.files import open_case, open_loops
+from fretwear.figures.datasets import width_names
 from fretwear.figures.effects import (
     WAYS,
-    effect_map,
     effects,
     fretting_map,
     is_changing,
-    parallel_coordinates,
-    scatter_matrix,
     sensitivity,
 )
-from fretwear.figures.history import CyclePlot, representative_cases, study_curves
+from fretwear.figures.history import is_constant, representative_cases, scalar_history
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
     HISTORIES,
@@ -34,7 +35,6 @@ from fretwear.figures.index import (
     INDEX_NAME,
     LEAD,
     MAP_CATEGORY,
-    NARROW,
     PROFILE_CATEGORY,
     PROFILES,
     FigureEntry,
@@ -43,30 +43,56 @@ from fretwear.figures.maps import compare_wear_maps
 from fretwear.figures.profiles import compare_bearing_areas, compare_loops, compare_profiles
 from fretwear.figures.style import JournalFigure, save_figure
 from fretwear.study.case import Case
-from fretwear.vocabulary import HEADLINES, RESULTS
+from fretwear.vocabulary import HEADLINES, PointStatus
 
-STUDY_HISTORIES = ("contact_half_width", "stick_half_width", "wear_volume", "dissipated_energy")
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
-STUDY_PROFILES = tuple(
-    f"{field}_profiles" for field in ("pressure", "shear", "gap", "wear_rate", "wear")
-)
+# Profiles of every study, and of one with a surface that is measured or random.
+_ALWAYS, _OF_SURFACES = ("pressure", "shear", "wear"), ("gap", "wear_rate")
+_WITHOUT_PATTERN = ("measured", "self_affine")
 
 
 class StudyFigure(NamedTuple):
-    """A figure of a study: file name without ending, caption, category, and the figure."""
+    """A figure of a study that is there: file name without ending, caption, category, figure."""
 
     name: str
     caption: str
     category: str
-    figure: Figure | None  # None if it would show nothing; the caption then says what
-    narrow: Figure | None = None  # the same for narrow screens
+    figure: Figure
 
 
-def of_figure(name: str, category: str, figure: Figure, where: str = "") -> StudyFigure:
-    """Return a figure with its own caption, and what its cases have in common at its first stop."""
-    first, *others = figure.sentences if isinstance(figure, JournalFigure) else [""]
-    words = " ".join([f"{first.removesuffix('.')}{where}.", *others])
-    return StudyFigure(name, words, category, figure)
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of a study that can be drawn in any process."""
+
+    name: str  # of its files, without ending
+    category: str
+    function: Callable[..., Figure]
+    arguments: tuple[Any, ...]
+    common: str = ""  # what its cases have in common
+
+    def draw(self) -> StudyFigure:
+        """Draw it; its cases are opened from their files."""
+        with ExitStack() as stack:
+            figure = self.function(*(_opened(argument, stack) for argument in self.arguments))
+        first, *others = figure.sentences if isinstance(figure, JournalFigure) else [""]
+        where = f" ({self.common})" if self.common else ""
+        words = " ".join([f"{first.removesuffix('.')}{where}.", *others])
+        return StudyFigure(self.name, words, self.category, figure)
+
+
+@dataclass(frozen=True)
+class Files:
+    """Files of cases by the titles of the cases, and the function that opens one."""
+
+    paths: Mapping[str, Path]
+    open_file: Callable[[Path], xr.Dataset] = open_case
+
+
+def _opened(argument: Any, stack: ExitStack) -> Any:
+    if not isinstance(argument, Files):
+        return argument
+    opened = {title: argument.open_file(path) for title, path in argument.paths.items()}
+    return {title: stack.enter_context(case) for title, case in opened.items()}
 
 
 def study_figures(
@@ -74,66 +100,93 @@ def study_figures(
     cases: Path,
     history: xr.Dataset | None = None,
     cases_by_id: Callable[[], Mapping[str, Case]] = dict,
-) -> Iterator[StudyFigure]:
-    """Yield the figures of a merged study, whose case files are in the folder `cases`.
+) -> list[Drawing]:
+    """Return the figures of a merged study, whose case files are in the folder `cases`.
 
-    They show the effects of the parameters, results over the cycles, at every step of the
-    `history`, and profiles, bearing areas and maps of a few representative cases. `cases_by_id`
-    returns the cases of the study, for the heights of rough surfaces. A study without finished
-    points has no figures.
+    They show effects of the parameters; results over the cycles, at every step of the `history`;
+    profiles and maps of a few representative cases and, of measured and random surfaces, gap, wear
+    rate and bearing area. `cases_by_id` returns the cases of the study, which name the files of
+    surfaces. A study without finished points has no figures.
     """
-    if not study_curves(summary, "wear_volume"):
+    if not (summary["status"] == PointStatus.DONE).any():
+        return []
+    answers, over_cycles = _effects(summary), _histories(summary, history)
+    return [*answers, *over_cycles, *_profiles_and_maps(summary, cases, cases_by_id)]
+
+
+def _effects(summary: xr.Dataset) -> Iterator[Drawing]:
+    points, category = Points.of(summary), ANSWER_CATEGORY
+    if set(points.levels) <= {SEED}:
         return
-    yield from _answer_figures(summary)
-    names: tuple[str, ...] = STUDY_HISTORIES
-    if "tangential_load" not in summary.coords and "tangential_load" not in summary:
+    changing = [name for name in headlines(summary) if is_changing(points, name)]
+    for name, results in ((LEAD, changing[:1]), ("effects", changing[1:])):
+        if results:
+            yield Drawing(name, category, effects, (points, results))
+    dims = summary["status"].dims
+    if "normal_load" in dims and any(name in dims for name in WAYS):
+        yield Drawing("fretting_map", category, fretting_map, (summary,))
+    good = [n for n in changing if n in points.indices and points.indices[n].quality >= GOOD]
+    if good:
+        yield Drawing("sobol_indices", category, sensitivity, (points, good))
+
+
+def headlines(summary: xr.Dataset) -> list[str]:
+    """Return the results that answer the question of a study, with the widths that it has."""
+    half_widths = ("contact_half_width_x", "stick_half_width_x")
+    replaced = dict(zip(half_widths, width_names(summary), strict=True))
+    return [name for n in HEADLINES if (name := replaced.get(n, n)) in summary]
+
+
+def _histories(summary: xr.Dataset, history: xr.Dataset | None) -> Iterator[Drawing]:
+    names = [*width_names(summary), "wear_volume", "dissipated_energy"]
+    if _is_moved(summary):
         names += _OF_DISPLACEMENT
+    files = {result: name for name, result in HISTORIES.items()}
     for name in names:
-        if not summary[HISTORIES[name]].fillna(0.0).any():
-            continue
-        plot = CyclePlot(summary, HISTORIES[name], history)
-        if plot.is_constant:
-            label = RESULTS[HISTORIES[name]].label
-            text = f"{label} (not drawn): the same over all cycles in every case."
-            yield StudyFigure(name, text, HISTORY_CATEGORY, None)
-            continue
-        yield of_figure(name, HISTORY_CATEGORY, plot.draw())
+        if name in summary and not is_constant(summary, name):
+            arguments = (summary, name, history)
+            yield Drawing(files[name], HISTORY_CATEGORY, scalar_history, arguments)
+
+
+def _is_moved(summary: xr.Dataset) -> bool:
+    """Whether the tangential force is a result, since a displacement is given."""
+    return "tangential_load" not in summary.coords and "tangential_load" not in summary
+
+
+def _profiles_and_maps(
+    summary: xr.Dataset, folder: Path, cases_by_id: Callable[[], Mapping[str, Case]]
+) -> Iterator[Drawing]:
     chosen = representative_cases(summary)
+    paths = {title: folder / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
-    words = "; ".join(filter(None, (chosen.common, chosen.left_out)))
-    where = f" ({words})" if words else ""
-    with ExitStack() as stack:
-        opened = {
-            title: stack.enter_context(open_case(cases / f"{case_id}.nc"))
-            for title, case_id in chosen.ids.items()
-        }
-        for name in STUDY_PROFILES:
-            figure = compare_profiles(opened, PROFILES[name])
-            yield of_figure(f"{name}{suffix}", PROFILE_CATEGORY, figure, where)
-        if names != STUDY_HISTORIES:
-            loops = {
-                title: stack.enter_context(open_loops(cases / f"{case_id}.nc"))
-                for title, case_id in chosen.ids.items()
-            }
-            figure = compare_loops(loops)
-            yield of_figure(f"fretting_loops{suffix}", PROFILE_CATEGORY, figure, where)
-        is_rough = any(dataset.fretwear.case.rough for dataset in opened.values())
-        # The cases of a study, which take a while to make, name the files of surfaces.
-        surfaces = cases_by_id() if is_rough else {}
-        rough = {
-            title: dataset
-            for title, dataset in opened.items()
-            if (case := surfaces.get(dataset.attrs["case_id"]))
-            and case.rough is not None
-            and case.rough.is_known
-        }
-        if rough:
-            figure = compare_bearing_areas(rough, surfaces)
-            yield of_figure(f"bearing_area{suffix}", MAP_CATEGORY, figure, where)
-        # A line contact is uniform along y and has no map.
-        if all("y" in case.dims for case in opened.values()):
-            figure = compare_wear_maps(opened, columns=1 if len(opened) == 1 else 2)
-            yield of_figure(f"wear_map{suffix}", MAP_CATEGORY, figure, where)
+    cases, parameters = Files(paths), {}
+    for title, path in paths.items():
+        with open_case(path) as case:
+            parameters[title] = json.loads(case.attrs["parameters"])
+            is_point_contact = "y" in case.dims
+    kinds = [about["roughness"].get("kind") for about in parameters.values() if about["roughness"]]
+    is_surface = any(kind in _WITHOUT_PATTERN for kind in kinds)
+
+    def drawing(
+        name: str, category: str, function: Callable[..., Figure], *arguments: Any
+    ) -> Drawing:
+        return Drawing(f"{name}{suffix}", category, function, arguments, chosen.common)
+
+    for field in (*_ALWAYS, *(_OF_SURFACES if is_surface else ())):
+        name = f"{field}_profiles"
+        yield drawing(name, PROFILE_CATEGORY, compare_profiles, cases, PROFILES[name])
+    if _is_moved(summary):
+        loops = Files(paths, open_loops)
+        yield drawing("fretting_loops", PROFILE_CATEGORY, compare_loops, loops)
+    if is_surface:
+        by_id = cases_by_id()
+        known = {t: by_id[i] for t, i in chosen.ids.items() if i in by_id}
+        known = {t: case for t, case in known.items() if case.rough and case.rough.is_known}
+        if known:
+            rough = Files({title: paths[title] for title in known})
+            yield drawing("bearing_area", MAP_CATEGORY, compare_bearing_areas, rough, known)
+    if is_point_contact:  # a line contact is uniform along y
+        yield drawing("wear_map", MAP_CATEGORY, compare_wear_maps, cases)
 
 
 def write_study_figures(
@@ -144,50 +197,23 @@ def write_study_figures(
     history: xr.Dataset | None = None,
     cases_by_id: Callable[[], Mapping[str, Case]] = dict,
 ) -> list[FigureEntry]:
-    """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
+    """Write every figure of `study_figures`, then `extra` ones, as SVG and PNG, and an index.
 
-    A variant for narrow screens is a PNG beside them.
-
-    `extra` figures follow; each is drawn only when it is written. Returns the entries of the index,
+    Processes, as many as processor cores, draw them side by side. Returns the entries of the index,
     ``index.json``, which is written last.
     """
-    entries = []
-    for item in chain(study_figures(summary, cases, history, cases_by_id), extra):
-        if item.figure is not None:
-            save_figure(item.figure, folder / item.name)
-        if item.narrow is not None:
-            save_figure(item.narrow, folder / f"{item.name}{NARROW}", ("png",))
-        entries.append(FigureEntry(item.name, item.caption, item.category, item.figure is not None))
+    history = None if history is None else history.load()
+    drawings = study_figures(summary.load(), cases, history, cases_by_id)
+    workers = min(len(os.sched_getaffinity(0)), max(1, len(drawings)))
+    with ProcessPoolExecutor(workers, get_context("fork")) as pool:
+        entries = [*pool.map(partial(_write, folder=folder), drawings)]
+    entries += [_write(item, folder=folder) for item in extra]
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
     write_text(folder / INDEX_NAME, f"{text}\n")
     return entries
 
 
-def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
-    """Yield the figures of the effects of the parameters that suit the design of the study."""
-    points = Points.of(summary)
-    if not points.levels:
-        return
-    differs = any(is_changing(points, name) for name in HEADLINES)
-    if set(points.levels) == {SEED} or not differs:
-        why = "seeds differ by chance" if differs else "results are equal in all cases"
-        text = f"Effects of the parameters (not drawn): {why}."
-        yield StudyFigure("effects", text, ANSWER_CATEGORY, None)
-    else:
-        if is_changing(points, HEADLINES[0]):
-            lead = effects(points, HEADLINES[:1], columns=1)
-            yield of_figure(LEAD, ANSWER_CATEGORY, lead)
-        wide, narrow = effects(points), effects(points, columns=1)
-        yield of_figure("effects", ANSWER_CATEGORY, wide)._replace(narrow=narrow)
-    if "normal_load" in summary["status"].dims and any(n in summary["status"].dims for n in WAYS):
-        yield of_figure("fretting_map", ANSWER_CATEGORY, fretting_map(summary))
-    mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
-    if len(mapped) > 1 and all(points.lines[name] for name in mapped):
-        yield of_figure("wear_volume_map", ANSWER_CATEGORY, effect_map(points))
-    if not points.drawn:
-        return
-    if good := [n for n in HEADLINES if n in points.indices and points.indices[n].quality >= GOOD]:
-        yield of_figure("sobol_indices", ANSWER_CATEGORY, sensitivity(points, good))
-    if len(points.levels) > 1:
-        yield of_figure("scatter_matrix", ANSWER_CATEGORY, scatter_matrix(points))
-    yield of_figure("parallel_coordinates", ANSWER_CATEGORY, parallel_coordinates(points))
+def _write(item: Drawing | StudyFigure, *, folder: Path) -> FigureEntry:
+    name, words, category, figure = item.draw() if isinstance(item, Drawing) else item
+    save_figure(figure, folder / name)
+    return FigureEntry(name, words, category)

@@ -1,32 +1,26 @@
-"""Shared by all figures: style sheet, journal sizes, colours, saving."""
+"""Shared by all figures: style sheet, journal sizes, colours, captions, saving."""
 
 from __future__ import annotations
 
 import io
-import re
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
-from inspect import signature
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Concatenate, Literal, ParamSpec, TypedDict, TypeVar
+from typing import Any, Literal, ParamSpec, TypedDict, TypeVar
 
 import matplotlib
 import matplotlib.colors
 import matplotlib.style
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation
 
 from fretwear.data.atomic import atomic_path
 from fretwear.figures.index import PAGE_WIDTH
-from fretwear.vocabulary import RESULTS
 
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
@@ -57,18 +51,14 @@ class LineLook(TypedDict):
 
 _MM_PER_INCH = 25.4
 _SCREEN_DPI = 150
-_TO_LABEL = 32.0
 _LIGHTEST, _DARKEST = 0.8, 0.0
-_LEAST_CONTRAST = 4.5
 
 _OPTIONS: dict[str, dict[str, Any]] = {
-    # Run-length compression takes two thirds of the time, and files are hardly larger.
+    # Run-length compression takes a third of the time, and files are hardly larger.
     ".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}},
     ".svg": {"metadata": {"Date": None, "Creator": "fretwear"}},
     ".pdf": {"metadata": {"CreationDate": None, "Creator": "fretwear", "Producer": None}},
 }
-
-_PATH, _DIGITS = re.compile(rb' d="[^"]*"'), re.compile(rb"(\.\d\d)\d+")
 
 P = ParamSpec("P")
 Q = TypeVar("Q")
@@ -92,7 +82,7 @@ class JournalFigure(Figure):
 
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save as matplotlib does, in fretwear's style whatever the user's settings."""
-        with style_context(), laid_out(self):
+        with style_context():
             super().savefig(fname, **options)
 
     def _repr_png_(self) -> bytes:
@@ -122,46 +112,6 @@ def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure,
     return root_figure(axes), axes
 
 
-@contextmanager
-def laid_out(figure: Figure) -> Iterator[None]:
-    """Lay a figure out, once for all files written in the context.
-
-    Without it, matplotlib lays the figure out and draws it twice for each file. It also measures
-    ticks, which are shorter than the space between axes, and axes without numbers and labels.
-    """
-    engine = figure.get_layout_engine()
-    if engine is None:
-        yield
-        return
-    for axes in figure.axes:
-        for spine in axes.spines.values():
-            spine.set_in_layout(False)
-        for axis, sides in ((axes.xaxis, ("bottom", "top")), (axes.yaxis, ("left", "right"))):
-            numbers = axis.get_tick_params()
-            is_labelled = axis.label.get_visible() and bool(axis.label.get_text())
-            axis.set_in_layout(is_labelled or any(numbers[f"label{side}"] for side in sides))
-            if not is_labelled:
-                place_label(axis)
-    dots = figure.dpi
-    with style_context():
-        figure.set_dpi(matplotlib.rcParams["savefig.dpi"])
-        engine.execute(figure)
-    figure.set_dpi(dots)
-    figure.set_layout_engine(None)
-    try:
-        yield
-    finally:
-        figure.set_layout_engine(engine)
-
-
-def place_label(axis: Axis) -> None:
-    """Place the label of an axis beyond numbers of five figures, without measuring them."""
-    axes = axis.axes
-    left, below = (-_TO_LABEL / 72.0, 0.0) if axis is axes.yaxis else (0.0, -_TO_LABEL / 144.0)
-    beyond = ScaledTranslation(left, below, root_figure(axes).dpi_scale_trans)
-    axis.set_label_coords(*((0.0, 0.5) if left else (0.5, 0.0)), axes.transAxes + beyond)
-
-
 def style_context() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws in fretwear's style."""
     return matplotlib.style.context(["default", str(STYLE_SHEET)])
@@ -178,22 +128,6 @@ def styled(function: Callable[P, Q]) -> Callable[P, Q]:
     return inside
 
 
-def of_quantity(
-    draw: Callable[Concatenate[xr.Dataset, Q, P], Figure], name: str, quantity: Q
-) -> Callable[Concatenate[xr.Dataset, P], Figure]:
-    """Return the figure function of one result or field: `draw` with its quantity, under a name."""
-
-    def figure(dataset: xr.Dataset, *args: P.args, **kwargs: P.kwargs) -> Figure:
-        return draw(dataset, quantity, *args, **kwargs)
-
-    whole = signature(draw)
-    dataset, _, *others = whole.parameters.values()
-    figure.__signature__ = whole.replace(parameters=[dataset, *others])  # type: ignore[attr-defined]
-    figure.__name__ = figure.__qualname__ = name
-    figure.__doc__ = f"Draw the {RESULTS[str(quantity)].words} as `{draw.__name__}` does."
-    return figure  # type: ignore[return-value]  # the dataset may be given by name
-
-
 def save_figure(
     figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
 ) -> list[Path]:
@@ -201,10 +135,27 @@ def save_figure(
 
     `stem` is folder and name of the files without their endings, the `formats`, such as ``svg``,
     ``png`` (300 dots per inch) and ``pdf``. The files have no date, and their inner names depend on
-    the content alone, so the same data always give the same bytes.
+    the content alone, so the same data always give the same file.
     """
     with laid_out(figure):
         return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
+
+
+@contextmanager
+def laid_out(figure: Figure) -> Iterator[None]:
+    """Lay a figure out once for all files written in the context; matplotlib would twice a file."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        with style_context():
+            engine.execute(figure)
+            if any(axes.get_aspect() != "auto" for axes in figure.axes):
+                engine.execute(figure)  # the size of axes to scale follows from the first
+        figure.set_layout_engine("none")
+    try:
+        yield
+    finally:
+        if engine is not None:
+            figure.set_layout_engine(engine)
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
@@ -218,27 +169,7 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
         )
     with style_context(), laid_out(figure), atomic_path(path) as temporary:
         figure.savefig(temporary, format=ending.removeprefix("."), **_OPTIONS.get(ending, {}))
-        if ending == ".svg":
-            # A hundredth of a point is finer than any line; matplotlib writes millionths.
-            drawn = temporary.read_bytes()
-            temporary.write_bytes(_PATH.sub(lambda path: _DIGITS.sub(rb"\1", path[0]), drawn))
     return path
-
-
-def text_colour(color: str) -> str:
-    """Return a colour for text, darkened until it is readable on white paper."""
-    shade = np.asarray(matplotlib.colors.to_rgb(color))
-    while True:
-        # Relative luminance and contrast of WCAG 2.
-        linear = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
-        if 1.05 / (linear @ (0.2126, 0.7152, 0.0722) + 0.05) >= _LEAST_CONTRAST:
-            return matplotlib.colors.to_hex(tuple(shade.tolist()))
-        shade = 0.95 * shade
-
-
-def look(place: int) -> tuple[str, str]:
-    """Return the colour and the mark of the first, second … item of an unordered set."""
-    return CATEGORICAL[place % len(CATEGORICAL)], MARKERS[place % len(MARKERS)]
 
 
 def sequential_colours(count: int) -> list[str]:

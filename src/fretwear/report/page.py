@@ -20,7 +20,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fretwear.data.atomic import DataFileError
-from fretwear.figures.index import NARROW, PAGE_WIDTH, FigureEntry
+from fretwear.figures.index import PAGE_WIDTH, FigureEntry
 from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
@@ -63,33 +63,26 @@ class Image(NamedTuple):
     """A figure inside the page."""
 
     entry: FigureEntry
-    uri: str  # of its data; empty for a figure that would show nothing
+    uri: str  # of its data
     share: float = 1.0  # its width over the page width, so that text has one size in all figures
-    narrow: str = ""  # the data of its variant for narrow screens, if there is one
 
 
 def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
     """Return figures as parts of the page, grouped by category.
 
-    `folder` holds every figure as SVG and PNG, and perhaps a variant for narrow screens. A bitmap
-    replaces a vector file of more than 1 MB if it is smaller. Raises a `DataFileError` if a figure
-    is missing or empty.
+    `folder` holds every figure as SVG and PNG. A bitmap replaces a vector file of more than 1 MB if
+    it is smaller. Raises a `DataFileError` if a figure is missing or empty.
     """
     order = list(dict.fromkeys(entry.category for entry in entries))
     images = []
     for entry in sorted(entries, key=lambda entry: order.index(entry.category)):
-        if not entry.is_drawn:
-            images.append(Image(entry, ""))
-            continue
         content, kind = _read(folder / f"{entry.name}.svg"), "svg+xml"
         width = re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', content[:2000])
         share = float(width[1]) * _MM_PER_POINT / PAGE_WIDTH if width else 1.0
         if len(content) > _LARGE:
             bitmap = _read(folder / f"{entry.name}.png")
             content, kind = min((content, kind), (bitmap, "png"), key=lambda file: len(file[0]))
-        variant = folder / f"{entry.name}{NARROW}.png"
-        narrow = _uri(_read(variant), "png") if variant.exists() else ""
-        images.append(Image(entry, _uri(content, kind), round(min(1.0, share), 3), narrow))
+        images.append(Image(entry, _uri(content, kind), round(min(1.0, share), 3)))
     return images
 
 

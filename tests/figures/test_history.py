@@ -1,0 +1,194 @@
+"""Results over the cycles, axes of cycles and parameters, and the cases that stand for a study."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fretwear import figures
+from fretwear.figures.axes import ParameterAxis, ValueAxis, outside_key, set_cycle_axis
+from fretwear.figures.history import representative_cases, with_steps
+from fretwear.figures.index import HISTORIES, PROFILES
+from fretwear.figures.style import JournalFigure, style_context
+from fretwear.vocabulary import RESULTS
+
+
+def axes_of_cycles(cycles):
+    axes = JournalFigure(1, 60.0).subplots()
+    set_cycle_axis(axes, cycles)
+    axes.figure.draw_without_rendering()
+    return axes
+
+
+def place(axes, cycle):
+    """Where a cycle lies along the axis, from 0 to 1."""
+    return float(axes.transAxes.inverted().transform(axes.transData.transform((cycle, 0.0)))[0])
+
+
+def test_decades_are_equally_long_after_a_linear_part_from_zero():
+    axes = axes_of_cycles([0, 10, 100, 1000, 30000])
+    zero, *decades = (place(axes, cycle) for cycle in (0, 10, 100, 1000, 10000))
+    np.testing.assert_allclose(np.diff(decades), decades[1] - decades[0], rtol=1e-9)
+    assert 0.0 <= zero < decades[0] < decades[1] < place(axes, 30000) <= 1.0
+    words = [text.get_text() for text in axes.get_xticklabels()]
+    assert words[:5] == ["0", "10", "100", "1000", "10\u2009000"]
+    assert axes_of_cycles([0, 2000, 7000]).get_xscale() == "linear"
+    assert axes_of_cycles([10, 100, 1000]).get_xscale() == "log"
+
+
+def test_a_proportional_law_is_straight_on_the_axis_of_its_parameter():
+    radii = [25e-6, 50e-6, 100e-6]
+    axis = ParameterAxis("radius", radii)
+    np.testing.assert_allclose(axis.places(radii), [0.025, 0.05, 0.1], rtol=1e-12)
+    assert not axis.is_logarithmic
+    assert axis.label.endswith("radius (mm)")
+    assert ParameterAxis("load", [1.0, 10.0, 100.0]).is_logarithmic
+    assert not ParameterAxis("load", [10.0, 50.0, 90.0]).is_logarithmic
+
+
+def test_an_elastic_body_is_named_beyond_the_numbers():
+    limits = [3e9, 4.5e9, np.inf]
+    axis = ParameterAxis("plastic_limit", limits)
+    low, high, elastic = axis.places(limits)
+    assert elastic > high > low
+    axes = Figure().subplots()
+    axis.apply(axes.xaxis)
+    words = [text.get_text() for text in axes.get_xticklabels()]
+    assert [words[0][0], words[2]] == ["3", "elastic"]
+    models = ["jaeger", "coupled"]
+    assert ParameterAxis("slip_model", models).places(models).tolist() == [0.0, 1.0]
+
+
+def test_values_over_decades_have_a_logarithmic_axis_and_steady_ones_begin_at_zero():
+    assert ValueAxis(RESULTS["wear_volume"], np.array([0.0, 1e-15, 1e-12])).is_logarithmic
+    axis = ValueAxis(RESULTS["peak_pressure"], np.array([1.0e9, 1.01e9]))
+    axes = Figure().subplots()
+    axis.apply(axes.yaxis)
+    assert not axis.is_logarithmic
+    assert axes.get_ylim()[0] == 0.0
+    assert axis.label == "Peak pressure (MPa)"
+
+
+def test_a_jump_is_a_step_and_steady_growth_is_not():
+    cycles = np.array([0.0, 1.0, 3.0, 10.0, 30.0, 100.0])
+    x, y = with_steps(cycles, np.array([100.0, 100.1, 100.2, 110.0, 110.1, 110.3]))
+    assert x.tolist() == [0.0, 1.0, 3.0, 10.0, 10.0, 30.0, 100.0]
+    assert y.tolist() == [100.0, 100.1, 100.2, 100.2, 110.0, 110.1, 110.3]
+    growing = 1e-15 * np.log1p(cycles)
+    assert with_steps(cycles, growing)[0].size == cycles.size
+
+
+def test_every_field_and_scalar_has_a_figure_under_its_name(smooth):
+    assert {*PROFILES, *HISTORIES} <= set(dir(figures))
+    assert figures.approach(smooth).axes[0].get_ylabel() == "Approach (µm)"
+    with pytest.raises(AttributeError, match="no attribute 'pressures'"):
+        figures.pressures  # noqa: B018
+
+
+def curves(figure):
+    return [line for axes in figure.axes for line in axes.get_lines()]
+
+
+def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
+    summary = xr.open_dataset(small_study.cases.parent / "summary.nc")
+    part = summary.sel(normal_load=30, friction=0.6, roughness_amplitude=0, plastic_limit=np.inf)
+    (curve,) = curves(figures.wear_volume(part))
+    with fretwear_history(small_study, part) as history:
+        kept = history["cycle"].values
+        np.testing.assert_array_equal(curve.get_xdata(), kept)
+        drawn = curve.get_ydata()
+        volumes = history["wear_volume"].values
+        np.testing.assert_allclose(drawn / drawn[-1], volumes / volumes[-1], rtol=1e-6)
+    snapshots = part.load()
+    snapshots.encoding.clear()
+    (curve,) = curves(figures.wear_volume(snapshots))
+    assert curve.get_xdata().tolist() == part["cycle"].values.tolist()
+
+
+def fretwear_history(study, part):
+    from fretwear import open_history
+
+    return open_history(study.cases / f"{part['case_id'].item()}.nc")
+
+
+def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, check_texts):
+    summary = small_study.summary
+    figure = figures.contact_half_width(summary)
+    assert len(curves(figure)) == 16
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles[0].startswith(r"$\bf{a}$")
+    assert "smooth" in titles[0]
+    assert "elastic" in titles[0]
+    (key,) = figure.legends
+    assert [text.get_text() for text in key.get_texts()] == [
+        "$P$ = 30 N",
+        "$P$ = 40 N",
+        "$µ$ = 0.3",
+        "$µ$ = 0.6",
+    ]
+    check_texts(figure)
+    with pytest.raises(ValueError, match=r"takes 4 panels.*dataset\.isel"):
+        figures.wear_volume(summary, ax=Figure().subplots())
+
+
+def test_points_that_are_not_done_are_left_out(small_study):
+    summary = small_study.summary.copy(deep=True)
+    summary.encoding.clear()
+    summary["wear_volume"][0, 0, 0, 0] = np.nan
+    summary["contact_half_width_x"][0, 0, 0, 0] = np.nan
+    assert len(curves(figures.wear_volume(summary))) == 15
+
+
+def test_seeds_are_drawn_by_their_mean_and_deviation():
+    values = np.array([[1.0, 2.0], [2.0, 4.0], [6.0, 9.0]])
+    seeds = xr.Dataset(
+        {"peak_pressure": (("roughness_seed", "cycle"), 1e9 * values)},
+        {"roughness_seed": [1, 2, 3], "cycle": [0, 5]},
+    )
+    (axes,) = figures.peak_pressure(seeds).axes
+    (line,) = axes.get_lines()
+    np.testing.assert_allclose(line.get_ydata(), [3000.0, 5000.0], rtol=1e-12)
+    (band,) = axes.collections
+    top = band.get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(5000.0 + 1000.0 * values[:, 1].std(ddof=1))
+
+
+def test_many_points_have_a_colour_bar_of_the_parameter_that_matters():
+    rng = np.random.default_rng(1)
+    load, friction = rng.uniform(1.0, 2.0, (2, 20))
+    volume = 1e-15 * np.stack([np.ones(20), load**3], axis=1)
+    sample = xr.Dataset(
+        {"maximum_wear_depth": (("point", "cycle"), volume)},
+        {"cycle": [0, 10], "friction": ("point", friction), "radius": ("point", load)},
+    )
+    panel, bar = figures.maximum_wear_depth(sample).axes
+    assert len(panel.get_lines()) == 20
+    assert "radius" in bar.get_ylabel().lower()
+
+
+def test_a_key_is_no_wider_than_its_figure():
+    for columns in (1, 2):
+        with style_context():
+            figure = JournalFigure(columns, 60.0)
+            labels = [f"roughness amplitude {number} µm" for number in range(9)]
+            axes = figure.subplots()
+            handles = [axes.plot([0, 1])[0] for _ in labels]
+            key = outside_key(figure, handles, labels)
+            figure.draw_without_rendering()
+        assert key.get_window_extent().width <= figure.bbox.width
+
+
+def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_study):
+    summary = small_study.summary
+    chosen = representative_cases(summary)
+    assert chosen.contrasts == ("roughness_amplitude", "plastic_limit")
+    assert len(chosen.ids) == 4
+    assert "40 N" in chosen.common
+    point = summary.sel(normal_load=40, friction=0.6, roughness_amplitude=3e-7, plastic_limit=4.5e9)
+    assert point["case_id"].item() in chosen.ids.values()
+    summary = summary.copy(deep=True)
+    summary["status"][1, 1] = 1
+    assert (
+        "30 N" in representative_cases(summary).common
+        or "0.3" in representative_cases(summary).common
+    )
