@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.tables import Layout, read_table
+from fretwear.tables import Layout, read_text_table
 from fretwear.units import LENGTH, QuantityError
 
 X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
@@ -11,7 +11,7 @@ WANTED = ("x", "position"), ("depth", "wear")
 
 
 def columns(path, **layout):
-    table = read_table(path, Layout(**layout))
+    table = read_text_table(path, Layout(**layout))
     return [table.column(n, words, LENGTH, "like this")[0] for n, words in enumerate(WANTED)]
 
 

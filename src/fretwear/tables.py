@@ -92,7 +92,7 @@ class Table:
         return self.values[:, number] * scale, name
 
 
-def read_table(path: Path, layout: Layout = Layout()) -> Table:
+def read_text_table(path: Path, layout: Layout = Layout()) -> Table:
     """Read the table of a text file; `QuantityError` says why it cannot be read."""
     lines = _text(path, layout.encoding).splitlines()
     if layout.skip >= len(lines) > 0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.surfaces.files import read_line, read_topography
-from fretwear.tables import read_table
+from fretwear.tables import read_text_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
 from fretwear.vocabulary import X
 
@@ -67,14 +67,14 @@ def readings_of(about: Measurement) -> tuple[Array, Array]:
 
 
 def _profile_columns(path: Path, about: Measurement) -> tuple[Array, Array]:
-    table, example = read_table(path, about.layout), "such as x (um),depth (um)"
+    table, example = read_text_table(path, about.layout), "such as x (um),depth (um)"
     x, _ = table.column(0, _POSITIONS, BY_SI_UNIT["m"], example)
     depth, name = table.column(1, (*_DEPTHS, *_HEIGHTS), BY_SI_UNIT["m"], example)
     return x, -depth if any(word in name.split() for word in _HEIGHTS) else depth
 
 
 def _loop_columns(path: Path, about: Measurement) -> tuple[Array, Array]:
-    table = read_table(path, about.layout)
+    table = read_text_table(path, about.layout)
     force_is = BY_SI_UNIT[about.force_noise.si_unit if about.force_noise is not None else "N"]
     example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
     x, _ = table.column(0, _DISPLACEMENTS, BY_SI_UNIT["m"], example)

@@ -263,6 +263,8 @@ class Fit:
 
     def write(self, path: Path) -> None:
         """Write ``fit.nc``: a netCDF file with a group for each part."""
+        import xarray as xr
+
         write_groups(path, {"": xr.Dataset(), **self.groups()})
 
     def write_json(self, path: Path) -> None:

@@ -150,7 +150,6 @@ def _last_to_first(stick: Array, slip: Array) -> dict[str, str]:
 
 
 _EACH = {title: (title,) for title in TITLES}
-_SMOOTH = {title: (title,) for title in TITLES if title.startswith("smooth")}
 _SMOOTH_ELASTIC = {"smooth elastic": ("smooth elastic",)}
 _ROUGH = {title: (title,) for title in TITLES if title.startswith("rough")}
 _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")}
@@ -280,10 +279,10 @@ def _stick_zone(case: StudyCase) -> Finding:
     5,
     "The maximum wear is in the middle of the slip zones; this area supports the highest wear at "
     "the beginning of the process (smooth).",
-    "In cycle 0 wear, averaged over rings, is largest in the middle third of the slip zone. The "
-    "closed form of the unworn contact has the largest product of pressure and slip at 0.76 of its "
-    "width for Q/µP = 0.8. The place of the deepest wear later is given too.",
-    _SMOOTH,
+    "Averaged over rings, the wear of cycle 0 and the wear depth after the last cycle are largest "
+    "in the middle third of the slip zone. In part: one of the two. The closed form of the unworn "
+    "contact has the largest product of pressure and slip at 0.76 of the width for Q/µP = 0.8.",
+    _EACH,
 )
 def _wears_most_in_the_middle(case: StudyCase) -> Finding:
     first = largest_on_rings(case, "wear_rate", 0)[0]
@@ -297,8 +296,11 @@ def _wears_most_in_the_middle(case: StudyCase) -> Finding:
         else "–",
         "place of the deepest wear after the last cycle": short(places[case.last]),
     }
-    remark = f"it is at {short(first)} of the width of the slip zone"
-    return _finding(start <= first <= end, False, remark, numbers)
+    begins, ends = start <= first <= end, start <= places[case.last] <= end
+    remark = f"it is at {short(first)} of the width of the slip zone at first"
+    if not ends:
+        remark += f", at {short(places[case.last])} at the end"
+    return _finding(begins and ends, begins or ends, remark, numbers)
 
 
 @partial(

@@ -1,9 +1,7 @@
 """The section of a report on a fit, and its figures."""
 
-import json
 import re
 
-import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -59,84 +57,27 @@ def test_a_study_without_a_fit_has_no_section(tmp_path):
     assert not [*fit_figures(xr.Dataset(), tmp_path / "cases")]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda stored: stored.clear(),
-        lambda stored: stored.update(parameters=[1]),
-        lambda stored: stored["parameters"]["debris_fraction"].update(value="much"),
-        lambda stored: stored["parameters"]["debris_fraction"].update(intervals={}),
-        lambda stored: stored.update(chi_square=None),
-        lambda stored: stored["measurements"].append(7),
-        lambda stored: stored.update(warnings=3),
-        lambda stored: stored["parameters"]["debris_fraction"].update(value=10**400),
-    ],
-)
-def test_a_record_of_a_fit_that_somebody_has_made_up_is_refused(cases, change):
+def test_a_file_that_is_no_fit_is_refused_in_a_sentence(cases):
     path = cases.with_name("fit.json")
-    stored = json.loads(path.read_text())
-    change(stored)
-    for text in (json.dumps(stored), "[" * 90_000, "[1]"):
+    record = path.read_text()
+    for text in ("{}", "[1]", record[: len(record) // 2]):
         path.write_text(text)
-        with pytest.raises(
-            DataFileError, match=r"fit\.json: it is not the file of a fit.*Fit again"
-        ):
+        with pytest.raises(DataFileError, match=r"fit\.json: it is not the file of a fit"):
             [*fit_sections(xr.Dataset(), cases)]
-
-
-def test_text_in_a_record_of_a_fit_stays_text(cases):
-    path = cases.with_name("fit.json")
-    path.write_text(path.read_text().replace("debris_fraction", "<script>x</script>"))
+    path.write_text(record.replace("debris_fraction", "<script>x</script>"))
     (section,) = fit_sections(xr.Dataset(), cases)
     assert "<script>" not in section.body
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda file: file.renameGroup("observed_data", "data"), "not the file of a fit"),
-        (lambda file: file["observed_data"]["data_1"].setncattr("long_name", 7), "no profile"),
-        (lambda file: file["observed_data/data_1"].__setitem__(0, np.inf), "no profile"),
-        (lambda file: file["posterior_predictive"].renameVariable("data_1", "a"), "not the file"),
-        (lambda file: file["posterior_predictive"].renameDimension("draw", "a"), "no profile"),
-    ],
-)  # fmt: skip
-def test_draws_of_a_fit_that_somebody_has_made_up_are_refused(cases, change, words):
-    path = cases.with_name("fit.nc")
-    with netCDF4.Dataset(path, "a") as file:
-        change(file)
-    with pytest.raises(DataFileError, match=rf"fit\.nc: .*{words}.*Fit again"):
-        [*fit_figures(xr.Dataset(), cases)]
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda stored: stored.clear(),
-        lambda stored: stored.update(cycles=[0.0]),
-        lambda stored: stored.update(numbers=[1]),
-        lambda stored: stored["numbers"].clear(),
-        lambda stored: stored["profiles"].clear(),
-        lambda stored: stored.update(loops=[[], []]),
-        lambda stored: stored["numbers"].update(wear_volume=["much"] * 3),
-        lambda stored: stored["numbers"].update(wear_volume=[10**400]),
-        lambda stored: stored["profiles"]["wear_depth x"][1][1].__setitem__(0, float("nan")),
-    ],
-)
-def test_a_kept_run_that_somebody_has_made_up_is_run_again(titanium, tmp_path, change, monkeypatch):
+def test_a_damaged_record_of_a_run_is_run_again(titanium, tmp_path, monkeypatch):
     case = titanium.study.points()[0].case
-    lines = {("wear_depth", "x")}
-    found = Runs(lines, tmp_path)
-    (right,) = found([case])
+    (right,) = Runs({("wear_depth", "x")}, tmp_path)([case])
     (path,) = tmp_path.glob("*.json")
     whole = path.read_text()
     monkeypatch.setattr(Prediction, "of", lambda *_: right)
-    for text in (json.dumps(change(stored := json.loads(whole)) or stored), "[" * 90_000, "[]"):
+    for text, computed in ((whole[: len(whole) // 2], 1), (whole, 0)):
         path.write_text(text)
-        again = Runs(lines, tmp_path)
+        again = Runs({("wear_depth", "x")}, tmp_path)
         again([case])
-        assert again.computed == 1
+        assert again.computed == computed
         assert path.read_text() == whole
-    kept = Runs(lines, tmp_path)
-    kept([case])
-    assert kept.computed == 0

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, open_summary, reading
 from fretwear.vocabulary import (
@@ -27,8 +28,6 @@ from fretwear.vocabulary import (
     Y,
     contact_frame,
 )
-
-Array = NDArray[np.float64]
 
 _CHUNK_BYTES = 32 << 20
 

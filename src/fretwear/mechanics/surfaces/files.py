@@ -23,7 +23,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Mask
 from fretwear.parts import Coordinates, Plain, Schema, is_list
-from fretwear.tables import Layout, Table, read_table
+from fretwear.tables import Layout, Table, read_text_table
 from fretwear.units import LENGTH, QuantityError, listed, parse_quantity, size_text
 
 if TYPE_CHECKING:
@@ -403,7 +403,7 @@ def _map_of(
     """Heights, NaN where missing, and lengths of the sides of a map, m."""
     if Path(source.path).suffix.lower() in _TABLES and not file_format:
         with suppress(QuantityError):
-            table = read_table(Path(source.path))
+            table = read_text_table(Path(source.path))
             if table.values.shape[1] >= 3 and (table.units[0] or unit):
                 return _grid(table, unit)
     surface = _opened(source, unit, size, file_format, channel)
@@ -520,7 +520,7 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     QuantityError
         If the file cannot be used; the message says why.
     """
-    table, example = read_table(Path(source.path)), "such as: r (mm), z (um)"
+    table, example = read_text_table(Path(source.path)), "such as: r (mm), z (um)"
     distance, _ = table.column(0, ("r", "x", "radius", "distance"), LENGTH, example)
     height, _ = table.column(1, ("z", "height", "profile"), LENGTH, example)
     if len(distance) < _LEAST_POINTS or not np.isfinite([distance, height]).all():
