@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from fretwear.cli.commands import logged
 from fretwear.cli.common import (
     CommandError,
     Processes,
@@ -16,21 +15,17 @@ from fretwear.cli.common import (
     add_command,
     aligned,
     check_output,
+    note,
     option,
     say,
     study_and_results,
 )
 
-if TYPE_CHECKING:
-    from fretwear.cli.progress import Log
-
 _OUTPUT = "File to write, for ArviZ."
 _JSON = "File to write with values, intervals, correlations and warnings."
 
 
-@logged
 def fit_scar(
-    log: Log,
     file: StudyFile,
     output: Annotated[
         Path | None, option("-o/--output", "FIT.nc", _OUTPUT, "results/STUDY/fit.nc")
@@ -53,9 +48,7 @@ def fit_scar(
     from fretwear_fit import search as fits
 
     try:
-        result = fits.fit(
-            study, folder=path.with_suffix(".runs"), processes=processes, tell=log.note
-        )
+        result = fits.fit(study, folder=path.with_suffix(".runs"), processes=processes, tell=note)
     except fits.FitError as error:
         raise CommandError(str(error)) from error
     result.write(path)
@@ -63,8 +56,8 @@ def fit_scar(
     for line in aligned(result.table()):
         say(line)
     for warning in result.warnings:
-        log.note(f"warning: {warning}")
-    log.result(path, f"{result.computed} runs", runs=result.computed)
+        note(f"warning: {warning}")
+    say(f"{path}: {result.computed} runs")
 
 
 app = typer.Typer()

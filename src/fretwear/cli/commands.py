@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import gc
-import inspect
 import json
-import re
 import shlex
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import wraps
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated
 
 import typer
 
@@ -28,22 +24,23 @@ from fretwear.cli.common import (
     argument,
     case_ids,
     check_output,
+    check_writable,
+    note,
     opened,
     option,
     say,
     study_and_results,
+    typed,
 )
-
-if TYPE_CHECKING:
-    from fretwear.cli.progress import Log
 
 _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
 
-_CASE = "Case: the beginning of its id, as in `fretwear plan`; not needed if there is only one."
-_POINTS = "Numbers of the points, counted from 1 as in the report."
-_FINISHED = "File to write when all cases are done, for the workflow."
-_SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."
+_CASE = (
+    "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
+    "only one."
+)
+_OUTPUT = "File to write, or the folder for files named by the ids, where finished cases are kept."
 _FIGURE = "File to write: .png, .svg or .pdf."
 _FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
@@ -77,51 +74,6 @@ rule study:
 _GITIGNORE = "/results/\n/.snakemake/\n*.checkpoint\n"
 
 
-LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
-_MESSAGES = "Messages"
-_QUIET = typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel=_MESSAGES)
-_FORMAT = (
-    "auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, for programs."
-)
-_LOG_FORMAT = typer.Option(
-    "--log-format", help=_FORMAT, envvar=LOG_FORMAT_VARIABLE, rich_help_panel=_MESSAGES
-)
-
-
-@dataclass
-class Call:
-    """One call of the command line, stored in every context."""
-
-    arguments: Sequence[str]  # what was typed after ``fretwear``
-    log: Log | None = None  # takes all messages once the command has begun
-
-
-def logged(command: Callable[..., None]) -> Callable[..., None]:
-    """Turn a function that takes a log first into a command with options for the log."""
-
-    def logging(
-        context: typer.Context,
-        quiet: Annotated[bool, _QUIET] = False,
-        log_format: Annotated[Literal["auto", "lines", "json"], _LOG_FORMAT] = "auto",
-        **given: object,
-    ) -> None:
-        from fretwear.cli.progress import Log
-
-        call: Call = context.obj
-        call.log = Log(log_format, quiet=quiet)
-        call.log.begin(str(context.info_name), shlex.join(["fretwear", *call.arguments]))
-        command(call.log, **given)
-
-    first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
-    _, *others = inspect.signature(
-        command, eval_str=True, locals={"Log": object}
-    ).parameters.values()
-    wrapped: Any = wraps(command)(logging)
-    wrapped.__signature__, wrapped.__annotations__ = inspect.Signature([first, *others, *last]), {}
-    result: Callable[..., None] = wrapped
-    return result
-
-
 def init(
     folder: Annotated[Path, _FOLDER] = Path(),
     study: Annotated[str, option("--study", "NAME", _STUDY_NAME, "demo")] = "demo",
@@ -131,7 +83,7 @@ def init(
 
     Existing files are not changed.
     """
-    from fretwear.data.safe import atomic_path, why_not_writable
+    from fretwear.data.safe import atomic_path
     from fretwear.run.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
@@ -160,8 +112,7 @@ def init(
     if study not in studies:
         hint = did_you_mean(study, studies) or f"there are {', '.join(studies)}"
         raise CommandError(f"--study {study}: is not a study that comes with fretwear\n    {hint}")
-    if problem := why_not_writable(folder):
-        raise CommandError(problem)
+    check_writable(folder)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
     root = workspace()
     chosen = studies[study]
@@ -214,9 +165,9 @@ def plan(
     derived = [f"{words[0].upper()}{words[1:]}: {text}." for words, text in planned.derived()]
     for line in (*lines, "", *derived):
         say(line)
-    jobs = resources.batches(planned)
+    jobs = resources.grouped(planned)
     at_once = min(resources.cores(), len(jobs))
-    alone, together = (resources.study_seconds(planned, jobs, n, speed) for n in (1, at_once))
+    alone, together = (resources.study_seconds(planned, n, speed) for n in (1, at_once))
     shared = f", {duration_text(together)} on {at_once} cores" if at_once > 1 else ""
     after = duration_text(resources.seconds_after(planned) / speed)
     # What cases take beyond what is expected if all of them use up their budgets.
@@ -260,94 +211,71 @@ def coefficients(
     say("\n".join(aligned(cells, str.ljust, indent="")))
 
 
-@logged
 def run_case(
-    log: Log,
+    context: typer.Context,
     file: StudyFile,
-    case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
+    case: Annotated[list[str] | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
     set_: Assignments = None,
-    output: Annotated[
-        Path | None, option("-o/--output", "OUT.nc", "File to write.", "ID.nc")
-    ] = None,
+    output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
+    keep_older: KeepOlder = False,
 ) -> None:
-    """Simulate one case of a study and write it to one file.
+    """Simulate a case of a study and write it to a file, or several to a folder.
 
     An interrupted run resumes from its checkpoint beside the file.
     """
     from fretwear.study.reading import select_case
 
-    case = select_case(file, case_id, set_ or ())
-    path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")
+    if output is not None and (output.is_dir() or output.suffix != ".nc"):
+        _run_to_folder(file, case or [], set_ or [], output, keep_older)
+        return
+    if case and len(case) > 1:
+        raise CommandError("several cases need a folder, such as -o cases/")
+    chosen = select_case(file, case[0] if case else None, set_ or ())
+    path = check_output(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
-    from fretwear.run.batch import simulate_to_file
+    from fretwear.cli.progress import progress
+    from fretwear.run.cases import simulate_to_file
 
-    with log.case(case, path) as observe:
-        outcome = simulate_to_file(
-            case, path, observers=[observe], tell=log.note, command=log.typed
+    with progress(chosen) as observer:
+        steps = simulate_to_file(
+            chosen, path, observers=[observer], tell=note, command=typed(context)
         )
-    ending = ", by another process" if outcome.is_taken_over else ""
-    message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
-    log.result(path, message, steps=outcome.steps)
+    say(f"{path}: {steps} steps")
 
 
-@logged
-def batch(
-    log: Log,
-    file: StudyFile,
-    points: Annotated[str | None, option("--points", "FIRST-LAST", _POINTS, "all")] = None,
-    results: Results = None,
-    finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
-    keep_older: KeepOlder = False,
-    supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
+def _run_to_folder(
+    file: Path, names: Sequence[str], assignments: Sequence[str], folder: Path, keep_older: bool
 ) -> None:
-    """Simulate several points of a study in turn, each to its file in cases/.
+    """Run the named cases of a study, or all."""
+    from fretwear.study.reading import load_study, select_case
 
-    Finished cases are kept, and a case that fails does not stop the others.
-    """
-    from fretwear.study.points import MAX_POINTS
+    check_writable(folder)
+    study = load_study(file, () if names else assignments)
+    cases = study.cases()
+    if not cases.keys() >= set(names) or (names and assignments):
+        chosen = [select_case(file, name, assignments) for name in names]
+        cases = {case.case_id: case for case in chosen}
+    elif names:
+        cases = {name: cases[name] for name in names}
 
-    match = re.fullmatch(r"([1-9]\d{0,8})-([1-9]\d{0,8})", (points or "").strip())
-    first, last = (int(match[1]), int(match[2])) if match else (1, MAX_POINTS)
-    study, folder = study_and_results(file, results, (first, last))
-    if points is not None and not (match and first <= last <= study.size):
-        rule = (
-            f"must be two of the points 1 to {study.size} of {study.file}, such as 1-{study.size}"
-        )
-        raise CommandError(f"--points {points}: {rule}")
-    last = min(last, study.size)
-    if supervised:
-        from fretwear.cli import supervise
+    from fretwear.cli.progress import progress
+    from fretwear.run.cases import simulate_to_folder
 
-        supervise({point.id for point in study.points(first, last)}, folder)
-
-    from fretwear.cli.progress import Log
-    from fretwear.run.batch import run_batch
-    from fretwear.run.workflow import write_finished
-
-    outcome = run_batch(
-        study,
-        folder,
-        (first, last),
-        log,
-        lambda to: Log(stream=to),
-        keep_older=keep_older,
+    command = shlex.join(["fretwear", "run", str(file), "--case"])
+    failed = simulate_to_folder(
+        cases, folder, watch=progress, tell=note, command=command, keep_older=keep_older
     )
-    count, present = len(outcome.case_ids), len(outcome.found)
-    if failed := outcome.failed:
+    if failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
-        raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
+        raise CommandError(f"{len(failed)} of {len(cases)} cases failed{listed}", Status.FAILED)
     for section in study.added.values():
-        for case_id in outcome.case_ids:
-            section.after_case(folder / "cases" / f"{case_id}.nc")
-    if finished is not None:
-        write_finished(finished, folder / "cases", outcome.case_ids)
-    done = f"{count} case{'s' * (count != 1)} done"
-    log.result(folder / "cases", done, cases_done=count, cases_found=present)
+        for case_id in cases:
+            section.after_case(folder / f"{case_id}.nc")
+    say(f"{folder}: {len(cases)} case{'s' * (len(cases) != 1)} done")
 
 
-@logged
 def merge(
-    log: Log,
+    context: typer.Context,
     file: StudyFile,
     results: Results = None,
     keep_older: KeepOlder = False,
@@ -366,24 +294,17 @@ def merge(
         study,
         folder / "cases",
         summary,
-        command=log.typed,
+        command=typed(context),
         keep_older=keep_older,
-        tell=log.note,
+        tell=note,
     )
     for remark in tally.remarks.splitlines():
-        log.note(remark)
+        note(remark)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
     with open_summary(summary) as merged:
         write_text(folder / "results.csv", results_table(merged))
-    message = f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid"
-    log.result(
-        summary,
-        message,
-        points_done=tally.done,
-        points_failed=tally.failed,
-        points_invalid=tally.invalid,
-    )
+    say(f"{summary}: {tally.done} points done, {tally.failed} failed, {tally.invalid} invalid")
 
 
 def _collect_rarely() -> None:
@@ -392,8 +313,7 @@ def _collect_rarely() -> None:
     gc.set_threshold(100_000, 10, 10)
 
 
-@logged
-def figures(log: Log, file: StudyFile, results: Results = None) -> None:
+def figures(file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     study, folder = study_and_results(file, results)
 
@@ -409,12 +329,11 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
         for remark in remarks_on_summary(summary):
-            log.note(remark)
-    log.result(drawn, f"{len(entries)} figures", figures=len(entries))
+            note(remark)
+    say(f"{drawn}: {len(entries)} figures")
 
 
-@logged
-def report(log: Log, file: StudyFile, results: Results = None) -> None:
+def report(file: StudyFile, results: Results = None) -> None:
     """Write the report of a merged study, report.html, and its claims in numbers, answer.json."""
     study, folder = study_and_results(file, results)
 
@@ -426,11 +345,11 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
 
     with open_summary(folder / "summary.nc") as summary:
         sections: Iterator[Section] = added("fretwear.sections", summary, folder / "cases")
-        page = build_report(Plan(study), summary, folder, sections=sections, tell=log.note)
+        page = build_report(Plan(study), summary, folder, sections=sections, tell=note)
         answer = answer_text(answers(summary))
     write_text(folder / "report.html", page)
     write_text(folder / "answer.json", answer)
-    log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
+    say(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")
 
 
 def plot(
@@ -447,9 +366,7 @@ def plot(
     say(str(path))
 
 
-@logged
 def animate(
-    log: Log,
     file: CaseFile,
     output: Annotated[Path | None, option("-o/--output", "WEAR.gif", _FILM, "OUT.gif")] = None,
     dots: Annotated[
@@ -472,13 +389,12 @@ def animate(
         except figures_of_cases.FfmpegMissingError as error:
             raise CommandError(str(error)) from error
         moving = figures_of_cases.animation(case, history)
-        with log.counting("picture") as progress:
-            moving.save(path, dots_per_inch=dots, progress=progress)
+        moving.save(path, dots_per_inch=dots)
     pictures, size = len(moving.cycles), path.stat().st_size
-    log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
+    say(f"{path}: {pictures} pictures, {size / 1e6:.2f} MB")
     if pictures < figures_of_cases.FEW_SNAPSHOTS:
         cycles = ", ".join(map(str, figures_of_cases.well_spaced_cycles(moving.cycles[-1])))
-        log.note(
+        note(
             f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
             f"for example output: {{cycles: [{cycles}]}}"
         )

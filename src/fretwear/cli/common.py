@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 import inspect
 import json
-import os
 import re
-import sys
+import shlex
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
@@ -153,19 +152,18 @@ Processes = Annotated[
 
 
 def say(text: str) -> None:
-    """Print to standard output, without control characters that may come from files.
+    """Print to standard output, without control characters that may come from files."""
+    typer.echo(printable(text))
 
-    If this fails, the command fails, silently if the reader has gone.
-    """
-    try:
-        typer.echo(printable(text))
-    except OSError as error:
-        with suppress(OSError, ValueError):  # Buffered text would fail again at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if error.errno in (errno.EPIPE, errno.EIO):
-            raise typer.Exit(Status.FAILED) from error
-        reason = f"standard output: cannot be written: {error.strerror}"
-        raise CommandError(reason, Status.FAILED) from error
+
+def note(text: str) -> None:
+    """Print a message to standard error."""
+    typer.echo(f"fretwear: {printable(text)}", err=True)
+
+
+def typed(context: typer.Context) -> str:
+    """Return the call of the program as it was typed."""
+    return shlex.join(["fretwear", *context.obj])
 
 
 def finite(value: object) -> object:
@@ -173,22 +171,24 @@ def finite(value: object) -> object:
     return json.loads(json.dumps(value), parse_constant=lambda _: None)
 
 
-def study_and_results(
-    file: Path, results: Path | None, points: tuple[int, int | None] = (1, None)
-) -> tuple[Study, Path]:
-    """Return a study and the folder of its results; `CommandError` if it cannot be written to.
-
-    Only the rules at `points` from a first to a last number are checked.
-    """
-    from fretwear.data.safe import why_leading_out, why_not_writable
+def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
+    """Return a study and the folder of its results; `CommandError` if it cannot be written to."""
     from fretwear.study.reading import load_study
 
-    study = load_study(file, points=points)
+    study = load_study(file)
     folder = results or Path("results", study.name)
-    root = None if results else folder.parent
-    if problem := why_leading_out(folder, root) or why_not_writable(folder):
-        raise CommandError(problem)
+    check_writable(folder)
     return study, folder
+
+
+def check_writable(folder: Path) -> None:
+    """Raise a `CommandError` if a folder, or the one in which it will be, cannot be written to."""
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    try:
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except OSError as error:
+        raise CommandError(f"{folder}: cannot be written to: {error.strerror}") from error
 
 
 def check_output(path: Path, *endings: str) -> Path:
@@ -196,19 +196,17 @@ def check_output(path: Path, *endings: str) -> Path:
 
     `CommandError` if it is a folder, has another ending, or cannot be written to.
     """
-    from fretwear.data.safe import why_not_writable
-
-    problem = why_not_writable(path.parent)
-    if not path.parent.exists() and not problem:
-        problem = f"{path}: there is no folder {path.parent}\n    mkdir -p {path.parent} makes it"
     if path.is_dir():
         problem = f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}"
     elif path.suffix.lower() not in endings:
         example = path.with_suffix(endings[0])
         problem = f"{path}: must end in {listed(endings, 'or')}, such as {example}"
-    if problem:
-        raise CommandError(problem)
-    return path
+    elif not path.parent.exists():
+        problem = f"{path}: there is no folder {path.parent}\n    mkdir -p {path.parent} makes it"
+    else:
+        check_writable(path.parent)
+        return path
+    raise CommandError(problem)
 
 
 @contextmanager

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import os
-import re
+import signal
 import sys
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 import fretwear
-from fretwear.cli import Stopped, commands
-from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
-from fretwear.cli.common import CommandError, Help, Status, add_command, say
+from fretwear.cli import commands
+from fretwear.cli.common import CommandError, Help, Status, add_command, note, say
 from fretwear.cli.export import export
 from fretwear.cli.show import compare, show
 from fretwear.plugins import plugins
@@ -30,71 +27,40 @@ class _Commands(Help, TyperGroup):
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command and leave with its exit status."""
-        arguments = args[0] if args else extra.pop("args", None)
-        call = Call(sys.argv[1:] if arguments is None else arguments)
-        extra |= {"standalone_mode": False, "obj": call}
-        # A log may take over the warnings of this call, but not of later ones.
-        with warnings.catch_warnings():
-            try:
-                with swallowing_no_lack_of_memory():
-                    status = super().main(call.arguments, **extra)
-                status = status if isinstance(status, int) else Status.DONE
-            except BaseException as error:
-                status = _tell(error, call)
-            if call.log is not None:
-                call.log.end(status)
-        sys.exit(status)
+        given = args[0] if args else extra.pop("args", None)
+        arguments = sys.argv[1:] if given is None else list(given)
+        extra |= {"standalone_mode": False, "obj": arguments}
+        try:
+            status = super().main(arguments, **extra)
+        except BaseException as error:
+            status = _told(error, arguments)
+            if status is None:
+                raise
+        sys.exit(status if isinstance(status, int) else Status.DONE)
 
 
-@contextmanager
-def swallowing_no_lack_of_memory() -> Iterator[None]:
-    """Raise, at the end, a lack of memory that a library swallowed: its work is incomplete."""
-    lost = []
-
-    def hear(unraisable: sys.UnraisableHookArgs) -> None:
-        if isinstance(unraisable.exc_value, MemoryError):
-            lost.append(unraisable.exc_value)
-        else:
-            sys.__unraisablehook__(unraisable)
-
-    before, sys.unraisablehook = sys.unraisablehook, hear
-    try:
-        yield
-    except Exception:
-        if not lost:
-            raise
-    finally:
-        sys.unraisablehook = before
-    if lost:
-        raise MemoryError from lost[0]
-
-
-def _tell(error: BaseException, call: Call) -> int:
-    """Report the error that ended a command; return its exit status."""
+def _told(error: BaseException, arguments: Sequence[str]) -> int | None:
+    """Print what ended a command and return its exit status; None if it is a defect."""
     if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
         return Status.WRONG_INPUT
-    if not isinstance(error, Exception | Stopped):
-        raise error
-    from fretwear.cli.progress import Log
-
-    # An error of parsing is reported in the format that was asked for.
-    typed = re.findall(r"--log-format[= ](\S+)", " ".join(call.arguments))
-    log = call.log or Log([os.environ.get(LOG_FORMAT_VARIABLE, ""), *typed][-1])
-    if isinstance(error, Stopped):
-        message = f"{error}; run the same command again to resume"
-        log.error(message, error.exit_status, event="stopped")
-        return error.exit_status
-    status, message, defect = int(Status.FAILED), str(error), None
+    if isinstance(error, KeyboardInterrupt | typer.Abort | SystemExit):
+        status = error.code if isinstance(error, SystemExit) else 128 + signal.SIGINT
+        note("stopped; the same command resumes a run from its checkpoint")
+        return int(status or 0)
+    if isinstance(error, BrokenPipeError):
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - flushed at exit
+        return Status.FAILED
     if isinstance(error, typer.TyperException):
-        status, message = Status.WRONG_INPUT, what_is_wrong(error, call.arguments)
+        status, message = Status.WRONG_INPUT, what_is_wrong(error, arguments)
     elif isinstance(error, CommandError | StudyError):
-        status = getattr(error, "status", Status.WRONG_INPUT)
+        status, message = getattr(error, "status", Status.WRONG_INPUT), str(error)
     else:
-        from fretwear.run.batch import reason_of
+        from fretwear.run.cases import EXPECTED
 
-        message, is_defect = reason_of(error)
-        defect = error if is_defect else None
-    log.error(message, status, defect=defect)
+        if not isinstance(error, EXPECTED):
+            return None
+        status, message = Status.FAILED, str(error) or "there is not enough memory"
+    note(f"error: {message}")
     return status
 
 
@@ -109,7 +75,7 @@ def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
     if "unexpected extra" in message and "--set" in arguments:
         lines.append("put a value with a space in quotes, such as --set 'load=30 N'")
     if path == "fretwear" and lines[0].startswith("no such option"):
-        lines.append("options follow the command, such as fretwear run --quiet")
+        lines.append("options follow the command, such as fretwear plan FILE --all")
     return "\n    ".join([*lines, f"see '{path} --help'"])
 
 
@@ -137,7 +103,6 @@ add_command(app, commands.animate, "fretwear animate results/demo/cases/ID.nc -o
 add_command(app, export, "fretwear export results/demo/cases/ID.nc --to vtk")
 add_command(app, commands.schema, "fretwear schema > study.schema.json")
 add_command(app, commands.coefficients, "fretwear coefficients Ti-6Al-4V")
-add_command(app, commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
 add_command(app, commands.merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
 add_command(app, commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
 add_command(app, commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)

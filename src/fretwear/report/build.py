@@ -31,7 +31,7 @@ from fretwear.report.results import (
     point_results,
     result_variable,
 )
-from fretwear.run.workflow import LOGS, failures, log_end, spent_on_simulations
+from fretwear.run.cases import failures
 from fretwear.study.case import Case
 from fretwear.study.doubts import SMALL_ERROR, Doubt, finer
 from fretwear.study.parameters import parameter, value_text
@@ -41,16 +41,14 @@ from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
 from fretwear.units import (
     cycle_text,
-    duration_text,
     fixed_digits,
     in_unit,
     listed,
     number_text,
-    size_text,
     span,
     with_error,
 )
-from fretwear.vocabulary import RESULTS, PointStatus
+from fretwear.vocabulary import RESULTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,10 +76,7 @@ def build_report(
     Raises a `DataFileError` if a file is missing, or the summary belongs to another study or to an
     earlier state of the study of the plan.
     """
-    reasons = {
-        case_id: f"{reason} (log: {LOGS}/{case_id}.log)"
-        for case_id, reason in failures(folder).items()
-    }
+    reasons = failures(folder / "cases")
     results = point_results(plan, summary, reasons)
     explorer = build_explorer(plan, results, folder)
     scripts = page_scripts(with_explorer=explorer is not None)
@@ -93,7 +88,6 @@ def build_report(
     facts = {
         "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
         **computation_facts(numerics, len(ids)),
-        **_time_facts(folder),
     }
     images = embedded(folder / "figures", read_figure_index(folder / "figures"))
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
@@ -104,10 +98,7 @@ def build_report(
         lead = next(iter(scars), by_name.get("wear_volume"))
         answering = [image for image in (lead, *answering) if image is not None]
     others = [image for image in images if image not in answering]
-    undone = [
-        (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")
-        for result in [result for result in results if not result.done][:_MOST_ROWS]
-    ]
+    undone = [result for result in results if not result.done][:_MOST_ROWS]
     bodies = macros()
 
     def section(name: str, title: str, *content: object, entry: str = "") -> Section:
@@ -284,25 +275,6 @@ def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
         ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))
     columns = [(result_variable(name, results).label, unit.name) for name, unit in units.items()]
     return columns, rows, len(results), ensembles
-
-
-def _time_facts(folder: Path) -> dict[str, str]:
-    """Return the time and memory of the simulations, as far as measured."""
-    spent = spent_on_simulations(folder)
-    if spent is None:
-        return {}
-
-    def time(seconds: float) -> str:
-        return f"{seconds:.0f} s" if seconds < 600.0 else duration_text(seconds)
-
-    jobs = f"{spent.jobs} job{'s' if spent.jobs > 1 else ''}"
-    facts = {
-        "Time of all simulations": f"{time(spent.seconds)}, the sum over {jobs}",
-        "Their processor time": time(spent.processor_seconds),
-    }
-    if math.isfinite(spent.memory_bytes):
-        facts["Memory of the largest job"] = size_text(round(spent.memory_bytes))
-    return facts
 
 
 def study_text(study: Study) -> str:

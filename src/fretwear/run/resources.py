@@ -9,25 +9,19 @@ import math
 import os
 import sys
 import time
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import accumulate
 from pathlib import Path
 
 from fretwear.plugins import plugins
 from fretwear.study.case import Case
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.study.problems import few_of
-from fretwear.study.spacing import rounded_down
 from fretwear.units import size_text
 
 # Estimates exceed actual use by up to a quarter; within that a case may still fit.
 _CERTAIN = 1.25
-_ADVISED = 0.8
-_LEAST_BYTES = 1e6
-_FEW_SNAPSHOTS = 20  # with which a coarser cell is the better remedy
 
 # Folders of both versions of Linux control groups, and their files with the limit of the memory,
 # the memory in use, and the part of it that is given back on demand.
@@ -36,14 +30,9 @@ _CONTROL_GROUPS_1 = (
 )  # fmt: skip
 _CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
 
-# Time of a job, and numbers of jobs: starting one, or queueing it on a cluster, costs seconds. A
-# small study has enough jobs to keep the cores busy if each takes longer than its start.
-# A workflow of the most jobs is planned in seconds; a larger study has longer jobs instead.
-SECONDS_PER_JOB = 180.0
-LEAST_JOBS = 2
-JOBS_FOR_MANY_CORES = 64
-SECONDS_WORTH_A_JOB = 5.0
-MOST_JOBS = 2000
+# A job of many small cases takes at most this time, s, and at least what makes its start, and the
+# queue of a cluster, worth while; between these a study has about a number of jobs.
+_LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 10.0, 64
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
 SECONDS_OF_SNAKEMAKE = 3.0
@@ -108,39 +97,17 @@ def why_too_large(expected: Estimate, available: int) -> str:
     """Return why a case certainly does not fit in the memory, bytes; empty if it may."""
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
-    is_for_snapshots = _fitting_snapshots(expected, available) > 0
-    snapshots = f"{expected.snapshots} snapshots of " if is_for_snapshots else ""
     return (
-        f"needs about {size_text(expected.memory_bytes)} of memory for {snapshots}"
-        f"{expected.cells_x} x {expected.cells_y} cells, but {size_text(available)} are available"
+        f"needs about {size_text(expected.memory_bytes)} of memory for {expected.snapshots} "
+        f"snapshots of {expected.cells_x} x {expected.cells_y} cells, but {size_text(available)} "
+        "are available: choose a coarser cell or fewer output.cycles"
     )
 
 
-def _fitting_snapshots(expected: Estimate, available: int) -> int:
-    """Return how many snapshots of a case fit in the memory; 0 if too few do to be of use."""
-    beside = expected.memory_bytes - expected.snapshots * expected.snapshot_bytes
-    most = (_ADVISED * available - beside) / expected.snapshot_bytes
-    return int(rounded_down(most)) if most > _FEW_SNAPSHOTS else 0
-
-
 def require_memory(case: Case) -> None:
-    """Raise a `MemoryError`, with what fits, if a case cannot fit in the memory."""
-    available, expected = available_memory(), estimate(case)
-    if problem := why_too_large(expected, available):
-        if most := _fitting_snapshots(expected, available):
-            raise MemoryError(
-                f"case {case.case_id}: {problem}. Ask for at most {most} output.cycles, or run the "
-                "case where there is more memory"
-            )
-        coarser = math.sqrt(expected.memory_bytes / max(_ADVISED * available, _LEAST_BYTES))
-        cell = []
-        for width in (1e6 * coarser * spacing for spacing in case.grid_spacing):
-            unit = 10.0 ** (math.floor(math.log10(width)) - 1)
-            cell.append(f"{math.ceil(width / unit) * unit:g} um")
-        raise MemoryError(
-            f"case {case.case_id}: {problem}. Choose a coarser grid, such as "
-            f"cell: [{', '.join(cell)}], or run the case where there is more memory"
-        )
+    """Raise a `MemoryError` if a case cannot fit in the memory."""
+    if problem := why_too_large(estimate(case), available_memory()):
+        raise MemoryError(f"case {case.case_id} {problem}")
 
 
 def cores() -> int:
@@ -152,64 +119,37 @@ def cores() -> int:
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Cases of neighbouring points that one job runs in turn."""
+class Job:
+    """Cases that one job of the workflow runs, one after the other."""
 
-    # Numbers of its first and last point; points between them may belong to other batches.
-    first: int
-    last: int
-    case_ids: tuple[str, ...]  # its cases, each at its first point
-    seconds: float  # time for all cases on one core, once the job has started
+    case_ids: tuple[str, ...]
+    seconds: float  # time for all cases on one core, the start of the job included
     memory_bytes: int  # memory of the largest case
 
 
-def batches(plan: Plan) -> tuple[Batch, ...]:
-    """Divide the cases of a study into batches, one per job of the workflow."""
-    single: dict[str, Batch] = {}
-    for number, planned in enumerate(plan.points, 1):
-        if planned.id and planned.id not in single:
-            expected = plan.estimates[planned.id]
-            seconds = expected.seconds - SECONDS_TO_START
-            memory = expected.memory_bytes
-            single[planned.id] = Batch(number, number, (planned.id,), seconds, memory)
-    return joined(list(single.values()), plan.study.batch)
+def grouped(plan: Plan) -> list[Job]:
+    """Divide the cases of a study, in order, into jobs.
 
-
-def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batch, ...]:
-    """Join batches of one case to larger ones, in order.
-
-    The same study gives the same batches on every machine, so that a cluster node agrees with the
-    machine that sent the job. A batch has a given number of cases or, if None, as many as take
-    about `SECONDS_PER_JOB`, but few enough to keep most cores busy.
+    The same study gives the same jobs on every machine, so that a cluster node agrees with the
+    machine that sent the job.
     """
-    numbers: Iterable[int] = (place // (cases_each or 1) for place in range(len(single)))
-    if cases_each is None:
-        total = math.fsum(batch.seconds for batch in single)
-        least = min(len(single), LEAST_JOBS)
-        spread = min(len(single), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
-        jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
-        # The middle of a case decides, so that the last batch is not just a remainder.
-        ends = accumulate(batch.seconds for batch in single)
-        middles = (end - 0.5 * batch.seconds for end, batch in zip(ends, single, strict=True))
-        numbers = (int(middle / (total / jobs)) for middle in middles)
-    parts = defaultdict[int, list[Batch]](list)
-    for number, batch in zip(numbers, single, strict=True):
-        parts[number].append(batch)
-    return tuple(
-        Batch(
-            first=part[0].first,
-            last=part[-1].last,
-            case_ids=tuple(case_id for batch in part for case_id in batch.case_ids),
-            seconds=math.fsum(batch.seconds for batch in part),
-            memory_bytes=max(batch.memory_bytes for batch in part),
+    alone = {n: cost.seconds - SECONDS_TO_START for n, cost in plan.estimates.items()}
+    longest = min(max(math.fsum(alone.values()) / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
+    groups, most = list[list[str]](), plan.study.batch
+    for case_id in alone:
+        last = groups[-1] if groups else []
+        is_full = math.fsum(alone[n] for n in last) + 0.5 * alone[case_id] > longest
+        if not last or (is_full if most is None else len(last) == most):
+            groups.append([])
+        groups[-1].append(case_id)
+    return [
+        Job(
+            tuple(group),
+            SECONDS_TO_START + math.fsum(alone[n] for n in group),
+            max(plan.estimates[n].memory_bytes for n in group),
         )
-        for part in parts.values()
-    )
-
-
-def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
-    """Return the time, s, of all jobs on one core of a machine of given speed."""
-    return (math.fsum(job.seconds for job in jobs) + SECONDS_TO_START * len(jobs)) / speed
+        for group in groups
+    ]
 
 
 def seconds_after(plan: Plan) -> float:
@@ -227,13 +167,13 @@ def seconds_after(plan: Plan) -> float:
     return merging + SECONDS_OF_FIGURES + drawn + reporting + added
 
 
-def study_seconds(plan: Plan, jobs: Sequence[Batch], at_once: int = 1, speed: float = 1.0) -> float:
+def study_seconds(plan: Plan, at_once: int = 1, speed: float = 1.0) -> float:
     """Return the time, s, of the workflow of a study on so many cores of a machine of given speed.
 
     Its jobs run at once, none shorter than its longest; merging, figures and report follow.
     """
-    longest = max(job.seconds for job in jobs) + SECONDS_TO_START
-    simulating = max(core_seconds(jobs) / at_once, longest)
+    jobs = [job.seconds for job in grouped(plan)]
+    simulating = max(math.fsum(jobs) / at_once, *jobs)
     return (SECONDS_OF_SNAKEMAKE + simulating + seconds_after(plan)) / speed
 
 
@@ -276,14 +216,10 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
     )
     if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
-        largest = max(plan.estimates.values(), key=lambda expected: expected.memory_bytes)
-        has_many = _fitting_snapshots(largest, available) > 0
-        remedy = "fewer output.cycles" if has_many else "a coarser cell"
         yield (
-            f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}\n"
-            f"    choose {remedy}, or run the study where there is more"
+            f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}"
         )
-    elif plan.memory_bytes * min(cores(), len(batches(plan))) > available:
+    elif plan.memory_bytes * min(cores(), len(grouped(plan))) > available:
         yield (
             f"jobs of up to {size_text(plan.memory_bytes)} may not fit in the "
             f"{size_text(available)} of memory available, {cores()} at once\n    to run fewer at "

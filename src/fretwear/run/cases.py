@@ -1,0 +1,106 @@
+"""Cases to files: each appears complete, resumes from a checkpoint, or leaves why it failed."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from fretwear.data.files import finished_by, write_case
+from fretwear.data.safe import DataFileError
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.integrator import WearError
+from fretwear.run.checkpoint import Checkpoint
+from fretwear.run.resources import require_memory
+from fretwear.run.simulate import Observer, run
+from fretwear.study.case import Case
+from fretwear.version import code_digest
+
+ENDED = "the process that ran it was killed, or ran out of memory or time"
+EXPECTED = (ContactError, WearError, DataFileError, OSError, MemoryError)
+"""Errors that end a run and are no defect: their message says all."""
+
+_FAILED = ".failed"
+
+
+def simulate_to_file(
+    case: Case,
+    path: Path,
+    *,
+    observers: Sequence[Observer] = (),
+    tell: Callable[[str], None],
+    command: str,
+) -> int:
+    """Simulate a case, write its file, and return the number of steps.
+
+    The run resumes from the checkpoint beside the file, and an interrupted run leaves one. `tell`
+    takes messages; the command is a call that gives the same results. Raises a ContactError or a
+    WearError if the solution does not converge, a DataFileError if the file cannot be written and a
+    MemoryError if the case does not fit in memory.
+    """
+    require_memory(case)
+    with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
+        result = run(
+            case,
+            [checkpoint, *observers],
+            record=checkpoint.record,
+            command=command,
+            warn=lambda doubt: tell(f"warning: {doubt}"),
+        )
+        dataset, history, loops = result.labelled
+        write_case(dataset, history, path, loops)
+    checkpoint.path.unlink(missing_ok=True)
+    return len(checkpoint.record.history) - 1
+
+
+def simulate_to_folder(
+    cases: Mapping[str, Case],
+    folder: Path,
+    *,
+    watch: Callable[[Case], AbstractContextManager[Observer]],
+    tell: Callable[[str], None],
+    command: str,
+    keep_older: bool = False,
+) -> dict[str, str]:
+    """Simulate cases one after the other, each to its file ``<case id>.nc`` in a folder.
+
+    Finished cases are kept; those that other code has computed only with `keep_older`. A case that
+    fails does not stop the others. `watch` gives an observer for the time of a run. Returns why
+    cases failed, by id.
+    """
+    before, failed = failures(folder), dict[str, str]()
+    # A case that ended its process, perhaps by its memory, comes last.
+    for case_id, case in sorted(cases.items(), key=lambda item: item[0] in before):
+        path = folder / f"{case_id}.nc"
+        code = finished_by(path, case)
+        if code == code_digest() or (code is not None and keep_older):
+            path.with_suffix(_FAILED).unlink(missing_ok=True)
+            continue
+        folder.mkdir(parents=True, exist_ok=True)
+        path.with_suffix(_FAILED).write_text(ENDED, encoding="utf-8")
+        try:
+            with watch(case) as observer:
+                simulate_to_file(
+                    case, path, observers=[observer], tell=tell, command=f"{command} {case_id}"
+                )
+        except Exception as error:
+            failed[case_id] = str(error) or type(error).__name__
+            path.with_suffix(_FAILED).write_text(failed[case_id], encoding="utf-8")
+            tell(f"{case_id} failed: {failed[case_id]}")
+            if not isinstance(error, EXPECTED):
+                tell(traceback.format_exc())
+        except BaseException:
+            path.with_suffix(_FAILED).unlink(missing_ok=True)  # stopped, not failed
+            raise
+        else:
+            path.with_suffix(_FAILED).unlink(missing_ok=True)
+    return failed
+
+
+def failures(folder: Path) -> dict[str, str]:
+    """Return why cases that were begun have no file in a folder, by case id."""
+    return {
+        file.stem: file.read_text(encoding="utf-8", errors="replace")
+        for file in sorted(folder.glob(f"*{_FAILED}"))
+    }
