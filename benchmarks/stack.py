@@ -22,7 +22,7 @@ import numpy as np
 import yaml
 from benchmarks.cases import STUDY
 
-from fretwear.run.batch import simulate_to_file
+from fretwear.run.cases import simulate_to_file
 from fretwear.study.reading import load_study
 from fretwear.study.study import Study
 

@@ -111,8 +111,8 @@ def test_slurm_gets_what_the_plan_says_a_job_takes(demo, monkeypatch):
         assert rule == "rule_simulate"
         hours, minutes, seconds = job["TimeLimit"].split(":")
         assert seconds == "00"
-        assert 60 * int(hours) + int(minutes) == planned.job(wildcard).minutes
-        assert megabytes(job["MinMemoryNode"]) == planned.job(wildcard).memory_mb
+        assert 60 * int(hours) + int(minutes) == planned.minutes(wildcard)
+        assert megabytes(job["MinMemoryNode"]) == planned.memory_mb(wildcard)
         assert job["NumCPUs"] == "1"
         assert job["JobState"] == "COMPLETED"
 

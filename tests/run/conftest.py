@@ -1,13 +1,9 @@
 """Cases and studies that take a moment, and the workflow as a user has it."""
 
-import multiprocessing
-import os
-import re
 import shutil
 import signal
 import subprocess
 import sys
-import time
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +14,6 @@ from fretwear.data.files import open_case, open_history, open_loops
 from fretwear.study.reading import load_study
 
 from ..studies import base, steel, two_loads, write_study
-from .apart import SAID, snakemake
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -53,11 +48,6 @@ def load(tmp_path):
     return lambda content: load_study(write_study(tmp_path / "study.yaml", content))
 
 
-# Importing Snakemake takes longer than planning a small study.
-FORKS = multiprocessing.get_context("forkserver")
-FORKS.set_forkserver_preload(["snakemake.cli"])
-
-
 class Checkout:
     """A folder with workflow, profiles and studies, as a user has it."""
 
@@ -78,27 +68,12 @@ class Checkout:
 
     def snakemake(self, *arguments, status):
         """Run Snakemake and return what it said; it must end with this status."""
-        process = FORKS.Process(
-            target=snakemake, args=(self.folder, ["--cores", "2", *arguments], dict(os.environ))
-        )
-        process.start()
-        process.join()
-        said = (self.folder / SAID).read_text(encoding="utf-8")
-        assert process.exitcode == status, said
-        return said
-
-    def jobs(self, *arguments):
-        """What a run would do: slugs of the cases to simulate one by one, and the other rules."""
-        said = self.snakemake("--dry-run", *arguments, status=0)
-        messages = re.findall(r"^Job \d+: (.*)$", said, re.MULTILINE)
-        simulated = [line.split()[1] for line in messages if line.startswith("Simulating")]
-        cases = {name.split("-mu")[0] for name in simulated}
-        return cases, {line.split()[0] for line in messages} - {"Simulating"}
-
-
-@pytest.fixture
-def checkout(tmp_path):
-    return Checkout.make(tmp_path)
+        done = subprocess.run(
+            [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        assert done.returncode == status, done.stdout
+        return done.stdout
 
 
 @pytest.fixture
@@ -124,12 +99,6 @@ def start(tmp_path):
     for process in started:
         process.kill()
         process.communicate()
-
-
-def wait_for(condition, process):
-    while not condition():
-        assert process.poll() is None
-        time.sleep(0.02)
 
 
 def read_until(process, words):

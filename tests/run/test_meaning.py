@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from fretwear.run.batch import read_checkpoint, write_checkpoint
 from tests.studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
@@ -18,7 +19,6 @@ from fretwear.mechanics.contact import rings
 from fretwear.mechanics.contact.cells import OPEN_PER_SIDE
 from fretwear.mechanics.wear.measures import unresolved_peak
 from fretwear.report.results import Level, PointResult, over_seeds, point_results
-from fretwear.run.batch import read_checkpoint, write_checkpoint
 from fretwear.run.simulate import RunRecord, run, steps, wear_problem
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study

@@ -1,7 +1,5 @@
 """Memory, cores and time of a study, the jobs that it falls into, and what it is warned of."""
 
-import math
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,18 +8,10 @@ from types import SimpleNamespace
 import pytest
 
 from fretwear.run.resources import (
-    JOBS_FOR_MANY_CORES,
-    LEAST_JOBS,
-    MOST_JOBS,
-    SECONDS_PER_JOB,
     SECONDS_PER_TRANSFORM,
-    SECONDS_WORTH_A_JOB,
-    Batch,
     available_memory,
-    batches,
-    core_seconds,
     cores,
-    joined,
+    grouped,
     machine_speed,
     machine_warnings,
     require_memory,
@@ -99,51 +89,16 @@ def test_without_control_groups_the_machine_says_what_is_available(available, mo
     assert available() == 16_500
 
 
-def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
+def test_a_case_that_does_not_fit_is_refused(monkeypatch):
     expected = estimate(make_case())
     assert why_too_large(expected, expected.memory_bytes) == ""
     assert "MB of memory for" in why_too_large(expected, expected.memory_bytes // 2)
     require_memory(make_case())
-    with pytest.raises(MemoryError, match=r"needs about .* GB of memory") as error:
-        require_memory(make_case(cell="1 nm"))
-    dx, dy = re.search(r"cell: \[(.*), (.*)\]", str(error.value)).groups()
-    require_memory(make_case(cell=(dx, dy)))
-
-    def no_answer():
-        raise FileNotFoundError("/proc/meminfo")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("psutil.virtual_memory", no_answer)
-        patch.setattr("fretwear.run.resources._left_to_control_groups", lambda *_: ())
+    with pytest.raises(MemoryError, match=r"needs about .* of memory .*: choose a coarser cell"):
         require_memory(make_case(cell="1 nm"))
     monkeypatch.setattr("fretwear.run.resources.available_memory", lambda: 0)
     with pytest.raises(MemoryError, match="but 0 kB are available"):
         require_memory(make_case())
-
-
-def test_a_case_whose_snapshots_do_not_fit_is_told_how_many_do(monkeypatch, load):
-    monkeypatch.setattr("fretwear.run.resources.available_memory", lambda: 2 * GB)
-
-    def every(step):
-        return make_case(cycles=100_000, output_cycles=tuple(range(0, 100_000, step)))
-
-    with pytest.raises(MemoryError, match=r"for 100001 snapshots of \d+ x \d+ cells") as error:
-        require_memory(every(1))
-    most = int(re.search(r"at most (\d+) output.cycles", str(error.value))[1])
-    require_memory(every(math.ceil(100_000 / (most - 1))))
-    with pytest.raises(MemoryError, match=r"at most \d+ output"):
-        require_memory(every(100_000 // (2 * most)))
-    study = load({**STUDY, "output": {"cycles": [*range(1, 50)]}})
-    (warning,) = machine_warnings(Plan(study), 1000)
-    assert "choose a coarser cell" in warning
-    many = {**STUDY["base"], "cycles": 100_000}
-    study = load({**STUDY, "base": many, "output": {"cycles": [*range(0, 100_000, 10)]}})
-    (warning,) = machine_warnings(Plan(study), GB // 2)
-    assert "choose fewer output.cycles" in warning
-
-
-def cases(seconds):
-    return [Batch(n, n, (f"case{n}",), each, 1000) for n, each in enumerate(seconds, 1)]
 
 
 def ids(jobs):
@@ -155,45 +110,36 @@ def ids(jobs):
     [
         # Small cases share jobs, of a few minutes in a large study.
         ([0.1], 1, 1),
-        ([0.1] * 16, LEAST_JOBS, LEAST_JOBS),
-        ([0.1] * 1000, 100 / SECONDS_WORTH_A_JOB, 100 / SECONDS_WORTH_A_JOB),
-        ([10.0] * 500, JOBS_FOR_MANY_CORES, JOBS_FOR_MANY_CORES),
-        ([2.0] * 10_000, 20_000 / (SECONDS_PER_JOB + 2.0), 20_000 / (SECONDS_PER_JOB - 4.0)),
-        ([60.0] * 100_000, 0.9 * MOST_JOBS, MOST_JOBS),
+        ([0.1] * 1000, 9, 11),
+        ([10.0] * 500, 62, 66),
+        ([2.0] * 10_000, 110, 114),
         # A long case is a job of its own, nearly.
-        ([1.0] * 300 + [3600.0] + [1.0] * 300, 3, 3 + JOBS_FOR_MANY_CORES * 600 / 4200),
+        ([1.0] * 300 + [3600.0] + [1.0] * 300, 3, 12),
     ],
 )
 def test_jobs_are_neither_too_many_nor_too_long(seconds, least, most):
-    listed = cases(seconds)
-    jobs = joined(listed)
+    costs = {
+        f"case{n}": SimpleNamespace(seconds=SECONDS_TO_START + each, memory_bytes=n)
+        for n, each in enumerate(seconds)
+    }
+    plan = SimpleNamespace(estimates=costs, study=SimpleNamespace(batch=None))
+    jobs = grouped(plan)
     assert least <= len(jobs) <= most
-    assert ids(jobs) == ids(listed)
-    if len(jobs) < MOST_JOBS / 2:
-        assert max(job.seconds for job in jobs) < max(seconds) + SECONDS_PER_JOB
+    assert ids(jobs) == list(costs)
+    assert max(job.seconds for job in jobs) < max(seconds) + 200.0
+    assert sum(job.seconds for job in jobs) == near(sum(seconds) + len(jobs) * SECONDS_TO_START)
+    assert jobs[-1].memory_bytes == len(seconds) - 1
 
 
-def test_a_batch_knows_its_points_its_time_and_its_memory():
-    (job,) = joined([Batch(3, 3, ("a",), 1.0, 500), Batch(5, 5, ("b",), 2.0, 900)], 2)
-    assert job == Batch(3, 5, ("a", "b"), 3.0, 900)
-    assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
-
-
-def test_a_plan_counts_what_follows_the_cases_and_cores_only_share_jobs(load):
+def test_cores_share_jobs_but_not_what_follows(load):
     few, many = (
-        Plan(load({**STUDY, "vary": {"load": [f"{20 + n} N" for n in range(count)]}}))
+        Plan(load({**STUDY, "batch": 1, "vary": {"load": [f"{20 + n} N" for n in range(count)]}}))
         for count in (1, 4)
     )
-    jobs = batches(many)
-    alone, shared = (study_seconds(many, jobs, at_once) for at_once in (1, 2))
-    assert (
-        alone > core_seconds(jobs) + seconds_after(many) > seconds_after(few) + core_seconds(jobs)
-    )
-    assert shared < alone < 2 * shared, "figures and report keep one core only"
-    # Two cores make a single job no shorter.
-    single = batches(few)
-    assert study_seconds(few, single, 2) == near(study_seconds(few, single))
-    assert study_seconds(many, jobs, 2, speed=2.0) == near(shared / 2)
+    alone, shared = (study_seconds(many, at_once) for at_once in (1, 2))
+    assert shared < alone < 2 * shared
+    assert study_seconds(few, 2) == near(study_seconds(few)), "a single job is no shorter"
+    assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
 
 
 def test_a_plan_counts_the_figures_and_claims_that_an_entry_point_adds():
@@ -207,7 +153,7 @@ def test_a_plan_counts_the_figures_and_claims_that_an_entry_point_adds():
 def test_stresses_are_planned_for_each_of_their_snapshots(load):
     def seconds(**output):
         plan = Plan(load({**STUDY, "output": {"cycles": [10, 50], **output}}))
-        return sum(each.seconds for each in batches(plan)), plan
+        return sum(each.seconds for each in grouped(plan)), plan
 
     (wear, plan), (all_snapshots, _), (two, _) = (
         seconds(), seconds(stress={}), seconds(stress={"cycles": [50]})
@@ -221,10 +167,10 @@ def test_stresses_are_planned_for_each_of_their_snapshots(load):
 
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
-    said = [({}, [3, 2]), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
-    for each, sizes in (*said, ({"batch": "auto"}, [3, 2])):
+    said = [({}, [5]), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
+    for each, sizes in (*said, ({"batch": "auto"}, [5])):
         study = load({**content, **each})
-        jobs = batches(Plan(study))
+        jobs = grouped(Plan(study))
         assert [len(job.case_ids) for job in jobs] == sizes
         assert ids(jobs) == list(study.cases())
     for wrong in (0, -3, 1.5, True, None, "many", [2], 10**9):
@@ -236,17 +182,11 @@ def test_a_study_says_how_it_is_joined(load):
 def test_points_that_come_to_one_case_are_run_and_counted_once(load):
     waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
     base = {**STUDY["base"], "roughness": waves, "cell": ["10 um", "10 um"]}
-    single = batches(Plan(load({**STUDY, "base": base})))
+    single = grouped(Plan(load({**STUDY, "base": base})))
     slopes = {"roughness.slope_x": ["5 deg", "6 deg"], **STUDY["vary"]}
     study = load({"base": base, "vary": slopes})
-    double = batches(Plan(study))
     assert study.size == 4
-    assert ids(double) == ids(single) == list(study.cases())
-    assert core_seconds(double) == near(core_seconds(single))
-    # Those of one job start Python once.
-    plans = [Plan(load({**STUDY, "batch": n})) for n in (1, 2)]
-    apart, together = (core_seconds(batches(plan)) for plan in plans)
-    assert apart - together == near(SECONDS_TO_START)
+    assert ids(grouped(Plan(study))) == ids(single) == list(study.cases())
 
 
 def test_a_machine_whose_transforms_take_twice_as_long_has_half_the_speed(monkeypatch):
@@ -262,7 +202,7 @@ def test_a_machine_whose_transforms_take_twice_as_long_has_half_the_speed(monkey
 def plan(load):
     def make(base=(), **vary):
         base = without({**BASE, **dict(base)}, *vary)
-        return Plan(load({"base": base, **({"vary": vary} if vary else {})}))
+        return Plan(load({"batch": 1, "base": base, **({"vary": vary} if vary else {})}))
 
     return make
 

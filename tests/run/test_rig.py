@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from fretwear.run.batch import read_checkpoint, write_checkpoint
 from tests.studies import WAVES, base, near, refusal, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
@@ -18,7 +19,6 @@ from fretwear.figures.study import study_figures
 from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.report import build_report
-from fretwear.run.batch import read_checkpoint, write_checkpoint
 from fretwear.run.simulate import RunRecord, run, steps
 from fretwear.study.plan import Plan, estimate
 from fretwear.study.problems import StudyError

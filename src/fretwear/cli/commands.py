@@ -83,7 +83,7 @@ def init(
 
     Existing files are not changed.
     """
-    from fretwear.data.safe import atomic_path
+    from fretwear.data.atomic import atomic_path
     from fretwear.run.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
@@ -283,10 +283,10 @@ def merge(
     """Merge the finished cases into summary.nc and results.csv, and write the table points.csv."""
     study, folder = study_and_results(file, results)
 
+    from fretwear.data.atomic import atomic_path, write_text
     from fretwear.data.effects import results_table
     from fretwear.data.files import open_summary
     from fretwear.data.merge import merge_study
-    from fretwear.data.safe import atomic_path, write_text
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
@@ -337,8 +337,8 @@ def report(file: StudyFile, results: Results = None) -> None:
     """Write the report of a merged study, report.html, and its claims in numbers, answer.json."""
     study, folder = study_and_results(file, results)
 
+    from fretwear.data.atomic import write_text
     from fretwear.data.files import open_summary
-    from fretwear.data.safe import write_text
     from fretwear.plugins import added
     from fretwear.report import Section, answer_text, answers, build_report
     from fretwear.study.plan import Plan

@@ -40,9 +40,9 @@ def export(
     """
     check_results(file)
 
+    from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle
     from fretwear.data.files import open_lazily
-    from fretwear.data.safe import DataFileError
 
     ending, write = WRITERS[to]
     path = check_output(output or file.with_suffix(ending), ending)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+from fretwear.data.atomic import DataFileError
 from fretwear.data.files import finished_by, write_case
-from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.run.checkpoint import Checkpoint

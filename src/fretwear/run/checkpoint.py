@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -15,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.data.safe import DataFileError, atomic_path
+from fretwear.data.atomic import DataFileError, atomic_path
 from fretwear.run.simulate import RunRecord, Step
 from fretwear.study.case import Case
 from fretwear.version import code_digest
@@ -81,7 +80,7 @@ def read_checkpoint(path: Path, case: Case) -> RunRecord:
             record: RunRecord = _restored(content["record"], arrays)
             return record
         problem = "this checkpoint is of another run, or of other code"
-    except (OSError, ValueError, TypeError, LookupError, AttributeError, zipfile.BadZipFile):
+    except Exception:  # Readers raise all sorts of errors for a file of something else.
         problem = "this is no checkpoint, or a damaged one"
     raise DataFileError(path, problem, "The run starts at cycle 0")
 

@@ -1,0 +1,118 @@
+"""Cases to files: finished ones stay, an interrupted one resumes, a failed one says why."""
+
+import signal
+
+import pytest
+
+from fretwear.data.files import open_case
+from fretwear.run import cases
+from fretwear.run.cases import ENDED, failures, simulate_to_file
+from fretwear.study.reading import load_study
+
+from ..cli.conftest import Desk
+from ..studies import WAVES, write_study
+from .conftest import BASE, HOPELESS, TINY, assert_same, read_until
+
+STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
+
+
+class Bench(Desk):
+    """A folder with one study, and the command that runs its cases."""
+
+    def run(self, *arguments, status=0):
+        return self.call("run", "tiny.yaml", "-o", "cases", *arguments, status=status).stderr
+
+    def cases(self):
+        return sorted((self.folder / "cases").glob("*.nc"))
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bench = Bench(tmp_path)
+    bench.write(STUDY)
+    return bench
+
+
+def written(bench):
+    return {path: path.stat().st_mtime_ns for path in bench.cases()}
+
+
+def test_finished_cases_stay_until_their_snapshots_change(bench):
+    first, *_ = load_study("tiny.yaml").cases()
+    bench.run("--case", first)
+    before = written(bench)
+    bench.run()
+    assert before.items() < written(bench).items()
+    assert len(bench.cases()) == 3
+    alone = bench.folder / "alone.nc"
+    bench.call("run", "tiny.yaml", "--case", first, "-o", alone)
+    assert_same(alone, bench.cases()[0])
+    bench.write({**STUDY, "output": {"cycles": [0, 30]}})
+    bench.run("--case", first)
+    with open_case(bench.cases()[0]) as case:
+        assert list(case["cycle"].values) == [0, 30, 100]
+
+
+def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
+    bench.run()
+    before = written(bench)
+    monkeypatch.setattr(cases, "code_digest", lambda: "newer")
+    bench.run("--keep-older")
+    assert written(bench) == before
+    bench.run()
+    assert not before.items() & written(bench).items()
+
+
+def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
+    bench.write(HOPELESS)
+    said = bench.run(status=1)
+    ((failed, reason),) = failures(bench.folder / "cases").items()
+    assert reason.startswith("no step after cycle 0")
+    assert f"1 of 2 cases failed\n  {failed}: {reason}" in said
+    (path,) = bench.cases()
+    path.with_suffix(".failed").write_text("broken before")
+    bench.run(status=1)
+    assert list(failures(bench.folder / "cases")) == [failed]
+
+
+def test_a_case_that_ended_its_process_comes_last(bench):
+    first, *others = load_study("tiny.yaml").cases()
+    (bench.folder / "cases").mkdir()
+    (bench.folder / f"cases/{first}.failed").write_text(ENDED)
+    said = bench.run()
+    assert said.index(others[-1]) < said.index(first)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
+    long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES, "error_estimate": False}
+    study = write_study(tmp_path / "one.yaml", {"base": {**BASE, **long}})
+    (case,) = load_study(study).cases().values()
+    first = start("run", "one.yaml", "-o", "cases")
+    read_until(first, "cycle 0 of")
+    first.send_signal(number)
+    said = first.communicate()[1]
+    stopped = number != signal.SIGKILL
+    assert first.returncode == (128 + number if stopped else -number)
+    assert "Traceback" not in said
+    left = {path.suffix for path in (tmp_path / "cases").iterdir() if path.name[0] != "."}
+    assert left == ({".checkpoint"} if stopped else {".failed"})
+    again = start("run", "one.yaml", "-o", "cases")
+    assert ("resuming after cycle" in again.communicate()[1]) == stopped
+    undisturbed = tmp_path / "undisturbed.nc"
+    simulate_to_file(case, undisturbed, tell=print, command="test")
+    (path,) = (tmp_path / "cases").iterdir()
+    assert_same(path, undisturbed)
+
+
+def test_two_runs_of_one_case_at_once_spoil_nothing(start, bench):
+    first, *_ = load_study("tiny.yaml").cases()
+    both = [start("run", "tiny.yaml", "--case", first, "-o", "cases") for _ in range(2)]
+    for process in both:
+        said = process.communicate()[1]
+        assert process.returncode == 0, said
+    assert [path.name for path in (bench.folder / "cases").iterdir()] == [f"{first}.nc"]
+    bench.call("run", "tiny.yaml", "--case", first, "-o", "alone.nc")
+    assert_same(bench.cases()[0], bench.folder / "alone.nc")
