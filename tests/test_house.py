@@ -77,7 +77,7 @@ def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
             assert not [n for n in BESIDE if n in file.read_text(encoding="utf-8")], file
     content = two_loads(base=base(cycles=100, cell="10 um"), output={"cycles": [0]})
     file = write_study(tmp_path / "small.yaml", content)
-    steps = [[step, str(file)] for step in STEPS]
+    steps = [[step, str(file), *options] for step, *options in STEPS]
     done = subprocess.run(
         [sys.executable, "-c", ALONE.format(beside=BESIDE, steps=steps)],
         cwd=tmp_path,
@@ -89,7 +89,7 @@ def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
     assert (tmp_path / "results/small/report.html").stat().st_size > 10_000
 
 
-STEPS = ("plan", "batch", "merge", "figures", "report")
+STEPS = [["plan"], ["run", "-o", "results/small/cases"], ["merge"], ["figures"], ["report"]]
 ALONE = """
 import sys
 from importlib import metadata

@@ -34,7 +34,7 @@ class Desk:
 @pytest.fixture(autouse=True)
 def _no_settings(monkeypatch):
     """What the environment may say about colours and logs is not what is tested."""
-    for name in ("NO_COLOR", "FORCE_COLOR", "FRETWEAR_LOG_FORMAT"):
+    for name in ("NO_COLOR", "FORCE_COLOR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)  # typer looked for them too
 

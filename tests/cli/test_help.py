@@ -73,8 +73,7 @@ def offered(*words):
 def test_commands_and_options_are_offered_and_files_are_left_to_the_shell():
     assert {"run", "plan", "show", "plot"} <= set(offered(""))
     assert offered("pl") == ["plan", "plot"]
-    assert {"--case", "--set", "--quiet", "--log-format"} <= set(offered("run", "--"))
-    assert offered("run", "tiny.yaml", "--log-format", "") == ["auto", "lines", "json"]
+    assert {"--case", "--set", "--output", "--keep-older"} <= set(offered("run", "--"))
     assert offered("plan", "ti") == []
 
 
