@@ -6,7 +6,6 @@ import inspect
 import json
 import re
 import shlex
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
@@ -183,12 +182,10 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
 
 def check_writable(folder: Path) -> None:
     """Raise a `CommandError` if a folder, or the one in which it will be, cannot be written to."""
-    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    try:
-        with tempfile.TemporaryFile(dir=existing):
-            pass
-    except OSError as error:
-        raise CommandError(f"{folder}: cannot be written to: {error.strerror}") from error
+    from fretwear.data.atomic import why_not_writable
+
+    if problem := why_not_writable(folder):
+        raise CommandError(problem)
 
 
 def check_output(path: Path, *endings: str) -> Path:

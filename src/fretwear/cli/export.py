@@ -42,13 +42,13 @@ def export(
 
     from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle
-    from fretwear.data.files import open_lazily
+    from fretwear.data.files import open_group
 
     ending, write = WRITERS[to]
     path = check_output(output or file.with_suffix(ending), ending)
     with ExitStack() as stack:
         try:
-            ds = stack.enter_context(open_lazily(file))
+            ds = stack.enter_context(open_group(file))
         except DataFileError as error:
             raise CommandError(str(error)) from error
         if "case_id" in ds.attrs and "pressure" in ds:

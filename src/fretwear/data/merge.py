@@ -150,7 +150,8 @@ def merge_study(
     histories = _side_by_side(study, {number: row.history for number, row in rows.items()})
     write_groups(path, {"": summary, HISTORY_GROUP: histories})
     count = Counter(status.tolist())
-    return Tally(*(count[kind] for kind in PointStatus), "\n".join(remarks))
+    done, failed, invalid = (count[kind] for kind in PointStatus)
+    return Tally(done, failed, invalid, "\n".join(remarks))
 
 
 def _read_case(path: Path, case: Case, keep_older: bool) -> _Row:

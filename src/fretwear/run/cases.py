@@ -48,8 +48,7 @@ def simulate_to_file(
             command=command,
             warn=lambda doubt: tell(f"warning: {doubt}"),
         )
-        dataset, history, loops = result.labelled
-        write_case(dataset, history, path, loops)
+        write_case(result.dataset, result.history, path, result.loops)
     checkpoint.path.unlink(missing_ok=True)
     return len(checkpoint.record.history) - 1
 
