@@ -50,9 +50,7 @@ def test_the_study_file_and_the_commands_of_the_readme_can_be_run(tmp_path, monk
     assert blocks("bash")[-1].strip().endswith("sphinx-build -W --keep-going docs site")
     words = [shlex.split(line, comments=True) for line in lines]
     commands = {line[1] for line in words if line[0] == "fretwear"}
-    assert commands == {
-        *("plan", "run", "show", "plot")
-    }
+    assert commands == {*("plan", "run", "show", "plot")}
     for command in commands:
         assert f"fretwear {command}" in call(command, "--help")
 
