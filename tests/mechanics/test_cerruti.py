@@ -1,5 +1,8 @@
 """Friction along x with the true influence of tractions, against friction as a vector."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
@@ -16,9 +19,11 @@ from fretwear.mechanics.wear.measures import loop
 from fretwear.theory import coupling_ratio
 
 from ..studies import near
+from .oracles import normal_contact
 from .problems import (
     COUPLING,
     FRICTION,
+    LOAD,
     MODULUS,
     P0,
     RADIUS,
@@ -143,6 +148,42 @@ def test_the_loop_has_the_energy_of_slip_and_wear_the_energy_of_all_cycles(chang
     energy = float(spent.integrate(0.0, states[-1].cycle))
     volume = states[-1].geometry.integral(states[-1].wear)
     assert volume == near(problem.combined_wear_coefficient / FRICTION * energy, rel=1e-3)
+
+
+def test_late_wear_is_that_of_short_explicit_steps_with_dense_matrices():
+    """The stick zone recedes, which raises volume and energy above those of `Jaeger`."""
+    cells, tau, step = 8, 8.0, 0.02
+    size, count = A / cells, int(1.5 * cells)
+    weights = (1.0 / COUPLING, (2.0 * COUPLING - 1.0) / COUPLING)
+    normal, along_x = (_dense(count, size, each) for each in ((1.0, 1.0), weights))
+    x, y = np.meshgrid(*[(np.arange(count) + 0.5) * size] * 2, indexing="ij")
+    unworn, area = ((x**2 + y**2) / (2.0 * RADIUS)).ravel(), 4.0 * size**2
+    wear, loaded, stuck = np.zeros_like(unworn), None, None
+    for last in (False,) * round(tau / step) + (True,):
+        pressure, _, _ = normal_contact(normal, unworn + wear, area, LOAD, loaded)
+        turned = unworn + wear + (normal - along_x) @ pressure
+        reduced, gap, _ = normal_contact(along_x, turned, area, 0.2 * LOAD, stuck)
+        loaded, stuck = pressure > 0.0, reduced > 0.0
+        if not last:
+            wear += np.expm1(step * pressure / P0) * gap
+    problem = fretting(cells, slip_model=Cerruti(), extent=(1.5 * A, 1.5 * A))
+    found, single = (worn(replace(problem, slip_model=m), [tau])[0] for m in (Cerruti(), Jaeger()))
+    volume = found.geometry.integral(found.wear)
+    assert volume == near(wear.sum() * area, rel=0.005)
+    assert found.wear.max() == near(wear.max(), rel=0.005)
+    energy = 4.0 * FRICTION**2 * COUPLING * area * (pressure * gap).sum()
+    assert problem.dissipated_energy(found, found.geometry) == near(energy, rel=0.03)
+    assert volume > 1.03 * single.geometry.integral(single.wear)
+
+
+def _dense(count, size, weights):
+    """Influence of the cells of a quarter and their images."""
+    kernel = influence_coefficients((2 * count + 1,) * 2, (size, size), MODULUS, weights)
+    i = np.arange(count)
+    near_by, image = np.abs(i[:, None] - i), i[:, None] + i + 1
+    both = itertools.product((near_by, image), repeat=2)
+    matrix = sum(kernel[dx[:, None, :, None], dy[None, :, None, :]] for dx, dy in both)
+    return matrix.reshape(count**2, count**2)
 
 
 @pytest.mark.parametrize("changes", [{"roughness": ROUGH}, {}], ids=["rough", "smooth"])
