@@ -21,12 +21,12 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 WIDTH, HEIGHT, MARGIN = 1400, 900, 16
 FLAGS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars")
-READY = "return document.documentElement.dataset.explorer === 'ready'"
-END = "return document.querySelector('.verdict').getBoundingClientRect().bottom"
+READY = "return document.querySelector('#curve .main-svg') !== null"
+END = "return document.querySelector('.answer').getBoundingClientRect().bottom"
 
 
 def picture(report: Path) -> Image.Image:
-    """Open a report and return its beginning, down to the end of the answer and its figure."""
+    """Open a report and return its beginning, down to the end of its matrix."""
     with tempfile.TemporaryDirectory() as profile:
         options = Options()
         options.binary_location = str(shutil.which("chromium"))

@@ -1,14 +1,17 @@
-"""Sobol indices agree with closed forms, and say how well they are known."""
-
-import math
+"""Factors between pairs of cases are those worked out by hand; Sobol indices are closed forms."""
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.effects import Points, _terms, _within, rank_correlations, sobol_indices
-from fretwear.vocabulary import PointStatus
+from fretwear.data.effects import (
+    SEED,
+    Points,
+    effects_table,
+    rank_correlations,
+    sobol_indices,
+)
 
 from ..studies import near, sampled
 
@@ -21,22 +24,14 @@ def ishigami(unit):
     return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
 
-def test_an_expansion_has_all_products_of_a_degree_and_fewer_where_interactions_cost_more():
-    """C(d + p, p) products of degree p of d variables; powers of one variable in any norm."""
-    pure = {(5, 0, 0), (0, 5, 0), (0, 0, 5)}
-    whole, hyperbolic = (_terms(5, norm, (9, 9, 9)) for norm in (1.0, 0.5))
-    assert len(whole) == len({*whole}) == math.comb(3 + 5, 5)
-    assert pure < {*hyperbolic} < {*whole}
-
-
 @pytest.mark.parametrize("engine", [qmc.Sobol, qmc.LatinHypercube])
 def test_indices_of_ishigami_are_those_of_the_closed_form(engine):
-    unit = engine(3, seed=1).random(4096)
+    unit = engine(3, seed=1).random(512)
     found = Points.of(sampled(unit, ishigami(unit))).indices["wear_volume"]
     assert not found.of_logarithm
-    assert found.first == pytest.approx(FIRST, abs=0.002)
-    assert found.total == pytest.approx(TOTAL, abs=0.002)
-    assert found.quality > 0.9999
+    assert found.first == pytest.approx(FIRST, abs=0.01)
+    assert found.total == pytest.approx(TOTAL, abs=0.01)
+    assert found.quality > 0.98
 
 
 def test_indices_settle_their_intervals_hold_the_closed_form_and_noise_tells_nothing():
@@ -48,7 +43,7 @@ def test_indices_settle_their_intervals_hold_the_closed_form_and_noise_tells_not
         margin = 0.01 if count == 512 else 0.05
         for exact, (low, high) in zip(TOTAL, found.total_range.T, strict=True):
             assert low - margin <= exact <= high + margin
-        # Alone, the third has no effect: noise counts for none.
+        # Alone, the third has no effect.
         assert found.first_range[0, 2] == 0.0
     assert errors[1] < errors[0]
     unit = qmc.Sobol(3, seed=4).random(16)
@@ -59,8 +54,11 @@ def test_indices_settle_their_intervals_hold_the_closed_form_and_noise_tells_not
 def test_indices_of_listed_values_are_those_of_the_variance_of_the_levels():
     unit = qmc.Sobol(2, seed=3).random(512)
     levels = np.array([0.0, 1.0, 5.0])
-    values = levels[(3 * unit[:, 1]).astype(int)] + 2.0 * unit[:, 0]
-    (found,) = sobol_indices(unit, values[:, None], (0, 3))
+    place = (3 * unit[:, 1]).astype(int)
+    values = levels[place] + 2.0 * unit[:, 0]
+    # Points of a study lie in the middle of the part of their level.
+    at = np.column_stack([unit[:, 0], (place + 0.5) / 3])
+    (found,) = sobol_indices(at, values[:, None], (0, 3))
     parts = np.array([4.0 / 12.0, levels.var()])
     assert found.first == pytest.approx(parts / parts.sum(), abs=0.01)
 
@@ -85,51 +83,66 @@ def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
     assert found.first == pytest.approx(parts / parts.sum(), abs=0.005)
 
 
-def test_an_effect_is_divided_by_the_parameter_on_which_its_factor_depends():
-    """Among factors of the same step, however much those of other steps differ."""
-    load, exponent = np.array([10.0, 20.0, 80.0])[:, None], np.array([1.0, 1.5])
-    points, volume = ("load", "friction"), load**exponent
-    summary = xr.Dataset(
+def listed(volume, levels, status=0, ids=None):
+    """A merged study of listed values, with wear volumes after the last cycle."""
+    dims, shape = tuple(levels), volume.shape
+    ids = np.arange(volume.size).astype(str).reshape(shape) if ids is None else ids
+    return xr.Dataset(
         {
-            "status": (points, np.zeros(volume.shape, np.int8)),
-            "wear_volume": ((*points, "cycle"), np.stack([0.0 * volume, volume], axis=-1)),
+            "status": (dims, np.broadcast_to(np.int8(status), shape).copy()),
+            "wear_volume": ((*dims, "cycle"), np.stack([0.0 * volume, volume], axis=-1)),
         },
-        {
-            "case_id": (points, np.arange(6).reshape(3, 2).astype(str)),
-            "cycle": [0.0, 100.0],
-            "load": load[:, 0],
-            "friction": [0.3, 0.6],
-        },
+        {"case_id": (dims, ids), "cycle": [0.0, 100.0], **levels},
     )
-    assert Points.of(summary).effect("load", "wear_volume").divider == "friction"
 
 
-def test_an_effect_keeps_no_more_pairs_than_points_and_finds_those_of_any_two_levels():
-    """Of 300 levels, 45 000 pairs a line would be; the points of the middle level have no value."""
-    load, friction = np.linspace(10.0, 40.0, 300), np.array([0.3, 0.6])
-    points, volume = ("load", "friction"), load[:, None] * friction
-    status = np.where(np.arange(300) == 150, np.int8(PointStatus.INVALID), np.int8(0))
-    summary = xr.Dataset(
-        {
-            "status": (points, np.tile(status[:, None], 2)),
-            "wear_volume": ((*points, "cycle"), np.stack([0.0 * volume, volume], axis=-1)),
-        },
-        {
-            "case_id": (points, np.arange(600).reshape(300, 2).astype(str)),
-            "cycle": [0.0, 100.0],
-            "load": load,
-            "friction": friction,
-        },
-    )
-    effect = Points.of(summary).effect("load", "wear_volume")
-    assert effect.low.size == 2 * 298
-    assert effect.factors.max() == near(4.0)
-    # Levels are those of finished points: the 200th is the 201st of the study.
-    assert effect.between(50, 200).factors == near(load[201] / load[50])
-    assert effect.between(50, 200).low.size == 2
+def test_factors_run_from_the_first_to_the_last_level_and_split_where_they_depend_on_another():
+    """Volumes P at µ = 0.3, 1/P at µ = 0.6; the level between does not count."""
+    load = np.array([10.0, 20.0, 80.0])
+    summary = listed(load[:, None] ** np.array([1.0, -1.0]), {"load": load, "friction": [0.3, 0.6]})
+    table = effects_table(Points.of(summary))
+    of_load = table[table["parameter"] == "load"].to_dict("records")
+    whole, *parts = of_load
+    assert (whole["result"], whole["from"], whole["to"], whole["where"]) == (
+        "wear_volume", 10.0, 80.0, {},
+    )  # fmt: skip
+    assert (whole["pairs"], whole["undefined"]) == (2, 0)
+    assert whole["factor"] == near(1.0)
+    assert (whole["lowest_factor"], whole["highest_factor"]) == (near(1 / 8), near(8.0))
+    assert [(part["where"], part["factor"]) for part in parts] == [
+        ({"friction": 0.3}, near(8.0)),
+        ({"friction": 0.6}, near(1 / 8)),
+    ]
+    (friction,) = table[table["parameter"] == "friction"].query("pairs == 3").to_dict("records")
+    # Geometric mean of P⁻² over the loads.
+    assert friction["factor"] == near(float(np.exp(-2.0 * np.log(load).mean())))
 
 
-def test_the_rest_of_a_variance_within_groups_is_that_about_their_means():
-    values, groups = np.random.default_rng(6).standard_normal(60), np.arange(60) % 7 * 3
-    expected = sum(values[groups == g].var() * (groups == g).sum() for g in np.unique(groups))
-    assert _within(values, groups) == near(expected)
+def test_zeros_appear_and_vanish_and_points_without_results_make_no_pairs():
+    volume = np.array([[0.0, 1.0], [2.0, 0.0], [3.0, 6.0], [0.0, 0.0], [1.0, np.nan]])
+    status = np.array([[0, 0], [0, 0], [0, 0], [0, 0], [0, 1]])
+    summary = listed(volume, {"friction": [0.1, 0.2, 0.3, 0.4, 0.5], "load": [20.0, 40.0]}, status)
+    table = effects_table(Points.of(summary))
+    row = table[(table["parameter"] == "load") & (table["where"].map(len) == 0)].iloc[0]
+    assert (row["pairs"], row["undefined"], row["appears"], row["vanishes"]) == (4, 3, 1, 1)
+    assert row["factor"] == row["lowest_factor"] == row["highest_factor"] == near(2.0)
+
+
+def test_points_that_share_a_case_count_once():
+    """A slope means nothing on a smooth surface: both slopes of it are one case."""
+    ids = np.array([["smooth", "smooth"], ["rough a", "rough b"]])
+    volume = np.array([[2.0, 2.0], [4.0, 6.0]])
+    levels = {"roughness_amplitude": [0.0, 1e-7], "roughness_slope_x": [0.1, 0.2]}
+    table = effects_table(Points.of(listed(volume, levels, ids=ids)))
+    pairs = table[table["where"].map(len) == 0].set_index("parameter")["pairs"]
+    assert dict(pairs) == {"roughness_amplitude": 2, "roughness_slope_x": 1}
+
+
+def test_seeds_are_compared_with_their_mean():
+    volume = np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0]])
+    summary = listed(volume, {"load": [20.0, 40.0], SEED: [1.0, 2.0, 3.0]})
+    table = effects_table(Points.of(summary))
+    (row,) = table[table["parameter"] == SEED].to_dict("records")
+    assert np.isnan([row["from"], row["to"]]).all()
+    assert row["pairs"] == 6
+    assert (row["lowest_factor"], row["highest_factor"]) == (near(0.5), near(1.5))

@@ -8,8 +8,6 @@ from xml.etree import ElementTree
 import pytest
 from generated_reference import notation
 
-from fretwear.report.page import macros
-
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "explanation"
 
 # A symbol stands for one quantity: given or found, of one body or the other, in one law or another.
@@ -83,10 +81,3 @@ def test_pages_use_the_symbols_of_the_table(page, of_latex, known):
     text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
     equations = re.findall(r"(\$\$?)(.+?)\1", text, re.DOTALL)
     assert set().union(*(of_latex(latex) for _, latex in equations)) <= known
-
-
-def test_the_glossary_of_reports_uses_the_symbols_of_the_table(known):
-    for kinds in (["point", "wavy", "self_affine"], []):
-        equations = re.findall(r"<math.*?</math>", macros()["glossary"](kinds), re.DOTALL)
-        assert len(equations) > 20
-        assert set().union(*map(identifiers, equations)) <= known

@@ -12,18 +12,15 @@ from tests.studies import SELF_AFFINE, WAVES, base, near, run_study, steel, writ
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
-from fretwear.data.effects import SEED, Points, final_results, results_table
+from fretwear.data.effects import Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
 from fretwear.figures import scalar_history
 from fretwear.mechanics.contact import rings
 from fretwear.mechanics.contact.cells import OPEN_PER_SIDE
 from fretwear.mechanics.wear.measures import unresolved_peak
-from fretwear.report.results import Level, PointResult, over_seeds, point_results
 from fretwear.run.simulate import RunRecord, run, steps, wear_problem
-from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 from fretwear.units import LINE_CONTACT
-from fretwear.vocabulary import PointStatus
 
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "50 N/mm"}
 GROSS = {"tangential_ratio": None, "displacement_ratio": 1.3}
@@ -144,7 +141,6 @@ def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figure
         assert float(rows[1][name]) > 0.0
         assert list(np.isnan(final[name])) == [True, False]
         assert list(np.isnan(points.results[name])) == [True, False]
-        assert point_results(Plan(study), summary, {})[0].values[name] != 0.0
         figure = scalar_history(summary, name)
         drawn = [line.get_ydata() for line in figure.axes[0].lines if line.get_ydata().size == 3]
         assert sorted(int(np.isnan(each).sum()) for each in drawn) == [0, 1]
@@ -256,21 +252,6 @@ def test_a_run_in_which_nothing_sticks_resumes_from_its_checkpoint(tmp_path):
     history = read_checkpoint(tmp_path / "checkpoint", {}).history
     assert math.isnan(history[-1]["mean_stick_pressure"])
     assert history[-1]["wear_volume"] == record.history[-1]["wear_volume"]
-
-
-def test_seeds_of_which_one_has_no_stick_zone_have_no_mean_of_its_pressure():
-    points = [
-        PointResult(
-            seed, "id", PointStatus.DONE, "", {SEED: Level(str(seed), "", seed)}, values, {}, False
-        )
-        for seed, values in enumerate(
-            {"mean_stick_pressure": pressure, "wear_volume": 2.0}
-            for pressure in (1.0, 2.0, math.nan)
-        )
-    ]
-    (ensemble,) = over_seeds(points)
-    assert ensemble.spread["wear_volume"] == (2.0, 0.0)
-    assert np.isnan(ensemble.spread["mean_stick_pressure"]).all()
 
 
 @pytest.mark.slow

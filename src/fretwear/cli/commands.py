@@ -334,19 +334,19 @@ def figures(file: StudyFile, results: Results = None) -> None:
 
 
 def report(file: StudyFile, results: Results = None) -> None:
-    """Write the report of a merged study, report.html, and its claims in numbers, answer.json."""
+    """Write the report of a merged study, report.html, and its effects as numbers, answer.json."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.atomic import write_text
     from fretwear.data.files import open_summary
     from fretwear.plugins import added
-    from fretwear.report import Section, answer_text, answers, build_report
+    from fretwear.report import Section, answer_text, build_report
     from fretwear.study.plan import Plan
 
     with open_summary(folder / "summary.nc") as summary:
         sections: Iterator[Section] = added("fretwear.sections", summary, folder / "cases")
         page = build_report(Plan(study), summary, folder, sections=sections, tell=note)
-        answer = answer_text(answers(summary))
+        answer = answer_text(summary)
     write_text(folder / "report.html", page)
     write_text(folder / "answer.json", answer)
     say(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")

@@ -1,21 +1,22 @@
 """The effects of the parameters of a study on its results.
 
 In a study of listed values they come from pairs of cases that differ in one parameter only; in a
-sampled one, Sobol indices come from a polynomial emulator.
+sampled one, Sobol indices come from an emulator.
 """
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
+from scipy import stats
+from scipy.interpolate import RBFInterpolator
 
 from fretwear.arrays import Array
 from fretwear.study.problems import as_cell
@@ -24,6 +25,7 @@ from fretwear.vocabulary import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
+    HEADLINES,
     POINT,
     RESULTS,
     STATUS,
@@ -44,18 +46,22 @@ SEED, LEAST_SEEDS = "roughness_seed", 3
 BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 """Coordinates of points that are not parameters."""
 
-_MATTERS = math.log(1.05)
-_EXPLAINED = 0.3
-
 GOOD = 0.9
 """Share of the variance that an emulator must predict for its indices to be reported."""
 
-_MOST_TERMS = 500
-_POINTS_PER_TERM = 2
-_NORMS = (0.5, 0.75, 1.0)
-_HIGHEST = 14
-_DRAWS = 400
-_CERTAINTY = (2.5, 97.5)
+WRITTEN = {"normal_load": "load"}
+"""Coordinates with another name in study files, tables and JSON."""
+
+COLUMNS = (
+    *("result", "parameter", "from", "to", "where", "pairs", "factor"),
+    *("lowest_factor", "highest_factor", "undefined", "appears", "vanishes"),
+)
+"""Columns of the table of effects."""
+
+# Spread of logarithms of factors that matters, and the share of it that a parameter must explain.
+_MATTERS, _EXPLAINED = math.log(1.05), 0.3
+_FOLDS, _DRAWS, _MOST_EMULATED = 8, 1024, 1000
+_KERNELS = (("cubic", 1), ("quintic", 2))  # radial functions, with the degree of their polynomial
 
 
 def point_dims(summary: xr.Dataset) -> tuple[str, ...]:
@@ -116,18 +122,13 @@ def results_table(summary: xr.Dataset) -> str:
         **{name: values.ravel().tolist() for name, values in final_results(summary).items()},
         CODE_DIGEST.name: point_values(summary, CODE_DIGEST.name).tolist(),
     }
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow("load" if name == "normal_load" else name for name in columns)
-    texts = (
-        [
-            as_cell(v) if not isinstance(v, float) else "" if math.isnan(v) else f"{v:.9g}"
-            for v in values
-        ]
-        for values in columns.values()
-    )
-    writer.writerows(zip(*texts, strict=True))
-    return stream.getvalue()
+    cells = {
+        name: [as_cell(v) if not isinstance(v, float) else v for v in values]
+        for name, values in columns.items()
+    }
+    table = pd.DataFrame(cells).rename(columns=WRITTEN)
+    text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
+    return text
 
 
 @dataclass(frozen=True)
@@ -188,6 +189,12 @@ class Points:
         return cls(levels, rows, variables, results, changing, ids, drawn)
 
     @cached_property
+    def table(self) -> pd.DataFrame:
+        """Every case once: the places of its levels and its results, by case id."""
+        columns = {name: self.place(name) for name in self.levels} | dict(self.results)
+        return pd.DataFrame(columns, index=pd.Index(self.ids, name="id"))
+
+    @cached_property
     def lines(self) -> Mapping[str, list[list[int]]]:
         """Rows of two or more cases that differ only in one parameter, in order of its levels."""
         by_parameter = {}
@@ -203,27 +210,6 @@ class Points:
     def place(self, name: str) -> Rows:
         """Return the index of each point's level of a parameter."""
         return self.places[:, list(self.levels).index(name)]
-
-    @cached_property
-    def joined_lines(self) -> Mapping[str, tuple[Rows, Rows]]:
-        """The rows of all lines of a parameter, one line after another, and their lines' numbers.
-
-        A long line has far more pairs than points, so none are kept.
-        """
-        return {
-            name: (
-                np.array([row for line in lines for row in line], dtype=np.intp),
-                np.repeat(np.arange(len(lines)), [len(line) for line in lines]),
-            )
-            for name, lines in self.lines.items()
-        }
-
-    def effect(self, parameter: str, result: str) -> Effect:
-        """Return the effect of a parameter on a result, from the first point of each line on."""
-        rows, lines = self.joined_lines[parameter]
-        first = rows[np.searchsorted(lines, lines)]
-        others = rows != first
-        return Effect(self, parameter, result, first[others], rows[others])
 
     def importance(self, parameter: str, result: str) -> tuple[float, float]:
         """Return how much a parameter changes a result, for comparison with other parameters.
@@ -288,8 +274,8 @@ class Points:
     def indices(self) -> Mapping[str, Indices]:
         """The Sobol indices of every scalar of a sample, none of other studies.
 
-        They refer to the logarithm of the scalar if an emulator of the logarithm predicts better,
-        since results scale with powers of the parameters. Constant results, and results undefined
+        They refer to the logarithm of the scalar if its emulator is good, since results scale with
+        powers of the parameters. Constant results, and results undefined
         at some point, are left out.
         """
         if not self.drawn:
@@ -305,82 +291,96 @@ class Points:
         best: dict[str, Indices] = {}
         fits = sobol_indices(self.unit, np.column_stack([*columns.values()]), self.sizes)
         for (name, of_logarithm), fit in zip(columns, fits, strict=True):
-            if name not in best or fit.quality > best[name].quality:
+            # Logarithms come last.
+            if name not in best or fit.quality >= min(GOOD, best[name].quality):
                 best[name] = replace(fit, of_logarithm=of_logarithm)
         return best
 
 
-@dataclass(frozen=True)
-class Effect:
-    """The effect of a parameter on a result in m pairs of points that differ only in it."""
+def effects_table(points: Points, results: Sequence[str] = HEADLINES) -> pd.DataFrame:
+    """Return by how much results change from the first to the last level of each parameter.
 
-    points: Points
-    parameter: str
-    result: str
-    low: Rows  # shape (m,): of the point of each pair with the lower level
-    high: Rows  # of the other point
+    A row compares pairs of cases that differ in one parameter alone: all of them, then those at
+    each level, ``where``, of the parameter on which the change depends most. Factors are ratios of
+    the result at level ``to`` over that at ``from``, undefined where one of them is zero or
+    undefined; ``factor`` is their geometric mean. A result appears in a pair where it is zero at
+    ``from`` alone, and vanishes where it is zero at ``to`` alone. Seeds have no order: their levels
+    are undefined, and their factors relate the result of each to the mean over the seeds.
 
-    @cached_property
-    def values(self) -> tuple[Array, Array]:
-        """The result at `low` and at `high`."""
-        values = self.points.results[self.result]
-        return values[self.low], values[self.high]
-
-    @cached_property
-    def factors(self) -> Array:
-        """Result at `high` over result at `low`; NaN where one of them is zero or undefined."""
-        before, after = self.values
-        factors = np.full(before.shape, np.nan)
-        np.divide(after, before, out=factors, where=(before > 0.0) & (after > 0.0))
-        return factors
-
-    @cached_property
-    def _ends(self) -> tuple[Rows, Rows]:
-        place = self.points.place(self.parameter)
-        return place[self.low], place[self.high]
-
-    def between(self, low: int, high: int) -> Effect:
-        """Return the effect from one level to another, both given by index, on all their pairs."""
-        rows, lines = self.points.joined_lines[self.parameter]
-        place = self.points.place(self.parameter)[rows]
-        before, after = place == low, place == high
-        _, i, j = np.intersect1d(lines[before], lines[after], return_indices=True)
-        return replace(self, low=rows[before][i], high=rows[after][j])
-
-    def select(self, pairs: NDArray[np.bool_]) -> Effect:
-        """Return the effect in some of the pairs."""
-        return replace(self, low=self.low[pairs], high=self.high[pairs])
-
-    def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
-        """Return in which pairs another parameter has a level, given by index."""
-        return np.isin(self.points.place(parameter)[self.low], level)
-
-    @cached_property
-    def divider(self) -> str:
-        """The other parameter on which the factor depends most; empty if it depends on none.
-
-        Seeds are chosen at random: a claim on one of them would hold for that surface only.
-        """
-        finite = np.isfinite(self.factors)
-        logarithms, best = np.log(self.factors[finite]), ("", 0.0)
-        if not logarithms.size or np.ptp(logarithms) < _MATTERS:
-            return ""
-        first, second = (place[finite] for place in self._ends)
-        steps = first * (1 + second.max()) + second
-        whole = _within(logarithms, steps)
-        for name in self.points.levels:
-            if name not in (self.parameter, SEED):
-                level = self.points.place(name)[self.low[finite]]
-                explained = whole - _within(logarithms, steps * (1 + level.max()) + level)
-                best = max(best, (name, explained), key=lambda candidate: candidate[1])
-        return best[0] if best[1] > _EXPLAINED * whole else ""
+    Returns
+    -------
+    pandas.DataFrame
+        The columns are `COLUMNS`; ``where`` is a mapping from a parameter to its level.
+    """
+    rows = []
+    for name, levels in points.levels.items():
+        others = [other for other in points.levels if other != name]
+        pairs = _seeds(points, others) if name == SEED else _pairs(points, name, others)
+        change = (None, None) if name == SEED else (levels[0], levels[-1])
+        for result in results:
+            if not len(pairs) or result not in points.results:
+                continue
+            values = pairs[[*others, f"{result}_from", f"{result}_to"]].set_axis(
+                [*others, "before", "after"], axis=1
+            )
+            is_positive = (values["before"] > 0.0) & (values["after"] > 0.0)
+            ratios = values["after"].where(is_positive) / values["before"].where(is_positive)
+            values["logarithm"] = np.log(ratios)
+            divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
+            parts = [({}, values)] + [
+                ({divider: points.levels[divider][level]}, part)
+                for level, part in (values.groupby(divider) if divider else ())
+            ]
+            rows += [
+                (result, name, *change, where, *_change(part["before"], part["after"]))
+                for where, part in parts
+            ]
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _within(values: Array, groups: Rows) -> float:
-    """Return the sum of squares of values about the means of their groups."""
-    _, group = np.unique(groups, return_inverse=True)
-    means = np.bincount(group, values) / np.bincount(group)
-    return float(((values - means[group]) ** 2).sum())
+def _pairs(points: Points, name: str, others: list[str]) -> pd.DataFrame:
+    """Return the cases at the first and the last level of a parameter that are alike otherwise."""
+    table, last = points.table.reset_index(), len(points.levels[name]) - 1
+    first, second = (table[table[name] == level].drop(columns=name) for level in (0, last))
+    how: dict[str, Any] = {"on": others} if others else {"how": "cross"}
+    pairs = first.merge(second, suffixes=("_from", "_to"), **how)
+    # Several points may be one case: slopes do not matter on a smooth surface.
+    return pairs[pairs["id_from"] != pairs["id_to"]].drop_duplicates(["id_from", "id_to"])
+
+
+def _seeds(points: Points, others: list[str]) -> pd.DataFrame:
+    """Return the results of every seed beside their mean over the seeds."""
+    table = points.table.drop(columns=SEED)
+    results = [*points.results]
+    means = table.groupby(others)[results].transform("mean") if others else table.mean()
+    before = table[results].mul(0.0).add(means).add_suffix("_from")
+    return pd.concat([table[others], before, table[results].add_suffix("_to")], axis=1)
+
+
+def _change(before: pd.Series[float], after: pd.Series[float]) -> tuple[float, ...]:
+    """Return the columns of a row from ``pairs`` on."""
+    factors = (after / before).where((before > 0.0) & (after > 0.0)).dropna()
+    mean = math.exp(np.log(factors).mean()) if len(factors) else math.nan
+    appears, vanishes = (before == 0.0) & (after > 0.0), (before > 0.0) & (after == 0.0)
+    ends = factors.min(), factors.max()
+    undefined = len(before) - len(factors)
+    return len(before), mean, *ends, undefined, int(appears.sum()), int(vanishes.sum())
+
+
+def _divider(values: pd.DataFrame, others: list[str]) -> str:
+    """Return the other parameter on which the factor depends most; empty if on none."""
+    logarithms = values["logarithm"].dropna()
+    if not others or len(logarithms) < 2 or np.ptp(logarithms) < _MATTERS:
+        return ""
+    parts = {
+        other: float(
+            ((logarithms - logarithms.groupby(values[other]).transform("mean")) ** 2).sum()
+        )
+        for other in others
+    }
+    best = min(parts, key=lambda other: parts[other])
+    whole = float(((logarithms - logarithms.mean()) ** 2).sum())
+    return best if parts[best] < (1.0 - _EXPLAINED) * whole else ""
 
 
 @dataclass(frozen=True)
@@ -389,20 +389,19 @@ class Indices:
 
     first: Array  # shape (d,): each parameter alone
     total: Array  # each parameter with all its interactions
-    # 95 % intervals, shape (2, d), from the covariance of the coefficients of the emulator.
+    # 95 % intervals, shape (2, d), by leaving out groups of points.
     first_range: Array
     total_range: Array
-    quality: float  # share of the variance predicted at points left out of the fit, 1 at best
+    quality: float  # share of the variance predicted at points left out, 1 at best
     of_logarithm: bool = False  # whether the indices refer to the logarithm of the result
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
     """Return the Sobol indices of functions, given their values at points that fill the unit cube.
 
-    The emulator is a polynomial chaos expansion: least squares over products of orthonormal
-    polynomials, whose squared coefficients are the parts of the variance (Sudret 2008). Its terms
-    form the hyperbolic cross whose degree and norm minimise the error at points left out (Blatman
-    and Sudret 2011).
+    An emulator of radial functions interpolates the values, and `scipy.stats.sobol_indices`
+    integrates it. Their intervals come from emulators that leave out one eighth of the points each
+    (delete-a-group jackknife). Of more than 1000 points, the first 1000 are used.
 
     Parameters
     ----------
@@ -418,90 +417,53 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     list of Indices
         One for each function.
     """
+    unit, values = unit[:_MOST_EMULATED], values[:_MOST_EMULATED]
     count, dimensions = unit.shape
-    sizes = sizes or (0,) * dimensions
-    scale = values.std(axis=0)
-    scaled = (values - values.mean(axis=0)) / np.where(scale > 0.0, scale, 1.0)
-    lines = [_polynomials(u, size) for u, size in zip(unit.T, sizes, strict=True)]
-    best: list[tuple[float, Any]] = [(math.inf, None)] * values.shape[1]
-    for terms in _candidates(count, [line.shape[1] - 1 for line in lines]):
-        basis = np.ones((count, len(terms)))
-        for degrees, line in zip(terms.T, lines, strict=True):
-            basis *= line[:, degrees]
-        q, r = np.linalg.qr(basis)
-        coefficients = q.T @ scaled
-        leverage = np.minimum((q**2).sum(axis=1), 1.0 - 1e-9)
-        missed = (scaled - q @ coefficients) / (1.0 - leverage)[:, None]
-        for index, error in enumerate((missed**2).mean(axis=0)):
-            if error < best[index][0]:
-                best[index] = float(error), (terms, r, coefficients[:, index])
-    return [_of_expansion(fit, error) for error, fit in best]
-
-
-def _polynomials(u: Array, size: int) -> Array:
-    """Return orthonormal polynomials of degree 0, 1, … at points of [0, 1], one to a column."""
-    if not size:
-        degrees = np.arange(_HIGHEST + 1)
-        legendre = np.polynomial.legendre.legvander(2.0 * u - 1.0, _HIGHEST)
-        return np.asarray(legendre * np.sqrt(2.0 * degrees + 1.0))
-    levels = (np.arange(size) + 0.5) / size
-    q, _ = np.linalg.qr(np.vander(levels, size, increasing=True))
-    values: Array = q[np.minimum((u * size).astype(int), size - 1)] * math.sqrt(size)
-    return values
-
-
-def _candidates(count: int, highest: Sequence[int]) -> Iterator[NDArray[np.intp]]:
-    """Yield sets of terms, each of shape (terms, d), that `count` points can resolve."""
-    most = max(1, min(_MOST_TERMS, count // _POINTS_PER_TERM))
-    for norm in _NORMS:
-        for degree in range(1, _HIGHEST + 1):
-            terms = _terms(degree, norm, highest)
-            if len(terms) > most:
-                break
-            yield np.array(terms, dtype=np.intp)
-
-
-def _terms(degree: int, norm: float, highest: Sequence[int]) -> list[tuple[int, ...]]:
-    """Return the degrees of all products whose norm is at most `degree`."""
-    terms: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
-    for most in highest:
-        terms = [
-            ((*term, power), used + power**norm)
-            for term, used in terms
-            for power in range(min(most, degree) + 1)
-            if used + power**norm <= degree**norm * (1.0 + 1e-12)
+    listed = np.array(sizes or (0,) * dimensions)
+    scaled = (values - values.mean(axis=0)) / np.where(
+        np.ptp(values, axis=0), values.std(axis=0), 1
+    )
+    fold = np.random.default_rng(0).permutation(count) % min(_FOLDS, count)
+    emulators, quality = [], []
+    for kernel, degree in _KERNELS:
+        if math.comb(dimensions + degree, degree) > count - (fold == 0).sum():
+            continue
+        fits = [
+            RBFInterpolator(unit[kept], scaled[kept], kernel=kernel, degree=degree)
+            for kept in (*(fold != k for k in range(fold.max() + 1)), fold >= 0)
         ]
-        if len(terms) > _MOST_TERMS:
-            return [((0,) * len(highest))] * (_MOST_TERMS + 1)
-    return [term for term, _ in terms]
+        missed = [fit(unit[fold == k]) - scaled[fold == k] for k, fit in enumerate(fits[:-1])]
+        emulators.append(fits)
+        quality.append(1.0 - (np.concatenate(missed) ** 2).mean(axis=0))
+    best = np.argmax(quality, axis=0)
+    found: dict[int, Indices] = {}
+    for number in sorted({*best.tolist()}):
+        shares = np.clip([_shares(fit, listed) for fit in emulators[number]], 0.0, 1.0)
+        # Shape (first or total, function, parameter).
+        spread = 1.96 * np.sqrt((len(shares) - 2) * shares[:-1].var(axis=0))
+        ranges = np.clip([shares[-1] - spread, shares[-1] + spread], 0.0, 1.0)
+        for place in np.flatnonzero(best == number).tolist():
+            (first, total), ends = shares[-1][:, place], ranges[:, :, place]
+            reached = float(quality[number][place])
+            found[place] = Indices(first, total, ends[:, 0], ends[:, 1], reached)
+    return [found[place] for place in range(values.shape[1])]
 
 
-def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> Indices:
-    terms, r, projected = fit
-    inverse = np.linalg.inv(r)
-    coefficients = inverse @ projected
-    # The residual of the expansion is treated as noise of the values.
-    spread = math.sqrt(error) * inverse
-    noise = (spread**2).sum(axis=1)
-    drawn = np.random.default_rng(0).standard_normal((len(r), _DRAWS))
-    involved = terms > 0
-    alone = involved & (involved.sum(axis=1) == 1)[:, None]
+def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
+    """Return first and total indices, shape (2, functions, parameters)."""
 
-    # The square of a noisy coefficient is too large by its variance, a squared draw by twice that.
-    draws = (coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None]
-    squares = np.column_stack([coefficients**2 - noise, draws])
-    whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
-    shares = [np.clip(g.T.astype(float) @ squares / whole, 0.0, 1.0) for g in (alone, involved)]
-    ranges = [np.percentile(share[:, 1:], _CERTAINTY, axis=1) for share in shares]
-    return Indices(shares[0][:, 0], shares[1][:, 0], ranges[0], ranges[1], 1.0 - error)
+    def function(x: Array) -> Array:
+        # Listed values lie in the middle of equal parts of the unit interval.
+        at = (np.floor(x.T * listed) + 0.5) / np.where(listed > 0, listed, 1)
+        return np.asarray(emulator(np.where(listed > 0, at, x.T)).T)
+
+    uniform = [stats.uniform()] * listed.size
+    found = stats.sobol_indices(func=function, n=_DRAWS, dists=uniform, rng=0)
+    return np.nan_to_num([np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)])
 
 
 def rank_correlations(unit: Array, values: Array) -> Array:
     """Return Spearman's rank correlation of each coordinate with each function, shape (d, k)."""
-    ranks = []
-    for column in (*unit.T, *values.T):
-        _, place, counts = np.unique(column, return_inverse=True, return_counts=True)
-        # Ties share their mean rank.
-        ranks.append((np.cumsum(counts) - 0.5 * (counts - 1))[place])
+    ranks = stats.rankdata(np.column_stack([unit, values]), axis=0)
     d = unit.shape[1]
-    return np.asarray(np.corrcoef(ranks))[:d, d:]
+    return np.asarray(np.corrcoef(ranks, rowvar=False))[:d, d:]

@@ -1,7 +1,17 @@
-"""The report of a study: one self-contained HTML file, and its claims in numbers."""
+"""The report of a study: one self-contained HTML file, and the effects of its parameters as JSON.
 
-from fretwear.report.answer import answer_text, answers
-from fretwear.report.build import build_report
-from fretwear.report.page import Section, macros
+The first screen is a matrix of results and parameters with the curve of one of its cells; then come
+figures, an explorer of profiles, the sections that packages add, and behind folds the cases and how
+they were computed.
 
-__all__ = ["Section", "answer_text", "answers", "build_report", "macros"]
+A package adds sections by an entry point in the group ``fretwear.sections``: a function of the
+merged study and of the folder of its case files, which yields a `Section` for each::
+
+    def sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
+        body = Markup("<p>Best values.</p>") + table_html(frame)
+        yield Section("fit", "Fit to measurements", body, figures=("fit_0", "fit_1"))
+"""
+
+from fretwear.report.build import Section, answer_text, build_report, macros, table_html
+
+__all__ = ["Section", "answer_text", "build_report", "macros", "table_html"]

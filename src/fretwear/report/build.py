@@ -1,62 +1,112 @@
-"""The report of a study, assembled from its sections."""
+"""The page of a report: what is on it, in the order of the page."""
 
 from __future__ import annotations
 
 import base64
+import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+import re
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
+import pandas as pd
+import plotly
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from ruamel.yaml import YAML
 
-import fretwear
-from fretwear.data.effects import results_table
-from fretwear.data.merge import remarks_on_summary
-from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
-from fretwear.report.answer import answers, regimes
-from fretwear.report.explorer import build_explorer, evenly
-from fretwear.report.page import Section, embedded, environment, macros, page_scripts
-from fretwear.report.results import (
-    PointResult,
-    computation_facts,
-    display_units,
-    examine,
-    levels_of,
-    over_seeds,
-    point_results,
-    result_variable,
+from fretwear.data.atomic import DataFileError
+from fretwear.data.effects import (
+    WRITTEN,
+    Points,
+    effects_table,
+    final_results,
+    point_values,
+    varied_names,
 )
+from fretwear.data.merge import check_belongs, remarks_on_summary
+from fretwear.figures.index import (
+    FigureEntry,
+    read_figure_index,
+)
+from fretwear.report.matrix import build_matrix, plain_unit
+from fretwear.report.plots import curve, explorer, with_unit_name
 from fretwear.run.cases import failures
-from fretwear.study.case import Case
-from fretwear.study.doubts import SMALL_ERROR, Doubt, finer
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.study.problems import StudyError
-from fretwear.study.study import Study
-from fretwear.study.yamlfile import read_document
 from fretwear.units import (
     cycle_text,
     fixed_digits,
     in_unit,
-    listed,
     number_text,
     span,
     with_error,
 )
-from fretwear.vocabulary import RESULTS
+from fretwear.vocabulary import CASE_ID, HEADLINES, RESULTS, STATUS, PointStatus
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+_TRACE = 0.01  # share of the largest value below which a relative error means nothing
 _MOST_ROWS = 2000
-_MOST_EXAMINED = 12
-_MOST_LISTED = 12
-_NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
+_LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedded
+_PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
+# Figures by the order in which they are read; those of other quantities are behind a fold.
+_FIRST = ("fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles")
+_OF_ROUGH = ("gap_profiles", "wear_rate_profiles", "bearing_area")
+
+
+class Section(NamedTuple):
+    """A section of a report that a package adds."""
+
+    id: str  # anchor, unique in the page
+    title: str
+    body: Markup  # HTML, in which text from outside is escaped
+    figures: tuple[str, ...] = ()  # names of figures of the study, shown below the body
+
+
+class Image(NamedTuple):
+    """A figure inside the page."""
+
+    name: str
+    caption: str
+    uri: str  # its data
+    share: float = 1.0  # its width over that of a page, so that text has one size in all figures
+
+
+def environment(package: str = "fretwear.report") -> Environment:
+    """Return the environment of the templates of a package."""
+    loader = PackageLoader(package, "templates")
+    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+
+
+def macros(package: str) -> Mapping[str, Callable[..., str]]:
+    """Return the macros in the ``sections.html.j2`` of a package, which make bodies of sections."""
+    return vars(environment(package).get_template("sections.html.j2").module)
+
+
+def table_html(frame: pd.DataFrame, *, index: bool = False) -> Markup:
+    """Return a table that scrolls sideways on narrow screens; all text is escaped."""
+    return Markup(f'<div class="scroll" tabindex="0">{frame.to_html(index=index, border=0)}</div>')
+
+
+def answer_text(summary: xr.Dataset) -> str:
+    """Return the effects of the parameters of a merged study as JSON, for ``answer.json``.
+
+    Infinite levels are "none", as in study files.
+    """
+    table = effects_table(Points.of(summary)).drop(columns="factor")
+    claims = [_plain(row) for row in table.replace({"parameter": WRITTEN}).to_dict("records")]
+    return json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _plain(value: object) -> object:
+    """Return values as in JSON and study files."""
+    if isinstance(value, dict):
+        return {WRITTEN.get(key, key): _plain(inner) for key, inner in value.items()}
+    if not isinstance(value, float):
+        return value
+    return None if math.isnan(value) else "none" if math.isinf(value) else float(value)
 
 
 def build_report(
@@ -67,221 +117,144 @@ def build_report(
     sections: Iterable[Section] = (),
     tell: Callable[[str], None] = lambda _: None,
 ) -> str:
-    """Build the report of a study as one self-contained HTML page, which loads no other file.
+    """Build the report of a study as one HTML page, which loads no other file.
 
-    The results `folder` holds the merged study; the case files in ``cases``; the figures with their
-    index, from `fretwear.figures.study.write_study_figures`, in ``figures``; and perhaps ``logs``
-    and ``benchmarks``. More `sections` come after the figures. `tell` takes every doubt.
-
-    Raises a `DataFileError` if a file is missing, or the summary belongs to another study or to an
-    earlier state of the study of the plan.
+    The results `folder` holds the figures with their index, in ``figures``, and its ``cases``.
+    `tell` takes every warning. Raises a `DataFileError` if a figure is missing, or if the summary
+    belongs to another study or to an earlier state of the study of the plan.
     """
-    reasons = failures(folder / "cases")
-    results = point_results(plan, summary, reasons)
-    explorer = build_explorer(plan, results, folder)
-    scripts = page_scripts(with_explorer=explorer is not None)
-    cases, parameters = plan.study.cases().values(), parameter_rows(plan)
-    kinds = _kinds(cases)
-    ids = list(dict.fromkeys(result.id for result in results if result.done))
-    examined = [ids[place] for place in evenly(len(ids), _MOST_EXAMINED)]
-    numerics = [examine(folder / "cases" / f"{case_id}.nc") for case_id in examined]
-    facts = {
-        "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
-        **computation_facts(numerics, len(ids)),
+    check_belongs(summary, plan.study)
+    points = Points.of(summary)
+    effects = effects_table(points)
+    matrix = build_matrix(points, effects)
+    plots = {
+        cell.curve: curve(points, effects, *cell.curve.split("/")).to_plotly_json()
+        for row in matrix.rows
+        for cell in row.cells
     }
-    images = embedded(folder / "figures", read_figure_index(folder / "figures"))
-    answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
-    if not any(image.uri for image in answering):
-        # The scar of a case or, in a line contact, its wear over the cycles.
-        by_name = {image.entry.name: image for image in images if image.uri}
-        scars = [image for name, image in by_name.items() if name.startswith("wear_map")]
-        lead = next(iter(scars), by_name.get("wear_volume"))
-        answering = [image for image in (lead, *answering) if image is not None]
-    others = [image for image in images if image not in answering]
-    undone = [result for result in results if not result.done][:_MOST_ROWS]
-    bodies = macros()
-
-    def section(name: str, title: str, *content: object, entry: str = "") -> Section:
-        return Section(name, title, Markup(bodies[name](*content)), entry)
-
-    heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
-    doubts, remarks, *answered = _answer(plan, summary, results)
-    page = [section("answer", heading, doubts, remarks, *answered, answering, entry=entry)]
-    for doubt, numbers in doubts.items():
-        cases_of = f"{len(numbers)} case{'s' * (len(numbers) != 1)}"
-        tell(f"doubt: in {cases_of} the contact {doubt.what}; {doubt.remedy}")
-    for remark in remarks:
-        tell(f"doubt: {remark}")
-    if explorer:
-        page.append(section("explorer", "Explorer", explorer, scripts.plotly, kinds, len(results)))
-    explored = explorer.numbers if explorer else ()
-    varied = [row for row in parameters if row.choices]
-    csv = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
-    table = (varied, *_cases(results), explored, csv)
-    page += [
-        section("parameters", "Parameters", parameters),
-        section("cases", "Cases and key results", *table, entry="Cases"),
-    ]
-    if others:
-        page.append(section("figures", "Figures", others, len(answering)))
-    page += sections
-    if undone:
-        page.append(section("undone", "Points without results", undone, entry="Without results"))
-    how = (facts, plan.study.file.name, study_text(plan.study), kinds)
-    page += [
-        section("computation", "How it was computed", *how, entry="Computation"),
-        section("limits", "Limits of the model", kinds, entry="Limits"),
-        section("glossary", "Glossary", kinds),
-    ]
-    shell = environment().get_template("report.html.j2")
-    return shell.render(
-        title=plan.study.title,
-        name=plan.study.name,
-        version=fretwear.__version__,
-        lead=_lead(plan, results),
-        scripts=scripts,
-        sections=page,
+    warnings = [*remarks_on_summary(summary)]
+    for doubt, numbers in plan.doubts.items():
+        warnings.append(f"{len(numbers)} of {len(points.ids)} cases: the contact {doubt.what}")
+    for warning in warnings:
+        tell(f"warning: {warning}")
+    images = _images(folder / "figures", read_figure_index(folder / "figures"))
+    added = list(sections)
+    placed = {name for section in added for name in section.figures}
+    is_rough = any(
+        case.roughness is not None and case.roughness.kind in ("measured", "self_affine")
+        for case in plan.study.cases().values()
+    )
+    first = (*_FIRST, *_OF_ROUGH) if is_rough else _FIRST
+    of_core = [image for image in images if image.name not in placed]
+    shown = [image for start in first for image in of_core if image.name.startswith(start)]
+    if (plot := explorer(summary)) is not None:
+        plots["explorer"] = plot.to_plotly_json()
+    values = _key_results(summary)
+    page = environment().get_template("report.html.j2")
+    return page.render(
+        study=plan.study,
+        facts=_facts(plan, summary, points),
+        warnings=warnings,
+        undone=_undone(summary, folder),
+        matrix=matrix,
+        plots=Markup(json.dumps(plots, separators=(",", ":")).replace("</", "<\\/")),
+        shown=shown,
+        explorer=plot is not None,
+        plotly=Markup(plotly.offline.get_plotlyjs()) if plots else "",
+        sections=added,
+        images={image.name: image for image in images},
+        rest=[image for image in of_core if image not in shown],
+        cases=table_html(values[:_MOST_ROWS]),
+        count=len(values),
+        computation=_computation(plan, summary),
+        text=plan.study.file.read_text(encoding="utf-8"),
     )
 
 
-def _answer(
-    plan: Plan, summary: xr.Dataset, results: Sequence[PointResult]
-) -> tuple[Mapping[Doubt, Mapping[str, str]], list[str], object, object]:
-    """Return doubts, remarks, the answers of the study, and a note on the regimes of slip."""
-    by_result, together = list(answers(summary)), regimes(summary)
-    if len(results) > 1 and not any(answer.headline or answer.lines for answer in by_result):
-        together = f"There are no two cases that differ in one parameter alone. {together}".strip()
-    remarks = remarks_on_summary(summary)
-    errors = [
-        (error, name, result.id) for result in results for name, error in result.errors.items()
+def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
+    """Return what there is, in a few words each: cases, cycles, errors of the key results."""
+    cases, done = plan.study.cases().values(), len(points.ids)
+    count = point_values(summary, STATUS.name).size
+    finished = str(count) if done == count else f"{done} of {count}"
+    facts = [f"{finished} case{'s' * (count != 1)}"]
+    facts.append(f"{span({case.cycles for case in cases}, cycle_text)} cycles")
+    shares = []
+    for name in HEADLINES:
+        values, error = points.results.get(name), points.results.get(f"{name}_error")
+        if values is not None and error is not None:
+            kept = np.abs(values) > _TRACE * np.nanmax(np.abs(values), initial=0.0)
+            shares += (error[kept] / np.abs(values[kept])).tolist()
+    known = [100.0 * share for share in shares if math.isfinite(share)]
+    return [*facts, f"errors: {span(known, partial(number_text, digits=2))} %"] if known else facts
+
+
+def _undone(summary: xr.Dataset, folder: Path) -> list[tuple[str, str, str]]:
+    """Return the case id, the status and the reason of points without results."""
+    reasons = failures(folder / "cases")
+    ids, states = (point_values(summary, name).tolist() for name in (CASE_ID.name, STATUS.name))
+    return [
+        (case_id, PointStatus(state).word, reasons.get(case_id, ""))
+        for case_id, state in zip(ids, states, strict=True)
+        if state != PointStatus.DONE
     ]
-    if marked := [entry for entry in errors if entry[0] > SMALL_ERROR]:
-        error, name, case_id = max(marked)
-        remarks.append(
-            f"{len(marked)} of {len(errors)} key results have estimated errors above "
-            f"{100.0 * SMALL_ERROR:g} %: they are marked in the table of cases. The largest is "
-            f"{100.0 * error:.0f} %, in the {RESULTS[name].words} of {case_id}; "
-            f"{finer(plan.study.cases()[case_id], error)}"
-        )
-    return plan.doubts, remarks, by_result, together
 
 
-def _kinds(cases: Iterable[Case]) -> set[str]:
-    """Return the kinds of cases that need texts of their own."""
-    kinds: set[str] = set()
-    for case in cases:
-        kinds.add("debris" if case.debris_fraction else "no debris")
-        kinds.add(case.roughness.kind if case.roughness else "smooth")
-        kinds.add(case.frame.name)
-        is_vector = case.slip_model.couples and len(case.frame.axes) > 1
-        kinds.add("two directions" if is_vector else "one direction")
-        kinds.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
-        kinds.add(case.geometry.__name__.lower())
-    return kinds
+def _key_results(summary: xr.Dataset) -> pd.DataFrame:
+    """Return the varied values, key results with errors, status and id of every point as text."""
+    final, frame = final_results(summary), {}
+    for name in varied_names(summary):
+        units = summary[name].attrs.get("units", "")
+        values = point_values(summary, name).tolist()
+        frame[_upper(parameter(name).words)] = [value_text(name, in_unit(v, units)) for v in values]
+    for name in HEADLINES:
+        if name not in final or not np.isfinite(final[name]).any():
+            continue
+        values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
+        about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
+        unit = plain_unit(about, values[np.isfinite(values)])
+        frame[with_unit_name(about.label, unit)] = [
+            "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else fixed_digits(v, 4)
+            for v, e in np.broadcast(unit.of(values), unit.of(error))
+        ]
+    frame["Status"] = [PointStatus(s).word for s in point_values(summary, STATUS.name).tolist()]
+    frame["Case"] = point_values(summary, CASE_ID.name).tolist()
+    return pd.DataFrame(frame)
 
 
-def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
-    """Return the cases that were run, in a sentence or two."""
-    words = [parameter(axis.coordinate).words for axis in plan.study.axes]
-    varied = ""
-    if words and plan.study.design.kind == "grid":
-        counts = [len(axis.values) for axis in plan.study.axes]
-        values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
-        varied = f": {'all combinations of' if len(words) > 1 else 'one for each'} {listed(values)}"
-    elif words:
-        varied = f", in which {listed(words)} {'vary' if len(words) > 1 else 'varies'}"
-    done = sum(result.done for result in results)
-    rest = "" if done == len(results) else f" Results exist for {done} of {len(results)} points."
-    cycles = span({case.cycles for case in plan.study.cases().values()}, cycle_text)
-    return f"{len(results)} case{'s' * (len(results) > 1)} of {cycles} cycles{varied}.{rest}"
+def _computation(plan: Plan, summary: xr.Dataset) -> dict[str, str]:
+    """Return how the cases were computed, and quantities that follow from their parameters."""
+    cases = plan.study.cases().values()
+    rows = {
+        "Study": str(plan.study.file.name),
+        "Computed with": str(summary.attrs.get("source", "")),
+        "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
+    }
+    for name in ("cell_x", "cell_y", "tolerance", "hertz_radius", "hertz_pressure"):
+        if name in summary.coords:
+            values = np.asarray(summary[name].values, dtype=np.float64).ravel()
+            text = span(values[np.isfinite(values)], partial(value_text, name))
+            rows[_upper(parameter(name).words)] = text
+    return rows | {_upper(words): text for words, text in plan.derived()}
 
 
-class ParameterRow(NamedTuple):
-    """A parameter of the study."""
-
-    name: str  # in the study file; may be empty
-    words: str
-    values: str  # as many as can be listed
-    choices: tuple[str, ...] = ()  # the distinct values of a varied parameter
-
-    @property
-    def derived(self) -> bool:
-        """Whether it follows from other parameters."""
-        return self.name in ("hertz_radius", "hertz_pressure", "")
+def _upper(words: str) -> str:
+    return words[:1].upper() + words[1:]
 
 
-def parameter_rows(plan: Plan) -> list[ParameterRow]:
-    """Return the varied parameters in the order of the study, the others, and derived values."""
-    rows = []
-    for axis in plan.study.axes:
-        name, labels = axis.coordinate, [level.label for level in levels_of(axis)]
-        choices = tuple(dict.fromkeys(labels))
-        text = _listed(name, axis.values, labels)
-        rows.append(ParameterRow(name, parameter(name).words, text, choices))
-    left_out = {row.name for row in rows} | _NUMERICS
-    values: dict[tuple[str, str], dict[float | str, None]] = {}
-    words: dict[str, str] = {}
-    stick: dict[str, dict[float | str, None]] = {}
-    for case in plan.study.cases().values():
-        for name, (value, units, meaning) in case.scalar_coordinates().items():
-            # The slopes of a smooth surface are meaningless.
-            if name not in left_out and (case.roughness or not name.startswith("roughness_slope")):
-                named = name, words.setdefault(name, meaning)
-                values.setdefault(named, {})[in_unit(value, units)] = None
-        if case.indenter.is_hertzian:
-            what = f"stick {case.frame.extent} of the smooth elastic contact"
-            stick.setdefault(what, {})[case.stick_radius] = None
-    rows += [ParameterRow(*named, _listed(named[0], [*given])) for named, given in values.items()]
-    rows += [ParameterRow("", what, text) for what, text in plan.derived()]
-    rows += [ParameterRow("", w, _listed("hertz_radius", [*radii])) for w, radii in stick.items()]
-    return rows
-
-
-def _listed(name: str, values: Sequence[object], labels: Sequence[str] = ()) -> str:
-    """Return the distinct values in order, or the range of the numbers when there are many."""
-    distinct = list(dict.fromkeys(labels or [value_text(name, value) for value in values]))
-    if len(distinct) <= _MOST_LISTED:
-        return ", ".join(distinct)
-    numbers = [v for v in values if isinstance(v, float | int) and math.isfinite(v)]
-    if numbers:
-        return f"{span(numbers, partial(value_text, name))} ({len(distinct)} values)"
-    return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"
-
-
-def _cases(results: Sequence[PointResult]) -> tuple[object, ...]:
-    """Return the columns and rows of the table of cases, their number, and means over seeds.
-
-    A cell has the text of a number, the value that sorts its column, and its uncertainty.
-    """
-    units = display_units(results) if any(result.done for result in results) else {}
-    undefined = ("–", "", "")
-    rows = []
-    for result in results[:_MOST_ROWS]:
-        cells = [undefined] * len(units)
-        for place, (name, unit) in enumerate(units.items() if result.done else ()):
-            value, error = result.values[name], result.errors.get(name, 0.0)
-            mark = f"± {number_text(100.0 * error, 2)} %" if error > SMALL_ERROR else ""
-            if not math.isnan(value):
-                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", mark
-        rows.append((result, cells))
-    ensembles = []
-    for ensemble in over_seeds(results):
-        cells = []
-        for name, unit in units.items():
-            shown, deviation = (unit.of(value) for value in ensemble.spread[name])
-            part = f" ({number_text(100 * deviation / abs(shown), 2)} %)" if shown else ""
-            text = f"{with_error(shown, deviation)}{part}"
-            cells.append(undefined if math.isnan(shown) else (text, "", ""))
-        ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))
-    columns = [(result_variable(name, results).label, unit.name) for name, unit in units.items()]
-    return columns, rows, len(results), ensembles
-
-
-def study_text(study: Study) -> str:
-    """Return the study file as it stands, or its content if loading changed it."""
-    with suppress(OSError, UnicodeDecodeError, StudyError):
-        if read_document(study.file).data == study.content:
-            return study.file.read_text(encoding="utf-8")
-    yaml, text = YAML(), StringIO()
-    yaml.dump(dict(study.content), text)
-    return text.getvalue()
+def _images(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
+    """Return figures with their data; a bitmap replaces a vector file of more than 1 MB."""
+    images = []
+    for entry in entries:
+        path, kind, share = folder / f"{entry.name}.svg", "svg+xml", 1.0
+        try:
+            content = path.read_bytes()
+            if width := re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', content[:2000]):
+                share = round(min(1.0, float(width[1]) / _PAGE_WIDTH), 3)
+            if len(content) > _LARGE:
+                content, kind = path.with_suffix(".png").read_bytes(), "png"
+        except OSError as cause:
+            problem = f"this figure cannot be read ({cause.strerror})"
+            raise DataFileError(path, problem, "Draw the figures again") from cause
+        uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+        images.append(Image(entry.name, entry.caption, uri, share))
+    return images

@@ -1,0 +1,291 @@
+"""What a report draws with plotly: the curves of the cells of its matrix, and its explorer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.colors import sample_colorscale
+from plotly.subplots import make_subplots
+
+from fretwear.arrays import Array
+from fretwear.data.effects import SEED, Points, point_dims, point_values, varied_names
+from fretwear.report.matrix import factor_text
+from fretwear.study.parameters import parameter, value_text
+from fretwear.units import Unit, cycle_text, in_unit, number_text, readable_unit
+from fretwear.vocabulary import CASE_ID, RESULTS, STATUS, PointStatus
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+"""Colours that the colour-blind tell apart (Okabe and Ito)."""
+EXPLORED = {"pressure_profile": "pressure", "shear_profile": "shear_traction"} | {
+    "wear_profile": "wear_depth"
+}
+"""Profiles of the explorer and the fields that they are of."""
+_MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
+_WIDE = 8.0
+_LAYOUT = {
+    "template": None,
+    "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#1b1f24"},
+    "margin": {"l": 62, "r": 12, "t": 34, "b": 48},
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+}
+
+
+_AXIS = {
+    "showgrid": False, "zeroline": False, "showline": True, "linecolor": "#5b6570", "linewidth": 1,
+    "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power",
+    "automargin": True, "title": {"font": {"size": 13}},
+}  # fmt: skip
+
+
+def rounded(values: Array) -> list[float | None]:
+    """Return values with four digits, None for those that are not finite."""
+    numbers = np.asarray(values, dtype=np.float64).tolist()
+    return [float(f"{v:.{_DIGITS}g}") if np.isfinite(v) else None for v in numbers]
+
+
+def with_unit_name(label: str, unit: Unit) -> str:
+    """Return a label with its unit: ``Wear volume (µm³)``."""
+    return f"{label} ({unit.name})" if unit.name else label
+
+
+def _log_ticks(values: Array) -> dict[str, object]:
+    """Return a logarithmic axis with ticks at 1, 2 and 5 of each decade, or at decades if many."""
+    low, high = np.log10(values.min()), np.log10(values.max())
+    digits = (1.0, 2.0, 5.0) if high - low < 3.0 else (1.0,)
+    ticks = [d * 10.0**k for k in range(math.floor(low), math.ceil(high) + 1) for d in digits]
+    return {"type": "log", "tickvals": ticks, "ticktext": [number_text(tick) for tick in ticks]}
+
+
+def _is_wide(values: Array) -> bool:
+    return bool(values.size and values.min() > 0.0 and values.max() > _WIDE * values.min())
+
+
+def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.Figure:
+    """Draw a final result over a parameter, with a colour for each level of a second parameter.
+
+    Thin lines are all combinations of the others, thick ones their geometric mean; the points of a
+    sample are dots.
+    """
+    about, values = points.variables[result], points.results[result]
+    unit = about.unit or readable_unit(values, about.si_unit)
+    of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
+    parts = of_cell[of_cell["where"].map(len) > 0]
+    others = [other for other in points.leading(result) if other not in (name, SEED)]
+    second = next(iter(parts["where"].iloc[0])) if len(parts) else next(iter(others), "")
+    x, ticks = _places(points, name)
+    figure = go.Figure(layout={**_LAYOUT, "xaxis": _AXIS, "yaxis": _AXIS})
+    table = points.table.assign(x=x[points.place(name)], y=unit.of(values)).dropna(subset="y")
+    if points.drawn:
+        marker = {"size": 7, "color": COLOURS[0]}
+        if second and second in points.parameters:
+            of_second = parameter(second).unit.of(points.parameters[second])[np.isfinite(values)]
+            title = {
+                "text": f"{parameter(second).words} ({parameter(second).unit.name})".replace(
+                    " ()", ""
+                )
+            }
+            marker |= {"color": of_second, "colorscale": "Cividis", "colorbar": {"title": title}}
+        figure.add_scatter(
+            x=rounded(table["x"]), y=rounded(table["y"]), mode="markers", marker=marker
+        )
+    else:
+        levels = points.levels[second] if second else ("",)
+        factors = {next(iter(row["where"].values())): row for _, row in parts.iterrows()}
+        for place, (level, color) in enumerate(zip(levels, _colours(len(levels)), strict=True)):
+            here = table[table[second] == place] if second else table
+            label = value_text(second, level) if second else about.label
+            if level in factors:
+                label += f"  ×{factor_text(factors[level]['factor'])}"
+            rest = [other for other in points.levels if other not in (name, second)]
+            lines = [group for _, group in here.groupby(rest)] if rest else [here]
+            # None breaks the line between two combinations.
+            thin = [pair for line in lines[:_MOST_LINES] for pair in (*_line(line), (None, None))]
+            if len(lines) > 1:
+                figure.add_scatter(
+                    x=[pair[0] for pair in thin],
+                    y=[pair[1] for pair in thin],
+                    mode="lines+markers",
+                    line={"color": color, "width": 1},
+                    marker={"size": 4},
+                    opacity=0.35,
+                    showlegend=False,
+                )
+            middle = here.groupby("x", as_index=False)["y"].agg(_mean)
+            figure.add_scatter(
+                x=rounded(middle["x"]),
+                y=rounded(middle["y"]),
+                name=label,
+                mode="lines+markers",
+                line={"color": color, "width": 3},
+                marker={"size": 8},
+            )
+    figure.update_layout(
+        height=390,
+        showlegend=bool(second) and not points.drawn,
+        legend={
+            "title": {"text": parameter(second).words if second else "", "side": "top"},
+            "font": {"size": 12},
+            "orientation": "h", "y": -0.24, "yanchor": "top", "x": 0,
+        },
+        title={
+            "text": with_unit_name(about.label, unit), "x": 0, "xref": "paper",
+            "font": {"size": 15},
+        },
+    )  # fmt: skip
+    label = parameter(name).words + (f" ({ticks})" if isinstance(ticks, str) and ticks else "")
+    figure.update_xaxes(title_text=label)
+    if not isinstance(ticks, str):
+        figure.update_xaxes(tickvals=x.tolist(), ticktext=list(ticks), range=[-0.2, x[-1] + 0.2])
+    elif _is_wide(x):
+        figure.update_xaxes(_log_ticks(x))
+    figure.update_yaxes(rangemode="tozero")
+    if _is_wide(y := table["y"].to_numpy()):
+        figure.update_yaxes(_log_ticks(y))
+    return figure
+
+
+def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:
+    """Return where the levels of a parameter stand, and its unit, or words for levels in words."""
+    levels = points.levels[name]
+    if name != SEED and all(not isinstance(v, str) and np.isfinite(v) for v in levels):
+        unit = parameter(name).suiting(levels[0]).unit
+        return np.array([unit.of(float(level)) for level in levels]), unit.name
+    return np.arange(len(levels), dtype=np.float64), [value_text(name, level) for level in levels]
+
+
+def _mean(values: pd.Series[float]) -> float:
+    """Return the geometric mean, in agreement with factors; the mean if a value is zero."""
+    return float(np.exp(np.log(values).mean()) if (values > 0.0).all() else values.mean())
+
+
+def _line(line: pd.DataFrame) -> list[tuple[float | None, float | None]]:
+    ordered = line.sort_values("x")
+    return list(zip(rounded(ordered["x"]), rounded(ordered["y"]), strict=True))
+
+
+def _colours(count: int) -> Sequence[str]:
+    """Return colours of levels: distinct ones for a few, a scale for many."""
+    few = COLOURS[:count]
+    return (
+        few if count <= len(COLOURS) else sample_colorscale("Cividis", np.linspace(0, 0.95, count))
+    )
+
+
+def explorer(summary: xr.Dataset) -> go.Figure | None:
+    """Draw profiles of two cases side by side: menus choose the cases, a slider the cycle.
+
+    The cycle chosen is drawn thick and all others thin. At most 36 cases, evenly spread, can be
+    chosen.
+    """
+    cases = _profiles(summary)
+    if not cases:
+        return None
+    titles, cycles = list(cases), summary["cycle"].values
+    labels = {}
+    for name, field in EXPLORED.items():
+        about, largest = RESULTS[field], float(np.nanmax(np.abs(summary[name].values)))
+        unit = about.unit or readable_unit([largest], about.si_unit)
+        labels[name] = with_unit_name(about.label, unit)
+        for curves in cases.values():
+            curves[name] = [rounded(unit.of(row)) for row in curves[name]]
+    sides = [titles[0], titles[-1]][: len(titles)]
+    figure = make_subplots(
+        len(EXPLORED), len(sides), shared_xaxes=True, shared_yaxes=True,
+        vertical_spacing=0.04, horizontal_spacing=0.04,
+    )  # fmt: skip
+    shades = sample_colorscale("Blues", np.linspace(0.35, 1.0, len(cycles)))
+    for column, title in enumerate(sides, 1):
+        for row, name in enumerate(EXPLORED, 1):
+            for place, (cycle, shade) in enumerate(zip(cycles, shades, strict=True)):
+                figure.add_scatter(
+                    x=cases[title]["x"], y=cases[title][name][place], row=row, col=column,
+                    mode="lines", line={"color": shade, "width": 3 if cycle == cycles[-1] else 1},
+                    name=f"cycle {cycle_text(cycle)}", showlegend=False,
+                )  # fmt: skip
+    each = len(EXPLORED) * len(cycles)
+    menus = [
+        {
+            "buttons": [
+                {
+                    "label": title,
+                    "method": "restyle",
+                    "args": [
+                        {
+                            "x": [curves["x"]] * each,
+                            "y": [row for name in EXPLORED for row in curves[name]],
+                        },
+                        list(range(side * each, (side + 1) * each)),
+                    ],
+                }
+                for title, curves in cases.items()
+            ],
+            "active": titles.index(shown),
+            "x": side * 0.52, "xanchor": "left", "y": 1.03, "yanchor": "bottom",
+            "font": {"size": 12}, "bgcolor": "#ffffff", "bordercolor": "#d5dae0",
+        }
+        for side, shown in enumerate(sides)
+    ]  # fmt: skip
+    steps = [
+        {
+            "label": cycle_text(cycle),
+            "method": "restyle",
+            "args": [{"line.width": [3 if other == cycle else 1 for other in cycles]
+                      * len(EXPLORED) * len(sides)}],
+        }
+        for cycle in cycles
+    ]  # fmt: skip
+    slider = {
+        "active": len(steps) - 1,
+        "steps": steps,
+        "currentvalue": {"prefix": "Cycle "},
+        "pad": {"t": 50},
+    }
+    figure.update_layout(
+        _LAYOUT, height=820, hovermode="closest", margin={**_LAYOUT["margin"], "t": 60},
+        updatemenus=menus if len(titles) > 1 else [], sliders=[slider] if len(steps) > 1 else [],
+    )  # fmt: skip
+    figure.update_xaxes(_AXIS)
+    figure.update_yaxes(_AXIS)
+    figure.update_xaxes(title_text="x (µm)", row=len(EXPLORED))
+    for row, name in enumerate(EXPLORED, 1):
+        figure.update_yaxes(title_text=labels[name], row=row, col=1)
+    figure.update_yaxes(autorange="reversed", row=len(EXPLORED))
+    return figure
+
+
+def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list]]:
+    """Return places in µm and profiles, a row for each cycle, of cases by their varied values."""
+    dims = point_dims(summary)
+    done = np.flatnonzero(point_values(summary, STATUS.name) == PointStatus.DONE)
+    few = np.linspace(0, done.size - 1, min(_MOST_CASES, done.size)).astype(int)
+    ids, varied = point_values(summary, CASE_ID.name), {}
+    for name in varied_names(summary):
+        units = summary[name].attrs.get("units", "")
+        values = point_values(summary, name)
+        if "drawn_from" in summary[name].attrs:
+            values = np.array([float(f"{value:.3g}") for value in values])
+        varied[name] = [in_unit(value, units) for value in values.tolist()]
+    rows = {name: summary[name].transpose(*dims, "cycle", "x").values for name in EXPLORED}
+    flat = {name: values.reshape(ids.size, *values.shape[-2:]) for name, values in rows.items()}
+    x, cases = 1e6 * summary["x"].values, {}
+    for place in done[few].tolist():
+        curves = {name: values[place] for name, values in flat.items()}
+        # Beyond the contact and the scar there is nothing to see.
+        shown = [
+            np.abs(np.nan_to_num(curves[name])) for name in ("pressure_profile", "wear_profile")
+        ]
+        touched = np.any([row > 1e-3 * row.max() for row in shown], axis=(0, 1))
+        reach = 1.15 * np.abs(x[touched]).max(initial=0.0)
+        inside = np.flatnonzero(np.abs(x) <= reach)
+        inside = inside[:: -(-len(inside) // _MOST_PLACES) or 1]
+        words = [value_text(name, values[place]) for name, values in varied.items()]
+        title = ", ".join(words) or str(ids[place])
+        title += f" ({place + 1})" if title in cases else ""
+        cases[title] = {"x": rounded(x[inside])} | {n: c[:, inside] for n, c in curves.items()}
+    return cases

@@ -1,0 +1,94 @@
+"""Cells of the matrix and curves of the report have the numbers of the study."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from fretwear.data.effects import Points, effects_table
+from fretwear.report.matrix import build_matrix, factor_text, range_text
+from fretwear.report.plots import curve, explorer
+from fretwear.vocabulary import RESULTS
+
+from ..data.test_effects import listed
+from ..studies import sampled
+
+LOADS, LEVELS = np.array([10.0, 20.0, 80.0]), {"load": [10.0, 20.0, 80.0], "friction": [0.3, 0.6]}
+
+
+@pytest.fixture
+def crossing():
+    """Volumes P/N µm³ at µ = 0.3, their inverse at µ = 0.6."""
+    points = Points.of(listed(1e-18 * LOADS[:, None] ** np.array([1.0, -1.0]), LEVELS))
+    return points, effects_table(points)
+
+
+def test_a_cell_has_the_mean_factor_its_range_and_a_mark_where_directions_differ(crossing):
+    matrix = build_matrix(*crossing)
+    (row,) = matrix.rows
+    load, friction = row.cells
+    assert matrix.columns[0] == ("normal load", "10 N → 80 N")
+    assert (load.text, load.spread, load.is_opposed, load.shade) == ("×1.00", "0.12–8.00", True, 0)
+    # P⁻² of 10, 20 and 80 N: 1/100, 1/400 and 1/6400.
+    assert (friction.text, friction.spread) == ("×0.0016", "0.00016–0.01")
+    assert not friction.grows
+    assert not friction.is_opposed
+    assert matrix.opening == load
+    assert row.values == "0.0125 µm³ to 80 µm³"
+
+
+def test_a_curve_runs_through_the_values_of_each_level(crossing):
+    figure = curve(*crossing, "wear_volume", "load")
+    assert [trace.name for trace in figure.data] == ["0.3  ×8.00", "0.6  ×0.13"]
+    for trace, power in zip(figure.data, (1.0, -1.0), strict=True):
+        assert trace.x == (10.0, 20.0, 80.0)
+        assert trace.y == pytest.approx(LOADS**power, rel=1e-3)
+    assert figure.layout.xaxis.title.text == "normal load (N)"
+
+
+def test_a_sampled_study_has_shares_of_the_variance_and_dots():
+    unit = qmc.LatinHypercube(2, seed=3).random(64)
+    points = Points.of(sampled(unit, 1e-18 * np.exp(2.0 * unit[:, 0] - unit[:, 1])))
+    matrix = build_matrix(points, effects_table(points))
+    load, friction = matrix.rows[0].cells
+    # The logarithm is a sum with variances 4/12 and 1/12.
+    assert (load.text, friction.text) == ("80\xa0%", "20\xa0%")
+    assert load.grows
+    assert not friction.grows
+    (dots,) = curve(points, effects_table(points), "wear_volume", "load").data
+    assert len(dots.x) == 64
+    assert dots.mode == "markers"
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ([62.9e-18, 1.11e-12], "62.9 µm³ to 1.11·10⁶ µm³"),
+        ([8.2e-18, 63e-18], "8.2 to 63 µm³"),
+        ([5e-18, 5e-18], "5 µm³"),
+    ],
+)
+def test_ranges_have_no_common_power_of_ten(values, text):
+    assert range_text(RESULTS["wear_volume"], np.array(values)) == text
+
+
+@pytest.mark.parametrize(
+    ("factor", "text"), [(1.934, "1.93"), (123.4, "123"), (0.0462, "0.046"), (1e7, "1·10⁷")]
+)
+def test_factors_have_two_or_three_digits(factor, text):
+    assert factor_text(factor) == text
+
+
+def test_the_explorer_has_profiles_of_every_case_and_cycle(finished):
+    figure = explorer(finished.summary)
+    cycles = finished.summary.sizes["cycle"]
+    assert len(figure.data) == 2 * 3 * cycles
+    left, right = figure.layout.updatemenus
+    done = int((finished.summary["status"] == 0).sum())
+    assert len(left.buttons) == len(right.buttons) == done
+    assert len(figure.layout.sliders[0].steps) == cycles
+    # The pressure after the last cycle of the case shown first.
+    first = finished.summary["pressure_profile"].isel(normal_load=0, friction=1)
+    shown = figure.data[cycles - 1]
+    at = first.isel(plastic_limit=0, cycle=-1).sel(x=1e-6 * np.array(shown.x), method="nearest")
+    assert float(at.max()) > 1e8
+    np.testing.assert_allclose(1e6 * np.array(shown.y), at, rtol=1e-3)
