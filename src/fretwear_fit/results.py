@@ -66,7 +66,6 @@ class Fit:
     runs: int  # runs that it needs
     computed: int  # runs that no folder had kept
     warnings: tuple[str, ...]
-    advice: str  # which further measurement would narrow it most; may be empty
     fitted: Mapping[str, object]  # plain content of a study of the best values
     seed: int = 0
     sampled: Posterior | None = None  # by an ensemble sampler, where it was needed
@@ -186,7 +185,6 @@ class Fit:
             "p_value": self.p_value,
             "runs": self.runs,
             "warnings": [*self.warnings],
-            "advice": self.advice,
             "fitted_study": self.fitted,
         }
 

@@ -18,7 +18,6 @@ from fretwear.study.sections import MAX_TITLE
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import as_mapping
 from fretwear.units import QuantityError
-from fretwear.vocabulary import RESULTS
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown
 from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sample
@@ -31,11 +30,6 @@ _UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
 _ROUNDS = 3
 # Minima of χ² this far apart, over the ranges, are two; one that is told is no higher than by this.
 _APART, _RIVAL = 0.02, 9.0
-_ADVISED = (
-    *("wear_volume", "wear_volume_indenter", "wear_volume_flat", "maximum_wear_depth"),
-    *("contact_half_width_x", "stick_half_width_x", "dissipated_energy", "tangential_force"),
-)
-_ADVISED_ERROR, _HARDLY, _EARLIEST = 0.05, 0.9, 0.05
 
 
 class FitError(ValueError):
@@ -91,8 +85,6 @@ class _Tests:
         """The case of a test with some parameters; `StudyError` if it is invalid."""
         case = case_of_content(self.study.file, self.content(test, u))
         cycles = {self.cycle_of(case, of.cycle) for of in self.request.data if of.test == test}
-        # Others are for advice.
-        cycles |= {cycle for cycle in case.output_cycles if cycle >= _EARLIEST * case.cycles}
         changes: dict[str, object] = {"output_cycles": sorted(cycles)}
         if case.accuracy == Case.accuracy or not case.error_estimate:
             # On the same cells, predictions change smoothly from run to run.
@@ -257,7 +249,6 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         len(runs.done),
         runs.computed,
         (),
-        _advice(tests, emulator, covariance, predictions),
         tests.fitted(emulator.best),
         seed,
         posterior,
@@ -322,49 +313,6 @@ def _sampled(
             "narrower ranges, or further data, make the intervals surer"
         )
     return draws, doubts
-
-
-def _advice(
-    tests: _Tests,
-    emulator: Emulator,
-    covariance: Array,
-    predictions: Callable[[Sequence[Array]], list[dict[int, Prediction] | None]],
-) -> str:
-    """Say which further number, known to 5 %, would narrow the widest interval most."""
-    reach = emulator.directions
-    points = [emulator.center, *(emulator.center + reach[:, place] for place in range(len(reach)))]
-    predicted = [point for point in predictions(points) if point is not None]
-    if len(predicted) < len(points):
-        return ""
-    deviations = np.sqrt(np.diag(covariance))
-    widest = int(deviations.argmax())
-    measured = {(datum.quantity, datum.test) for datum in tests.request.data}
-    best = (1.0, "")
-    for test, first in predicted[0].items():
-        for name in first.numbers:
-            if name not in _ADVISED or (name, test) in measured:
-                continue
-            for row, cycle in enumerate(first.cycles):
-                columns = [float(point[test].numbers[name][row]) for point in predicted]
-                early = cycle < _EARLIEST * first.cycles[-1]
-                if early or min(columns) <= 0.0 or not np.isfinite(columns).all():
-                    continue
-                slopes = np.log(np.array(columns[1:]) / columns[0]) @ np.linalg.inv(reach)
-                moved = covariance @ slopes
-                left = covariance[widest, widest] - moved[widest] ** 2 / (
-                    slopes @ moved + _ADVISED_ERROR**2
-                )
-                share = float(np.sqrt(max(left, 0.0))) / deviations[widest]
-                words = RESULTS[name].words
-                best = min(best, (share, f"the {words} at cycle {cycle:.0f} of test {test}"))
-    share, what = best
-    if not what or share > _HARDLY:
-        return ""
-    return (
-        f"Among the numbers that these tests could give, {what}, measured within "
-        f"{100 * _ADVISED_ERROR:.0f} %, would narrow {tests.unknowns[widest].name} most: its "
-        f"interval would be {100 * share:.0f} % as wide."
-    )
 
 
 def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:

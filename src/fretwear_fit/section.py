@@ -72,7 +72,6 @@ def _section(record: Mapping[str, Any]) -> Section:
         lines,
         chi,
         record["warnings"],
-        record["advice"],
         stream.getvalue(),
     )
     return Section("fit", "Fit to measurements", Markup(body))
