@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     from fretwear.arrays import Array
-    from fretwear.problems import Problems
     from fretwear.study.case import Case
+    from fretwear.study.problems import Problems
     from fretwear.vocabulary import Variable
 
 
@@ -57,8 +57,8 @@ class StudySection:
         return ()
 
     @classmethod
-    def read(cls, given: object) -> Self:
-        """Read the section; one `QuantityError` lists all problems."""
+    def read(cls, given: object, folder: Path) -> Self:
+        """Read the section, whose files lie in a folder; one error lists all problems."""
         raise NotImplementedError
 
     @classmethod

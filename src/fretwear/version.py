@@ -13,8 +13,8 @@ from pathlib import Path
 __version__ = "0.1.0"
 
 SOURCES = (
-    *("mechanics", "theory", "parts.py", "forms.py", "vocabulary.py", "data/labels.py"),
-    *("study/case.py", "study/members.py", "study/setup.py", "study/spacing.py"),
+    *("mechanics", "theory", "quantity.py", "vocabulary.py", "data/labels.py"),
+    *("study/case.py", "study/keys.py", "study/spacing.py"),
     *("run/accuracy.py", "run/simulate.py"),
 )
 """Sources that turn the parameters of a case into the numbers in its file.

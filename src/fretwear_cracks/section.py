@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
-from fretwear.parts import Part, Quantity, keys_schema, read_fields
 from fretwear.plugins import StudySection
-from fretwear.problems import Problems
-from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
+from fretwear.quantity import Part, Quantity, adapter, inlined
+from fretwear.study.case import Case, read_snapshots
 from fretwear.units import QuantityError
 from fretwear.vocabulary import Variable
 
@@ -25,58 +26,52 @@ _PAIRS = (
 )
 
 
+def _snapshots(value: Any) -> Any:
+    return value if value is None else read_snapshots(value, in_file=True)
+
+
 @dataclass(frozen=True)
 class StressOutput(Part, StudySection):
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
 
     depth: Annotated[
         float | None,
-        Quantity("m", "$z$", "largest depth", "mm", "0.5 mm", above=0.0),
+        Quantity("m", "$z$", "largest depth", "mm", "0.5 mm", gt=0.0),
         "Depth down to which stresses are looked at; by default 2 contact half-widths.",
     ] = None
     fatigue_strength: Annotated[
         float | None,
-        Quantity("Pa", "$σ_f'$", "fatigue strength", "MPa", "1000 MPa", above=0.0),
+        Quantity("Pa", "$σ_f'$", "fatigue strength", "MPa", "1000 MPa", gt=0.0),
         "σ_f' in σ_a = σ_f' (2N)^b_σ; without it there are no lives.",
     ] = None
     strength_exponent: Annotated[
         float | None,
-        Quantity("1", "$b_σ$", "strength exponent", like="-0.1", below=0.0),
+        Quantity("1", "$b_σ$", "strength exponent", like="-0.1", lt=0.0),
         "b_σ in σ_a = σ_f' (2N)^b_σ.",
     ] = None
     fatigue_ductility: Annotated[
         float | None,
-        Quantity("1", "$ε_f'$", "fatigue ductility", like="0.5", above=0.0),
+        Quantity("1", "$ε_f'$", "fatigue ductility", like="0.5", gt=0.0),
         "ε_f' in ε_a,p = ε_f' (2N)^c_ε; without it strains are elastic.",
     ] = None
     ductility_exponent: Annotated[
         float | None,
-        Quantity("1", "$c_ε$", "ductility exponent", like="-0.6", below=0.0),
+        Quantity("1", "$c_ε$", "ductility exponent", like="-0.6", lt=0.0),
         "c_ε in ε_a,p = ε_f' (2N)^c_ε.",
     ] = None
-    cycles: tuple[int, ...] | None = None  #: the snapshots, which are kept; None: as in a case
+    #: the snapshots, which are kept; None: as in a case
+    cycles: Annotated[tuple[int, ...] | None, BeforeValidator(_snapshots)] = None
 
-    @classmethod
-    def read(cls, given: object) -> StressOutput:
-        """Read the section of a study file; one `QuantityError` lists all problems."""
-        if not isinstance(given, Mapping):
-            raise QuantityError("must be a mapping", _EXAMPLE)
-        problems, read, fields = Problems(), dict[str, object](), cls.parameters()
-        problems.unknown("", given, ["cycles", *fields], "is not known")
-        rest = {name: value for name, value in given.items() if name in fields}
-        with problems.at("", given):
-            read = read_fields(rest, fields, (), units_required=True)
-        if "cycles" in given:
-            with problems.at(".cycles", given["cycles"]):
-                read["cycles"] = read_snapshots(given["cycles"], in_file=True)
-        problems.raise_any()
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The constants of a law belong together."""
         for both in _PAIRS:
-            there, lacking = ([n for n in both if (n in read) == has] for has in (True, False))
+            there, lacking = ([n for n in both if (vars(self)[n] is None) == no] for no in (0, 1))
             if there and lacking:
-                raise QuantityError(f"has {there[0]} without {lacking[0]}", _EXAMPLE)
-        if "fatigue_ductility" in read and "fatigue_strength" not in read:
-            raise QuantityError("has fatigue_ductility without fatigue_strength", _EXAMPLE)
-        return cls.unchecked(**read)
+                return f"has {there[0]} without {lacking[0]}", _EXAMPLE
+        if self.fatigue_ductility is not None and self.fatigue_strength is None:
+            return "has fatigue_ductility without fatigue_strength", _EXAMPLE
+        return None
 
     @property
     def constants(self) -> dict[str, tuple[float, float]]:
@@ -112,9 +107,14 @@ class StressOutput(Part, StudySection):
             return {}
 
     @classmethod
+    def read(cls, given: object, folder: Path) -> Self:
+        """Read the section."""
+        if not isinstance(given, Mapping):
+            raise QuantityError("must be a mapping", _EXAMPLE)
+        read: Self = adapter(cls).validate_python(given, context=folder)
+        return read
+
+    @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        fields = {name: about.described() for name, about in cls.parameters().items()}
-        words = "Snapshots at which stresses are computed, besides 0; auto: all. They are kept."
-        cycles = {**SNAPSHOTS_SCHEMA, "description": words}
-        return keys_schema({"cycles": cycles, **fields})
+        return inlined(adapter(cls).json_schema())

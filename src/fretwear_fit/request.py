@@ -5,40 +5,38 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal, get_type_hints
 
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.forms import Either, Mapped, Several
 from fretwear.mechanics.surfaces.files import Source, SourceFile
-from fretwear.parts import (
-    Choice,
-    Flag,
+from fretwear.plugins import StudySection
+from fretwear.quantity import (
     Parameter,
     Part,
+    Plain,
     Quantity,
     Schema,
-    WholeNumber,
+    adapter,
+    declared,
+    inlined,
     is_list,
-    keys_schema,
-    read_fields,
+    whole_number,
 )
-from fretwear.plugins import StudySection
-from fretwear.problems import Problems
-from fretwear.study.case import Case
+from fretwear.study.case import MAX_CYCLES, Case
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
-from fretwear.study.setup import MAX_CYCLES
-from fretwear.study.yamlfile import as_mapping
+from fretwear.study.problems import Problems, Several
+from fretwear.study.study import as_mapping
 from fretwear.tables import Layout
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
     ContactFrame,
     Dimension,
-    Given,
+    FloatWithUnit,
     QuantityError,
     Unit,
     did_you_mean,
@@ -79,6 +77,8 @@ _FORCE = BY_SI_UNIT["N"]
 # pint does not tell an energy per length from a force.
 _ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (Unit("J/m"),))
 
+_UNITS = Path()  # numbers of a file need them
+
 
 @dataclass(frozen=True)
 class FreeParameter:
@@ -99,7 +99,7 @@ class FreeParameter:
 
     def text(self, value: float) -> str:
         """The value as study files have it."""
-        unit = self.low.si_unit if isinstance(self.low, Given) else self.about.si_unit
+        unit = self.low.si_unit if isinstance(self.low, FloatWithUnit) else self.about.si_unit
         return exact_text(value, BY_SI_UNIT[unit])
 
     def given_in(self, base: Mapping[str, object]) -> float | None:
@@ -108,7 +108,7 @@ class FreeParameter:
         value: object = base.get(whole)
         if not path and is_list(value):
             with suppress(QuantityError):
-                return sum(self.about.read(number, True) for number in value)
+                return sum(self.about.read(number, _UNITS) for number in value)
             return None
         for step in path:
             if isinstance(value, Mapping):
@@ -118,7 +118,7 @@ class FreeParameter:
             elif step not in _places(parameter_of(whole)):
                 return None
         with suppress(QuantityError):
-            return self.about.read(value, True)
+            return self.about.read(value, _UNITS)
         return None
 
     def placed(self, base: Mapping[str, object], sought: float) -> tuple[str, object]:
@@ -129,7 +129,7 @@ class FreeParameter:
         whole, *path = self.name.split(".")
         text, given = self.text(sought), base.get(whole)
         if not path and is_list(given):
-            parts = [self.about.read(number, True) for number in given]
+            parts = [self.about.read(number, _UNITS) for number in given]
             return whole, [self.text(sought * part / sum(parts)) for part in parts]
 
         def put(value: object, about: Parameter, path: Sequence[str]) -> object:
@@ -154,44 +154,44 @@ class Measurement(Part):
 
     quantity: Annotated[
         str,
-        Choice("", "measured quantity", _QUANTITIES),
+        Plain("", "measured quantity", "wear_depth_flat"),
         "A field along a line, a scalar, or loop: force against displacement.",
     ]
     file: Annotated[
         Source | None,
-        SourceFile("", "file", example="scar.csv"),
+        SourceFile("", "file", "scar.csv"),
         "Its profile or loop: a text with columns and their units above them, or a line scan or "
         "map of an instrument.",
     ] = None
     cycle: Annotated[
         int | None,
-        WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 18000),
+        whole_number("$N$", "cycle", 0, MAX_CYCLES, 18000),
         "When it was measured; by default at the last cycle.",
     ] = None
     test: Annotated[
         int,
-        WholeNumber("", "test", 1, 1000, 1),
+        whole_number("", "test", 1, 1000, 1),
         "Number of the point of the study that it belongs to.",
     ] = 1
-    along: Annotated[str, Choice("", "direction", ("x", "y")), "Direction of the line."] = "x"
+    along: Annotated[Literal["x", "y"], Plain("", "direction", "x"), "Direction of the line."] = "x"
     line: Annotated[
         float | None,
-        Quantity("m", "", "place of the line", "um", "120 um", at_least=0.0),
+        Quantity("m", "", "place of the line", "um", "120 um", ge=0.0),
         "Where the line lies in a map, from its edge; by default in the middle.",
     ] = None
     noise: Annotated[
         float | None,
-        Quantity("m", "$σ$", "noise", "um", "50 nm", above=0.0),
+        Quantity("m", "$σ$", "noise", "um", "50 nm", gt=0.0),
         "Standard deviation of the readings; by default as measured beside the scar.",
     ] = None
     correlation_length: Annotated[
         float | None,
-        Quantity("m", "", "correlation length", "um", "10 um", at_least=0.0),
+        Quantity("m", "", "correlation length", "um", "10 um", ge=0.0),
         "Distance over which the noise is correlated; by default as measured beside the scar.",
     ] = None
     force_noise: Annotated[
-        Given | None,
-        Quantity("N", "", "noise of forces", "N", "0.2 N", above=0.0),
+        FloatWithUnit | None,
+        Quantity("N", "", "noise of forces", "N", "0.2 N", gt=0.0),
         "Standard deviation of the forces of a loop.",
     ] = None
     #: what a text does not say: columns, units, lines to skip, decimal sign, encoding
@@ -201,7 +201,7 @@ class Measurement(Part):
     baseline: tuple[str, ...] = BASELINE
     #: readings: positions and depths of a profile, displacements and forces of a loop
     readings: tuple[Array, Array] | None = None
-    value: Given | None = None  #: of a number, with its unit
+    value: FloatWithUnit | None = None  #: of a number, with its unit
     error: float | None = None  #: standard deviation of the value
 
     @property
@@ -246,12 +246,13 @@ class FitRequest(StudySection):
         return with_sought(free, base, vary, problems)
 
     @classmethod
-    def read(cls, given: object) -> FitRequest:
+    def read(cls, given: object, folder: Path = _UNITS) -> FitRequest:
         """Read the section; one `QuantityError` lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must have free and data", _FREE_EXAMPLE)
         problems = Problems()
-        problems.unknown("", given, ("free", "data", "sampler"), "is not known")
+        for name in given.keys() - {"free", "data", "sampler"}:
+            problems.unknown(f".{name}", given[name], ("free", "data", "sampler"))
         free = read_free(given.get("free"), problems)
         listed_data = given.get("data")
         if not is_list(listed_data) or not listed_data:
@@ -260,12 +261,12 @@ class FitRequest(StudySection):
         data = []
         for number, content in enumerate(listed_data):
             with problems.at(f".data[{number}]", content):
-                data.append(_read_measurement(content))
+                data.append(_read_measurement(content, folder))
         sampler = given.get("sampler")
         if sampler not in (None, *_SAMPLERS):
             rule = f"must be {listed(_SAMPLERS, 'or')}"
             problems.add(".sampler", sampler, rule, did_you_mean(str(sampler), _SAMPLERS))
-        problems.raise_any()
+        _raise(problems)
         return cls(free, (*data,), sampler)
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
@@ -309,7 +310,11 @@ class FitRequest(StudySection):
         ends = {"from": anything, "to": anything, "each": {"type": "boolean"}}
         ends["scale"] = {"enum": ["linear", "log"]}
         pair = {"type": "array", "items": anything, "minItems": 2, "maxItems": 2}
-        fields = {name: about.described() for name, about in Measurement.parameters().items()}
+        hints = get_type_hints(Measurement, include_extras=True)
+        fields: Schema = {
+            name: {**inlined(adapter(hints[name]).json_schema()), **about.described}
+            for name, about in Measurement.parameters().items()
+        }
         baseline = {"type": "array", "items": {"enum": [*BASELINE]}}
         words = "What of the base line is free: offset, tilt and shift, or some of them."
         fields["baseline"] = {"description": words, **baseline}
@@ -319,14 +324,14 @@ class FitRequest(StudySection):
         words = "Its standard deviation, in its unit or in %."
         fields["error"] = {"description": words, **anything}
         words = "The parameters that are sought, each with a range: [low, high]."
-        one = {"anyOf": [pair, keys_schema(ends, ["from", "to"])]}
+        one = {"anyOf": [pair, _closed(ends, ["from", "to"])]}
         free = {"description": words, "type": "object", "additionalProperties": one}
-        data = {"type": "array", "items": keys_schema(fields, ["quantity"]), "minItems": 1}
+        data = {"type": "array", "items": _closed(fields, ["quantity"]), "minItems": 1}
         data["description"] = "What was measured."
         words = "Draws of the posterior: by an ensemble sampler, or none; by default where needed."
         sampler = {"description": words, "enum": [*_SAMPLERS]}
         keys = {"free": free, "data": data, "sampler": sampler}
-        return keys_schema(keys, ["free", "data"])
+        return _closed(keys, ["free", "data"])
 
 
 def read_free(ranges: object, problems: Problems) -> tuple[FreeParameter, ...]:
@@ -370,17 +375,13 @@ def with_sought(
 
 def _places(about: Parameter) -> tuple[str, ...]:
     """The names of the values of a pair, such as indenter and flat."""
-    forms = about.forms if isinstance(about, Either) else ()
-    several = (form for form in forms if isinstance(form, Several) and form.places)
-    return next((tuple(end for end, _ in form.places) for form in several), ())
+    return tuple(end for end, _ in about.places) if isinstance(about, Quantity) else ()
 
 
 def _below(about: Parameter, step: str) -> Parameter | None:
     """The parameter of a key within a law."""
-    for form in about.forms if isinstance(about, Either) else ():
-        if isinstance(form, Mapped) and step in form.fields:
-            return form.fields[step]
-    return None
+    forms = about.forms if isinstance(about, Quantity) else ()
+    return next((declared(form)[step] for form in forms if step in declared(form)), None)
 
 
 def _parameter_at(name: str) -> Parameter | None:
@@ -393,9 +394,7 @@ def _parameter_at(name: str) -> Parameter | None:
         for step in path:
             if about is not None and step not in _places(about):
                 about = _below(about, step)
-    while isinstance(about, Either):
-        about = about.single
-    return about
+    return about.single if isinstance(about, Quantity) else about
 
 
 def _read_range(name: str, given: object) -> FreeParameter:
@@ -411,37 +410,54 @@ def _read_range(name: str, given: object) -> FreeParameter:
     if not keys:
         like = f"[{about.example}, {about.example}]"
         raise QuantityError("must be a range of two values", f"such as {name}: {like}")
-    forms: dict[str, Parameter] = {"from": about, "to": about, "each": Flag("", "each")}
-    forms["scale"] = Choice("", "", ("linear", "log"))
-    read = read_fields(keys, forms, ("from", "to"), True)
-    low, high = read["from"], read["to"]
+    for key in keys.keys() - {"from", "to", "each", "scale"}:
+        raise QuantityError(f"has {key}, but knows from, to, each and scale")
+    if not {"from", "to"} <= keys.keys():
+        raise QuantityError("needs from and to")
+    low, high = (about.read(keys[end], _UNITS) for end in ("from", "to"))
     if not low < high < np.inf:
         raise QuantityError("must have a lower end below its upper end, both finite")
-    if read.get("scale") == "log" and low <= 0.0:
+    if keys.get("scale") == "log" and low <= 0.0:
         raise QuantityError("must begin above 0 on a logarithmic scale")
-    logarithmic = read.get("scale", "log" if low > 0.0 else "linear") == "log"
-    return FreeParameter(name, low, high, about, logarithmic, read.get("each", False))
+    logarithmic = keys.get("scale", "log" if low > 0.0 else "linear") == "log"
+    return FreeParameter(name, low, high, about, logarithmic, keys.get("each", False) is True)
 
 
-def _read_measurement(given: object) -> Measurement:
+def _raise(problems: Problems) -> None:
+    """Raise the problems as one error that keeps their places, if there are any."""
+    if problems:
+        raise Several(problems)
+
+
+def _closed(properties: Mapping[str, object], needed: Sequence[str] = ()) -> Schema:
+    """The JSON Schema of a mapping that may have these keys and no others."""
+    keys = {"type": "object", "additionalProperties": False, "properties": properties}
+    return {**keys, "required": [*needed]} if needed else keys
+
+
+def _read_measurement(given: object, folder: Path) -> Measurement:
     if not isinstance(given, Mapping):
         raise QuantityError("must be a mapping", _EXAMPLE)
-    problems, read, fields = Problems(), dict[str, object](), Measurement.parameters()
+    problems, read, fields = Problems(), dict[str, Any](), Measurement.parameters()
+    hints = get_type_hints(Measurement, include_extras=True)
     others = ("baseline", "value", "error", "unit", *_LAYOUT)
-    problems.unknown("", given, [*fields, *others], "is not known")
-    with problems.at("", given):
-        rest = {name: value for name, value in given.items() if name in fields}
-        read = read_fields(rest, fields, ("quantity",), units_required=True)
+    for name, value in given.items():
+        if name in fields:
+            with problems.at(f".{name}", value):
+                read[name] = adapter(hints[name]).validate_python(value, context=folder)
+        elif name not in others:
+            problems.unknown(f".{name}", value, (*fields, *others))
+    if "quantity" not in given:
+        problems.add(".quantity", None, "is missing", "such as quantity: wear_depth_flat")
+    elif read.get("quantity") not in _QUANTITIES:
+        hint = did_you_mean(given["quantity"], _QUANTITIES)
+        problems.add(".quantity", given["quantity"], "is no result that can be measured", hint)
     if "baseline" in given:
         with problems.at(".baseline", given["baseline"]):
             read["baseline"] = _read_baseline(given["baseline"])
     with problems.at("", given):
         read["layout"], read["unit"] = read_layout(given), given.get("unit")
-    problems = Problems(
-        replace(problem, valid_words=_QUANTITIES) if problem.key == ".quantity" else problem
-        for problem in problems
-    )
-    problems.raise_any()
+    _raise(problems)
     measurement = Measurement.unchecked(**read)
     if measurement.quantity in _NUMBERS:
         for name in ("file", "noise", "correlation_length", "baseline", "line", "force_noise"):
@@ -451,7 +467,7 @@ def _read_measurement(given: object) -> Measurement:
         for name in ("value", "error"):
             if name not in given:
                 problems.add(f".{name}", None, "is missing", "such as value: 2.7 um, error: 5 %")
-        problems.raise_any()
+        _raise(problems)
         vars(measurement).update(_read_number(given, _NUMBERS[measurement.quantity], problems))
     else:
         for name in ("value", "error"):
@@ -461,10 +477,10 @@ def _read_measurement(given: object) -> Measurement:
             problems.add(".file", None, "is missing", "such as file: scar.csv")
         if measurement.is_loop and measurement.force_noise is None:
             problems.add(".force_noise", None, "is missing", "such as force_noise: 0.2 N")
-        problems.raise_any()
+        _raise(problems)
         with problems.at(".file", given["file"]):
             vars(measurement)["readings"] = readings_of(measurement)
-    problems.raise_any()
+    _raise(problems)
     return measurement
 
 
@@ -510,7 +526,7 @@ def _read_number(
                 if unit == about.si_unit:
                     raise
             else:
-                read["value"] = Given(number, unit)
+                read["value"] = FloatWithUnit(number, unit)
                 break
     with problems.at(".error", error := given["error"]):
         share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None

@@ -11,12 +11,9 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.study.case import Case
-from fretwear.study.overrides import assign
 from fretwear.study.problems import StudyError
-from fretwear.study.reading import case_of_content, content_of, load_study
-from fretwear.study.sections import MAX_TITLE
-from fretwear.study.study import Study
-from fretwear.study.yamlfile import as_mapping
+from fretwear.study.reading import MAX_TITLE, assign, case_of_content, content_of, load_study
+from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown

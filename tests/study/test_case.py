@@ -105,12 +105,13 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"load": "50 GPa"}, ["load", "must be a force", "50 GPa"]),
         ({"youngs_modulus": [208e9, -1.0]}, ["youngs_modulus[1] = -1.0: must be larger than 0"]),
         ({"cycles": True}, ["cycles", "whole number"]),
+        # Lengths beyond those of any contact are refused by one rule.
+        ({"radius": "11 m"}, ["radius", "must be at most 10 m"]),
+        ({"roughness": {**WAVES, "amplitude": "1e300 m"}}, ["amplitude", "at most 10 m"]),
         # Words of the workshop point to the parameters.
-        ({"hardness": "4500 MPa"}, ["write plastic_limit"]),
-        ({"HV": 450}, ["write plastic_limit"]),
-        ({"Ra": "0.2 um"}, ["write roughness: {kind: wavy"]),
-        ({"plastic_limit": "450 HV"}, ["one HV or HB is about 9.81 MPa: write '4413 MPa'"]),
-        ({"plastic_limit": "450 HV10"}, ["write '4413 MPa'"]),
+        ({"hardness": "4500 MPa"}, ["did you mean 'plastic_limit'"]),
+        ({"HV": 450}, ["did you mean 'plastic_limit'"]),
+        ({"Ra": "0.2 um"}, ["did you mean 'roughness'"]),
         # The slip annulus is 2.5 µm wide.
         ({"tangential_ratio": 0.05, "cell": 3.8e-6, "roughness": LONG}, ["too coarse"]),
         ({"output_cycles": [10, 1001, 5000]}, ["1001, 5000", "beyond the last cycle, 1000"]),
@@ -123,18 +124,18 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
             {"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]},
             ["tangential_ratio = 1.5 in block 1 is gross sliding"],
         ),
-        ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles[0] = 10: must be 0"]),
+        ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles = 10.0: must begin with 0"]),
         (
             {"friction": {"cycles": [-5, 9], "values": [0.5, 0.6]}},
             ["cycles[0] = -5: must be at least 0"],
         ),
         (
-            {"friction": {"cycles": [0, 9, 9], "values": [0.5, 0.6, -1]}},
-            ["friction.values[2] = -1: must be larger than 0"],
+            {"friction": {"cycles": [0, 9, 12], "values": [0.5, 0.6, -1]}},
+            ["friction[2] = -1: must be larger than 0"],
         ),
         (
             {"friction": {"cycles": [0, 9, 9], "values": [0.5, 0.6, 1]}},
-            ["friction.cycles[2] = 9: must be larger than the cycle before"],
+            ["friction.cycles", "must ascend"],
         ),
         ({"friction": {"cycles": [0, 9], "values": [0.5]}}, ["has 2 cycles and 1 values"]),
         (
@@ -187,12 +188,6 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
 def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     message = refusal(**changes)
     assert all(part in message for part in parts)
-
-
-def test_a_table_over_the_cycles_starts_at_cycle_0_however_it_is_made():
-    for first in (-5, 3):
-        with pytest.raises(QuantityError, match=rf"\.cycles\[0\] = {first} must be 0"):
-            OverCycles((first, 9), (0.5, 0.6))
 
 
 def test_each_body_may_have_a_surface_of_its_own():
@@ -282,20 +277,3 @@ def test_help_and_completion_know_every_parameter():
     assert {*base_names(), "material", "output_cycles"} == keywords.keys()
     assert keywords["load"].annotation == "normal load"
     assert "load: 'normal load' = None" in pydoc.render_doc(Case, renderer=pydoc.plaintext)
-
-
-def test_a_rule_reads_no_member_that_it_does_not_need():
-    """It is tried on drafts, which lack what could not be read."""
-    both = ["3e-13 / Pa", "4e-13 / Pa"]
-    stroke = {"tangential_ratio": None, "sliding_amplitude": "20 um", "wear_coefficient": both}
-    cases = [
-        steel(cell="3 um"),
-        steel(cell="1 um", roughness=WAVES, plastic_limit="4500 MPa", junction_growth=2),
-        steel(cell="5 um", **stroke),
-        steel(cell="2 um", tangential_ratio=None, displacement_ratio=0.5, slip_model="coupled"),
-        steel(cell="2 um", friction={"cycles": [0, 500], "values": [0.4, 0.6]}),
-    ]
-    for case in cases:
-        for rule in RULES:
-            needed = {member_of(name) for name in rule.needs}
-            assert rule.find(Case.of({name: getattr(case, name) for name in needed})) is None

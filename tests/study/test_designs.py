@@ -13,9 +13,9 @@ import pytest
 from scipy.stats import qmc
 
 from fretwear.study.case import Case
-from fretwear.study.overrides import override
+from fretwear.study.reading import override
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.points import LatinHypercube
+from fretwear.study.designs import LatinHypercube
 from fretwear.study.problems import StudyError, as_cell
 from fretwear.study.reading import load_plan, load_study, select_case
 

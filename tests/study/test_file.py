@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretwear.problems import in_words
+from fretwear.study.problems import in_words
 from fretwear.study.case import Case
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study

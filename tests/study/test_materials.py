@@ -8,11 +8,11 @@ import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli.program import app
-from fretwear.parts import QuantityError
+from fretwear.quantity import QuantityError
 from fretwear.study.case import Case, CaseError
 from fretwear.study.materials import material_table, read_table
 from fretwear.study.parameters import parameter_of
-from fretwear.study.sections import study_schema
+from fretwear.study.reading import study_schema
 
 GIVEN = {
     "radius": "10 mm",

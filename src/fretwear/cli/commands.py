@@ -87,7 +87,8 @@ def init(
     from fretwear.run.workflow import workspace
     from fretwear.study.problems import StudyError
     from fretwear.study.reading import load_study
-    from fretwear.study.yamlfile import as_mapping, read_document
+    from fretwear.study.study import as_mapping
+    from fretwear.study.yamlfile import read_document
     from fretwear.units import did_you_mean
 
     all_studies = workspace() / "studies"
@@ -187,7 +188,7 @@ def plan(
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
-    from fretwear.study.sections import study_schema
+    from fretwear.study.reading import study_schema
 
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 

@@ -246,7 +246,7 @@ def _in_words(
     from fretwear.study.parameters import parameter, value_text
 
     value = in_unit(math.inf if value is None else value, units or "")
-    return long_name or parameter(name).suiting(value).words, value_text(name, value)
+    return long_name or parameter(name).in_frame_of(value).words, value_text(name, value)
 
 
 def _texts(values: list[float], about: Any, errors: list[float]) -> list[str]:

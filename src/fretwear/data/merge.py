@@ -41,7 +41,7 @@ from fretwear.vocabulary import (
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
-    from fretwear.study.points import Axis
+    from fretwear.study.designs import Axis
     from fretwear.study.study import Study
 
 _MOST_SOURCES = 10

@@ -142,7 +142,7 @@ class ParameterAxis:
         self.name, self.levels = name, list(dict.fromkeys(levels))
         numbers = [level for level in self.levels if not isinstance(level, str)]
         self.is_numeric = len(numbers) == len(self.levels)
-        self.about = parameter(name).suiting(next(iter(numbers), 1.0))
+        self.about = parameter(name).in_frame_of(next(iter(numbers), 1.0))
         finite = np.unique([self.about.unit.of(n) for n in numbers if math.isfinite(n)])
         self.is_logarithmic = self.is_numeric and _is_spaced_by_ratio(finite)
         if finite.size > 1 and self.is_logarithmic:
@@ -189,7 +189,7 @@ def _is_spaced_by_ratio(numbers: Array) -> bool:
 
 def parameter_label(name: str, value: Value = 1.0) -> str:
     """Return the label of the axis of a parameter: words and unit, as they suit a value."""
-    about = parameter(name).suiting(value)
+    about = parameter(name).in_frame_of(value)
     is_plain = isinstance(value, str) or not about.unit.name
     return about.words if is_plain else f"{about.words} ({about.unit.name})"
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite, sqrt
-from typing import Any, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
 from fretwear.mechanics.wear.laws import Means, WearLaw
-from fretwear.parts import Part
+from fretwear.quantity import Inline, Part, PartOf, Quantity
 from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame
 
@@ -43,20 +43,74 @@ def block_at(blocks: Sequence[tuple[float, Kind]], cycle: float) -> Kind:
 class Setup:
     """Two bodies pressed together that slip back and forth; all in SI units."""
 
-    indenter: Indenter  #: the smooth part of the unworn gap
-    bodies: Bodies  #: their elasticity
-    normal: Normal  #: load or approach that presses the bodies together
-    loading: Loading  #: force, displacement or sliding imposed along x
-    friction_law: Friction  #: resistance to slip
-    wear_law: WearLaw  #: depth worn per pressure and path
-    plastic_limit: float = inf  #: largest pressure without friction, Pa; infinite when elastic
-    junction_growth: float = 0.0  #: α in p² + αq² ≤ p_lim², by which friction lowers the limit
-    roughness: Roughness | None = None  #: roughness of a surface; None if smooth
-    counterface: Roughness | None = None  #: roughness of the other one, if both are rough
-    slip_model: SlipModel = _USUAL_SLIP  #: how slip follows from the contact
-    frequency: float | None = None  #: of the motion, Hz; None where no law depends on it
-    debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies and bears load
-    bulk_stress: float = 0.0  #: amplitude along x in the flat, Pa, in phase with the force
+    indenter: Annotated[
+        Indenter,
+        PartOf(Indenter, "indenter", short="sphere", like="{kind: sphere, radius: 10 mm}"),
+        "Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
+    ]
+    bodies: Annotated[Bodies, Inline(Bodies)]  #: their elasticity
+    normal: Annotated[Normal, Inline(Normal)]  #: load or approach that presses them together
+    loading: Annotated[Loading, Inline(Loading)]  #: what is imposed along x
+    friction_law: Annotated[Friction, Inline(Friction)]  #: resistance to slip
+    wear_law: Annotated[WearLaw, Inline(WearLaw)]  #: depth worn per pressure and path
+    plastic_limit: Annotated[
+        float,
+        Quantity(
+            "Pa",
+            r"$p_\mathrm{lim}$",
+            "plastic limit",
+            "MPa",
+            like="4500 MPa",
+            gt=0.0,
+            infinite="elastic",
+        ),
+        "Highest pressure, about three times the yield stress; none: elastic.",
+    ] = inf
+    junction_growth: Annotated[
+        float,
+        Quantity("1", "$α_q$", "junction growth", like="9", ge=0.0),
+        "Factor α in p² + αq² ≤ p_lim², by which friction lowers the plastic limit.",
+    ] = 0.0
+    roughness: Annotated[
+        Roughness | None,
+        PartOf(
+            Roughness,
+            "roughness",
+            none="smooth",
+            like="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
+        ),
+        "Roughness of the surfaces; none: smooth.",
+    ] = None
+    counterface: Annotated[
+        Roughness | None,
+        PartOf(
+            Roughness,
+            "counterface",
+            none="smooth",
+            like="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
+            is_second=True,
+        ),
+        "Roughness of the other body's surface, where both are rough.",
+    ] = None
+    slip_model: Annotated[
+        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "How slip is computed."
+    ] = _USUAL_SLIP
+    frequency: Annotated[
+        float | None,
+        Quantity("s-1", "$f$", "frequency", "Hz", like="5 Hz", gt=0.0),
+        "Frequency of the motion, on which some laws of wear depend.",
+    ] = None
+    debris_fraction: Annotated[
+        float,
+        Quantity("1", "$γ$", "debris fraction", like="0.85", ge=0.0, le=1.0),
+        "Part γ of the worn material that stays between the bodies and carries load.",
+    ] = 0.0
+    bulk_stress: Annotated[
+        float,
+        Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", "80 MPa", ge=0.0),
+        "Amplitude of a stress along x in the flat, in phase with the tangential force; it moves "
+        "the stick zone, and adds to stresses below the surface.",
+    ] = 0.0
 
     @property
     def setup(self) -> Setup:

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from fretwear.problems import Problem
 from fretwear.run.resources import Job, grouped
 from fretwear.study.plan import Plan
-from fretwear.study.problems import StudyError
+from fretwear.study.problems import Problem, StudyError
 from fretwear.study.reading import load_plan
 from fretwear.version import code_digest
 

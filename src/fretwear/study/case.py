@@ -6,35 +6,45 @@ that none of them can miss a parameter.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import inspect
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from itertools import islice
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, Self
 
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import core_schema
+
+import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
+from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.parts import Parameter, Part, WholeNumber, derived, entry_text, is_list
-from fretwear.problems import Problem, Problems
-from fretwear.study.materials import MATERIAL, with_materials
-from fretwear.study.members import Inline, PartOf
-from fretwear.study.parameters import (
-    base_names,
-    by_member,
-    coordinate,
-    html_table,
-    make_member,
-    missing_parameters,
-    parameter_of,
-    read_values,
-    replaced_by,
-    with_parts_of_distance,
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Row, Strips
+from fretwear.mechanics.setup import Setup
+from fretwear.mechanics.slip.loading import Loading, SlidingDistance
+from fretwear.quantity import (
+    AXES,
+    Coordinates,
+    Inline,
+    Parameter,
+    PartOf,
+    Plain,
+    Quantity,
+    Schema,
+    declared,
+    derived,
+    each,
+    is_list,
+    json_text,
+    whole_number,
 )
+from fretwear.study.keys import Keys, coordinate
+from fretwear.study.materials import MATERIAL, with_materials
+from fretwear.study.problems import Problem, Problems, html_table
 from fretwear.study.rules import findings
-from fretwear.study.setup import MAX_CYCLES, Draft, members, snapshots_of
 from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
@@ -44,34 +54,30 @@ from fretwear.study.spacing import (
     default_spacing,
     usual_spacing,
 )
-from fretwear.units import QuantityError
+from fretwear.theory import HertzContact
+from fretwear.units import LINE_CONTACT, QuantityError
 
+MAX_CYCLES = 10**9
+PARTS_OF_A_DISTANCE = 1000
+"""Default number of cycles into which a sliding distance is divided."""
+_SNAPSHOTS = 8
+_SNAPSHOT = whole_number("$N$", "cycle", 0, MAX_CYCLES, 1000)
+_CYCLES = whole_number("$N$", "number of cycles", 1, MAX_CYCLES, 30000)
+_IN_BLOCKS = "normal", "loading", "friction_law"
 # Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = (
-    "counterface",
-    "junction_growth",
-    "frequency",
-    "debris_fraction",
-    "bulk_stress",
-    "blocks",
-    "error_estimate",
-    "accuracy",
-    "budget",
+    *("counterface", "junction_growth", "frequency", "debris_fraction", "bulk_stress", "blocks"),
+    *("error_estimate", "accuracy", "budget", "cell", "cycles"),
 )
-
 # With the default slip model, cases keep the ids that they had when it was another one.
 _SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
-
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
-_SNAPSHOT = WholeNumber(
-    "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
-)
 SNAPSHOTS_SCHEMA: dict[str, object] = {
     "description": "Cycles at which the fields are kept, besides 0 and the last; auto: about eight "
     "powers of ten and three times these.",
     "default": "auto",
-    "anyOf": [{"const": "auto"}, {"type": "array", "items": _SNAPSHOT.described()}],
+    "anyOf": [{"const": "auto"}, {"type": "array", "items": {"type": ["integer", "string"]}}],
 }
 
 
@@ -81,49 +87,101 @@ def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
         return None
     if not is_list(value):
         raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
-    problems, cycles = Problems(), dict[int, None]()
-    for position, cycle in enumerate(value):
-        with problems.at(f"[{position}]", cycle):
-            snapshot = _SNAPSHOT.read(cycle, True)
-            if in_file and snapshot in cycles:
-                raise QuantityError("is given twice")
-            cycles[snapshot] = None
-    problems.raise_any()
-    return tuple(cycles)
+    cycles = tuple(each(value, _SNAPSHOT.read))
+    if in_file and len(set(cycles)) < len(cycles):
+        raise QuantityError("gives a cycle twice")
+    return cycles
 
 
-class _Member(NamedTuple):
-    """A member of a case, as ids need it."""
+@dataclass(frozen=True)
+class Block:
+    """A number of cycles with other values of some parameters, in SI units."""
 
-    name: str
-    about: Parameter
-    part: PartOf | None  # the declaration of a part
-    default: object
-    may_be_unsaid: bool  # ids and canonical parameters leave the default out
+    cycles: int
+    values: tuple[tuple[str, object], ...] = ()
 
 
-@cache
-def _members() -> tuple[_Member, ...]:
-    unsaid = {*_UNSAID_AT_DEFAULT, "cell", "cycles"}
-    return tuple(
-        _Member(
-            name,
-            about,
-            about if isinstance(about, PartOf) else None,
-            getattr(Case, name, None),
-            name in unsaid,
+class Blocks(Plain):
+    """A list of blocks; consecutive blocks with the same values are merged."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        del source, handler
+        return core_schema.with_info_plain_validator_function(
+            lambda value, info: self.read(value, info.context)
         )
-        for name, about in members().items()
-    )
 
+    @property
+    def fields(self) -> dict[str, Parameter]:
+        """The parameters that a block may have, by name."""
+        changed = (members()[name] for name in _IN_BLOCKS)
+        keys = (part.keys for part in changed if isinstance(part, Inline))
+        return {name: about for of_part in keys for name, about in of_part.items()}
 
-_PLAIN = float, int
+    def read(self, value: object, folder: object = None) -> tuple[Block, ...]:
+        """Return the blocks; the error lists all problems."""
+        if not is_list(value) or not value:
+            raise QuantityError("must be a list of blocks", self.example)
 
+        def block(given: object) -> Block:
+            if isinstance(given, Block):
+                return given
+            if not isinstance(given, Mapping) or "cycles" not in given:
+                raise QuantityError("must be a block", "such as {cycles: 2000, load: 50 N}")
+            names, known = [*given], self.fields
+            if wrong := [name for name in names if name not in ("cycles", *known)]:
+                raise QuantityError(f"has {wrong[0]}, a key that a block cannot change")
+            values = each(
+                [*given.items()],
+                lambda item: (
+                    _CYCLES.read(item[1])  # type: ignore[index]
+                    if item[0] == "cycles"  # type: ignore[index]
+                    else case_keys()[item[0]].read(item[1], folder)
+                ),  # type: ignore[index]
+            )
+            read = dict(zip(names, values, strict=True))
+            return Block(read.pop("cycles"), tuple(sorted(read.items())))
 
-@lru_cache(4096, typed=True)
-def _plain_entry(name: str, value: float | None) -> str:
-    """An entry of the id of a case; many cases share the values of most members."""
-    return entry_text(name, members()[name].canonical(value))
+        blocks = list[Block]()
+        for one in each(value, block):
+            same = blocks and blocks[-1].values == one.values
+            earlier = blocks.pop().cycles if same else 0
+            blocks.append(Block(earlier + one.cycles, one.values))
+        return tuple(blocks)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        fields = {name: case_keys().value_schema(name) for name in ("cycles", *self.fields)}
+        block = {"type": "object", "additionalProperties": False, "properties": fields}
+        block["required"] = ["cycles"]
+        return {"type": "array", "minItems": 1, "items": block, **self.described}
+
+    def canonical(self, value: Sequence[Block]) -> object:
+        """Return a list of mappings."""
+        fields = self.fields
+        return [
+            {"cycles": block.cycles, **{n: fields[n].canonical(v) for n, v in block.values}}
+            for block in value
+        ]
+
+    def coordinates(self, name: str, value: Sequence[Block]) -> Coordinates:
+        """Yield the blocks as text, if there are any."""
+        if value:
+            yield name, Plain(name, self.words), self.text(value)
+
+    def text(self, value: Sequence[Block] | str) -> str:
+        """Return the blocks in words."""
+        if isinstance(value, str) or not value:
+            return str(value or "none")
+        fields = self.fields
+        return ", then ".join(
+            f"{block.cycles} cycles"
+            + "".join(f", {fields[n].symbol} = {fields[n].text(v)}" for n, v in block.values)
+            for block in value
+        ).replace("$", "")
 
 
 class _KeysOfBase:
@@ -131,8 +189,8 @@ class _KeysOfBase:
 
     def __get__(self, _: object, owner: type) -> inspect.Signature:
         keyword = inspect.Parameter.KEYWORD_ONLY
-        words = {name: parameter_of(name).words for name in base_names()} | {MATERIAL: "material"}
-        words["output_cycles"] = "cycles at which fields are kept"
+        words = {name: case_keys()[name].about.words for name in case_keys().names}
+        words |= {MATERIAL: "material", "output_cycles": "cycles at which fields are kept"}
         return inspect.Signature(
             [inspect.Parameter(n, keyword, default=None, annotation=w) for n, w in words.items()]
         )
@@ -149,8 +207,8 @@ class CaseError(ValueError):
         return "\n".join(str(problem) for problem in self.problems)
 
 
-@dataclass(frozen=True, init=False)
-class Case(Draft):
+@dataclass(frozen=True, init=False, kw_only=True)
+class Case(Setup):
     """One contact, one loading and one number of cycles, for `simulate`.
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  A case
@@ -178,6 +236,56 @@ class Case(Draft):
 
     __signature__ = _KeysOfBase()
 
+    cycles: Annotated[int, _CYCLES, "Number of load cycles."]
+    cell: Annotated[
+        tuple[float, float] | None,
+        Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", gt=0.0, places=AXES),
+        "Grid spacing along x and y; the default resolves contact and waves.",
+    ] = None
+    tolerance: Annotated[
+        float,
+        Quantity("1", "tolerance", "tolerance", like="0.01", gt=1e-6, le=0.1),
+        "Relative error of the wear integration.",
+    ] = 0.01
+    blocks: Annotated[
+        tuple[Block, ...],
+        Blocks(
+            "blocks",
+            "blocks of loading",
+            "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
+        ),
+        "Successive blocks of loading, instead of cycles. Each gives its cycles and "
+        "may change load, displacement or force, and friction; base may leave out a value that all "
+        "blocks give.",
+    ] = ()
+    error_estimate: Annotated[
+        bool,
+        Plain("", "estimate of errors", "false"),
+        "Whether a run on cells twice as wide estimates the error of every result.",
+    ] = True
+    accuracy: Annotated[
+        float,
+        Quantity(
+            "1",
+            "accuracy",
+            "accuracy",
+            like="0.02",
+            ge=0.001,
+            le=0.2,
+            infinite="as on default cells",
+        ),
+        "Largest relative error of wear, contact and stick zone, and energy. Runs on ever narrower "
+        "cells find the cell and the tolerance that it needs; none: default cells, whatever the "
+        "error. A written cell overrules it.",
+    ] = 0.02
+    budget: Annotated[
+        float | None,
+        Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
+        "How many times longer than on default cells a case may take to reach its accuracy; 10 "
+        "unless given.",
+    ] = None
+    output_cycles: tuple[int, ...] = ()
+
     def __init__(self, **parameters: object) -> None:
         problems = Problems()
         given = {name: value for name, value in parameters.items() if value is not None}
@@ -185,17 +293,39 @@ class Case(Draft):
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
             snapshots = read_snapshots(asked, in_file=False)
-        values = read_values(given, "", problems, units_required=False)
-        problems += missing_parameters(given, blocks=values.get("blocks", ()))
+        values = case_keys().read_values(given, "", problems)
+        parts = case_keys().members_of(values, given, problems)
         if problems:
             raise CaseError(problems)
-        given_by_member = by_member({**values, "output_cycles": snapshots})
-        parts = {
-            name: make_member(name, own_values) for name, own_values in given_by_member.items()
-        }
-        vars(self).update(vars(Case.of(parts)))
+        vars(self).update(vars(Case.of({**parts, "output_cycles": snapshots})))
         if broken := findings(self):
             raise CaseError(broken)
+
+    @classmethod
+    def of(cls, assembled: Mapping[str, object]) -> Self:
+        """Return the case of members already read, whose rules are not checked.
+
+        The number of cycles follows from the blocks, and the snapshots from both.
+        """
+        case = object.__new__(cls)
+        values = vars(case)
+        # What a case has derived from its members is not one of them.
+        values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
+        if blocks := case.blocks:
+            values["cycles"] = sum(block.cycles for block in blocks)
+            values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+        estimated = values.get("error_estimate", True) or "accuracy" in assembled
+        if values.get("cell") is not None or not estimated:
+            values["accuracy"] = math.inf
+        if isinstance(loading := values["loading"], SlidingDistance):
+            distance = loading.sliding_distance
+            values["loading"] = loading.unchecked(sliding_distance=distance, parts=values["cycles"])
+        values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
+        # The parameters of parts whose fields are keys, by their names.
+        for member, about in members().items():
+            if (part := values.get(member)) is not None and is_open(about, part):
+                values |= {n: v for n, v in vars(part).items() if n in part.parameters()}
+        return case
 
     def __repr__(self) -> str:
         return f"<Case {self.case_id}>"
@@ -220,11 +350,11 @@ class Case(Draft):
         kept: dict[str, object] = {}
         for member, about in members().items():
             value = getattr(self, member)
-            by_key = isinstance(about, PartOf) and about.are_keys(value)
-            kept |= {n: vars(value)[n] for n in value.parameters()} if by_key else {member: value}
+            open_ = is_open(about, value)
+            kept |= {n: vars(value)[n] for n in value.parameters()} if open_ else {member: value}
         # Blocks contain their cycles.
         del kept["cycles" if self.blocks else "blocks"]
-        for other in {other for name in changes for other in replaced_by(name)}:
+        for other in {other for name in changes for other in case_keys().replaced_by(name)}:
             kept.pop(other, None)
         if not changes.get("error_estimate", True):
             kept.pop("accuracy", None)
@@ -232,6 +362,30 @@ class Case(Draft):
             # The last cycle may change.
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
+
+    def changed(self, **members: object) -> Self:
+        """The case with other members, not checked against each other."""
+        fields = {n: value for n, value in vars(self).items() if n in self.__dataclass_fields__}
+        return self.of(fields | members)
+
+    # The cells.
+
+    @cached_property
+    def geometry(self) -> type[Geometry]:
+        """The kind of cells: rings for rotational symmetry, which friction as a vector breaks."""
+        if self.frame is LINE_CONTACT:
+            return Row if self.bulk_stress else Strips
+        round_and_plain = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
+        return Rings if round_and_plain and not self.slip_model.couples else Grid
+
+    @cached_property
+    def is_graded(self) -> bool:
+        """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
+        return self._is_plain and not issubclass(self.geometry, Grid)
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        return self.rough is None and not self.loading.stroke
 
     @cached_property
     def grid_spacing(self) -> tuple[float, float]:
@@ -302,11 +456,98 @@ class Case(Draft):
             return self
         dx, dy = self.grid_spacing
         wider = self.times_written(times)
-        case = self.of(vars(self) | {"cell": (wider * dx, wider * dy), "tolerance": tolerance})
+        case = self.changed(cell=(wider * dx, wider * dy), tolerance=tolerance)
         # Only these, among all that a case keeps, follow from cell and tolerance.
         kept = {n: value for n, value in vars(self).items() if n not in _OF_CELLS}
         vars(case).update({**kept, **vars(case), "accuracy": self.accuracy})
         return case
+
+    # Physics that follows before anything is run.
+
+    @property
+    def tangential_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
+        """X = Q/(µP); for the unworn smooth contact if a displacement is imposed."""
+        return self.loading.ratio(*self._unworn)
+
+    @property
+    def tangential_load(
+        self,
+    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
+        """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
+        return self.loading.amplitude(*self._unworn)
+
+    @property
+    def displacement_amplitude(
+        self,
+    ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
+        """Amplitude U of the imposed displacement, m, however it was given."""
+        return self.loading.displacement(*self._unworn)
+
+    @property
+    def displacement_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
+        """U over that at which the unworn smooth contact begins to slide as a whole."""
+        return self.displacement_amplitude / self.loading.transition(*self._unworn)
+
+    @property
+    def _unworn(self) -> tuple[float, float, HertzContact]:
+        return self.friction_law.coefficient, self.coupling, self.hertz
+
+    @cached_property
+    def plain_loading(self) -> Loading:
+        """The loading along x in SI units, however it was given."""
+        if self.blocks or (self.loading.is_force and not self.force_is_held):
+            return self.loading
+        return self.loading.plain(*self._unworn)
+
+    @cached_property
+    def force_is_held(self) -> bool:
+        """Whether P and Q stay as they are, and Q/(µP) with them."""
+        constant = self.at(self.cycles) is self and not self.blocks
+        return constant and self.normal.holds_load and self.loading.is_force
+
+    @property
+    def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
+        """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
+
+        For an elliptical contact, it is the radius of a circle of the same area. It also sets the
+        scale of contacts outside Hertz's theory, but is not among their coordinates.
+        """
+        return self.hertz.contact_radius
+
+    @property
+    def hertz_pressure(self) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
+        """Peak pressure p0 of the smooth elastic contact in Pa."""
+        return self.hertz.peak_pressure
+
+    @property
+    def scar_half_width(self) -> float:
+        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
+        path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
+        volume = self.combined_wear_coefficient * path * self.load_at(0.0)
+        width = self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
+        return min(width, self.indenter.end)
+
+    # Blocks of loading.
+
+    def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
+        """Each block as a case (None if it is not valid), with the cycle at which it ends."""
+        end = 0
+        for block in self.blocks or (Block(self.cycles),):
+            end += block.cycles
+            changed: dict[str, object] = {"blocks": ()}
+            for member in _IN_BLOCKS:
+                about = members()[member]
+                assert isinstance(about, Inline)
+                keys = about.keys
+                if given := {name: value for name, value in block.values if name in keys}:
+                    changed[member] = about.changed(getattr(self, member), given)
+            yield end, None if None in changed.values() else self.changed(**changed)
+
+    # What identifies a case.
 
     def canonical_parameters(self) -> dict[str, object]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
@@ -316,47 +557,34 @@ class Case(Draft):
         amplitude, and the value of the default spacing unless an accuracy is asked for.
         `Case(**...)` takes them back.
         """
-        canonical: dict[str, object] = {}
-        for name, about, are_keys, value in self._identity():
-            canonical |= value.canonical() if are_keys else {name: about.canonical(value)}
-        del canonical["kind"]
-        return canonical
-
-    def _identity(self) -> Iterator[tuple[str, Parameter, bool, Any]]:
-        """Yield the members that identify a case, whether their fields are keys, and values."""
-        values: dict[str, Any] = {**vars(self), "loading": self.plain_loading}
-        values["cell"] = None
+        values: dict[str, Any] = {name: getattr(self, name) for name in members()}
+        values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
             values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
         if self.blocks:
             del values["cycles"]  # they contain it
-        for name, about, part, default, may_be_unsaid in _members():
-            value = values.get(name, default)
-            if part is not None and part.are_keys(value):
-                yield name, about, True, value
-            elif not (may_be_unsaid and value == default):
-                yield name, about, False, value
+        canonical: dict[str, object] = {}
+        for name, value in values.items():
+            about, default = members()[name], getattr(Case, name, None)
+            if is_open(about, value):
+                canonical |= value.canonical()
+            elif name not in _UNSAID_AT_DEFAULT or value != default:
+                canonical[name] = about.canonical(value)
+        canonical.pop("kind", None)
+        return canonical
 
-    @property
+    @cached_property
     def case_id(self) -> str:
         """``<slug>-<hash>``: the main parameters, then eight digits of a hash of all parameters.
 
         The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
         twelve digits of a number count.
         """
-        entries: dict[str, str] = {}
-        for name, about, are_keys, value in self._identity():
-            if are_keys:
-                entries |= value.entries
-            elif name == "slip_model":
-                entries[name] = f'"{name}":"{_SLIP_IN_IDS.get(value.kind, value.kind)}"'
-            elif isinstance(value, Part):
-                entries[name] = f'"{name}":{value.text_under_key}'
-            elif value is None or isinstance(value, _PLAIN):
-                entries[name] = _plain_entry(name, value)
-            else:
-                entries[name] = entry_text(name, about.canonical(value))
-        text = f"{{{','.join([entries[name] for name in sorted(entries)])}}}"
+        parameters = self.canonical_parameters()
+        slip = parameters["slip_model"]
+        if isinstance(slip, str):
+            parameters["slip_model"] = _SLIP_IN_IDS.get(slip, slip)
+        text = json_text(parameters)
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,
@@ -393,9 +621,9 @@ class Case(Draft):
         for member, about in members().items():
             value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
             if isinstance(about, Inline):
-                for name, declared in {**about.keys, **value.parameters()}.items():
+                for name, one in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
-                        parameter = following.pop(name, declared).in_frame(self.frame)
+                        parameter = following.pop(name, one).in_frame(self.frame)
                         yield from parameter.coordinates(name, getattr(self, name))
             elif member == "cell":
                 yield from islice(about.coordinates(member, value), len(self.frame.axes))
@@ -405,5 +633,42 @@ class Case(Draft):
             # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 words = quantity.words.replace("radius", self.frame.extent)
-                renamed = dataclasses.replace(quantity, words=words)  # type: ignore[type-var]
-                yield from renamed.coordinates(name, getattr(self, name))
+                yield from quantity.renamed(words).coordinates(name, getattr(self, name))
+
+
+def members() -> Mapping[str, Parameter]:
+    """Return the fields of a case, except the snapshots, with their declarations."""
+    return declared(Case)
+
+
+@cache
+def case_keys() -> Keys:
+    """Return the keys of a case."""
+    return Keys(Case)
+
+
+def is_open(about: Parameter, value: object) -> bool:
+    """Whether the fields of a part are keys of the case."""
+    if isinstance(about, Inline):
+        return value is not None
+    return isinstance(about, PartOf) and getattr(value, "kind", "") == about.short != ""
+
+
+def with_parts_of_distance(given: Mapping[str, Any], varied: Iterable[str] = ()) -> dict[str, Any]:
+    """Keys of a case with the cycles into which a sliding distance is divided, unless given."""
+    names = {*given, *varied}
+    divided = "sliding_distance" in names and not names & {"cycles", "blocks"}
+    return {**given, "cycles": PARTS_OF_A_DISTANCE} if divided else dict(given)
+
+
+@lru_cache(64)
+def snapshots_of(asked: tuple[int, ...] | None, cycles: int) -> tuple[int, ...]:
+    """Return the snapshots in order, each once, with cycle 0 and the last among them.
+
+    By default they are the powers of ten and, up to eight in all, the largest of three times these.
+    """
+    if asked is None:
+        powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
+        between = [3 * power for power in reversed(powers) if 3 * power < cycles]
+        asked = (*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))])
+    return tuple(sorted({0, cycles, *asked}))

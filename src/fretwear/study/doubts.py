@@ -14,9 +14,9 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.loading import Displacement
 from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
-from fretwear.study.setup import cell_text
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
+    cell_text,
     narrowest_cell,
     narrowest_graded,
     rounded_down,

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 
-from fretwear.parts import is_list
-from fretwear.problems import Problems
+from fretwear.quantity import Misspelt, is_list
+from fretwear.study.problems import Problems
 from fretwear.units import listed
 
 MATERIAL = "material"
@@ -21,6 +21,10 @@ DESCRIPTION = (
     "A material of the table, or a pair [body I, body II]: short for youngs_modulus and "
     "poisson_ratio and, where the table has a hardness, for plastic_limit, unless these are given."
 )
+
+
+# Names of other standards, by which people know the same steel.
+_ALSO = dict.fromkeys(("100cr6", "aisi 52100", "suj2", "en31", "gcr15"), "52100")
 
 
 @cache
@@ -47,17 +51,16 @@ def with_materials(
         return dict(given)
     value, table = given[MATERIAL], material_table()
     pair = value if is_list(value) and len(value) == 2 else ()
-    names = [*pair] or [value]
+    names = {row.casefold(): row for row in table} | _ALSO
     rows = []
-    for position, name in enumerate(names):
-        listed_as = {row.casefold(): row for row in table}.get(str(name).casefold())
-        rows.append(table[listed_as or next(iter(table))])
-        if listed_as is None:
-            rule = "must be a material of the table, or a pair of them"
-            remedy = "give youngs_modulus and poisson_ratio"
-            place = f"{prefix}{MATERIAL}{f'[{position}]' if pair else ''}"
-            rule = "is not in the table of materials" if pair else rule
-            problems.add(place, name, rule, remedy, valid_words=(*table,), written=str(name))
+    for position, name in enumerate([*pair] or [value]):
+        row = table.get(names.get(str(name).casefold(), ""))
+        place = f"{prefix}{MATERIAL}{f'[{position}]' if pair else ''}"
+        if row is None:
+            with problems.at(place, name):
+                rule = "must be a material of the table, or a pair of them"
+                raise Misspelt(rule, [*table, "100Cr6"])
+        rows.append(row or next(iter(table.values())))
     columns = {name: [row[name] for row in rows] for name in PROPERTIES}
     constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
     if all(row["hardness"] for row in rows):

@@ -383,7 +383,8 @@ class Plan:
 
     def derived(self) -> Iterator[tuple[str, str]]:
         """Iterate over what the study leaves out, and derived quantities: words and value."""
-        left = [n for n in ("roughness", "plastic_limit") if n not in self.study.members]
+        given = {*self.study.fixed, *(axis.key for axis in self.study.axes)}
+        left = [n for n in ("roughness", "plastic_limit") if n not in given]
         if left:
             words = (f"{name} ({value_text(name, getattr(Case, name) or 'none')})" for name in left)
             yield "not given", ", ".join(words)

@@ -1,22 +1,144 @@
-"""Problems of a study file as one error, printable on any terminal."""
+"""Problems of values, each with its place, its rule and a remedy, and the error that lists them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from fretwear.problems import Problem
+from pydantic import ValidationError
+
+from fretwear.quantity import Misspelt
+from fretwear.units import QuantityError, did_you_mean
 
 ENDINGS = (".yaml", ".yml")
 """Endings of study files."""
 
+_LONGEST_VALUE = 60
 _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-
 _FORMULA = {"=", "+", "-", "@", "\t", "\r"}
 _QUANTITY = re.compile(r"[-+](\d+\.?\d*|\.\d+|inf)(e[-+]?\d+)?( ?[^\W\d][\w^/ ·]*)?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One problem of a study."""
+
+    key: str  # dotted name as in the file, such as vary.load[1]; empty for the file as a whole
+    given: object  # the value there, or None
+    rule: str  # what is wrong or required, as a sentence without its subject
+    remedy: str = ""  # what to do
+    line: int | None = None  # of the file, counted from 1
+
+    @property
+    def value(self) -> str:
+        """The value, as written in the file."""
+        text = in_words(self.given)
+        return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+    @property
+    def _place(self) -> str:
+        return self.key + (f" = {self.value}" if self.value else "")
+
+    @property
+    def sentence(self) -> str:
+        """Everything in one line."""
+        return f"{self._place} {self.rule}" + (f"; {self.remedy}" if self.remedy else "")
+
+    def __str__(self) -> str:
+        where = f" (line {self.line})" if self.line else ""
+        text = f"{self._place}{where}: {self.rule}" if self.key else f"{self.rule}{where}"
+        return text + (f"\n    {self.remedy}" if self.remedy else "")
+
+
+class Several(QuantityError):
+    """Several problems inside a value, with keys relative to it."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(problem.sentence for problem in problems))
+
+
+class Problems(list[Problem]):
+    """The problems found while reading, in order."""
+
+    @contextmanager
+    def at(self, key: str, given: object) -> Iterator[None]:
+        """Collect errors raised in the context as problems of a key."""
+        try:
+            yield
+        except ValidationError as error:
+            self.extend(_problem(key, one) for one in error.errors(include_url=False))
+        except Several as error:
+            self.extend(replace(one, key=f"{key}{one.key}") for one in error.problems)
+        except QuantityError as error:
+            self.append(_of_error(key, given, error))
+
+    def add(self, key: str, given: object, rule: str, remedy: str = "") -> None:
+        """Add a problem, which has no line yet."""
+        self.append(Problem(key, given, rule, remedy))
+
+    def unknown(
+        self, key: str, given: object, valid: Iterable[str], rule: str = "is not known"
+    ) -> None:
+        """Add a key that is none of the valid ones."""
+        valid = [*valid]
+        name = key.rpartition(".")[2]
+        remedy = did_you_mean(name, valid)
+        if not remedy and len(valid) < 12:
+            remedy = f"known are {', '.join(valid)}"
+        self.add(key, given, rule, remedy)
+
+
+def _of_error(key: str, given: object, error: QuantityError) -> Problem:
+    hint = error.hint
+    if isinstance(error, Misspelt):
+        hint = hint or did_you_mean(given, error.valid)
+    return Problem(key, given, error.rule, hint)
+
+
+def _problem(key: str, one: Mapping[str, Any]) -> Problem:
+    """A problem as pydantic reports it, in our words."""
+    path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in one["loc"])
+    place, given, context = f"{key}{path}", one["input"], one.get("ctx", {})
+    match one["type"]:
+        case "value_error" if isinstance(context["error"], QuantityError):
+            return _of_error(place, given, context["error"])
+        case "missing":
+            return Problem(place, None, "is missing")
+        case "unexpected_keyword_argument" | "extra_forbidden":
+            return Problem(place, given, "is not known", "fretwear schema lists all keys")
+        case "literal_error":
+            words = re.findall(r"'([^']*)'", str(context["expected"]))
+            return _of_error(place, given, Misspelt(f"must be {context['expected']}", words))
+        case "bool_parsing" | "bool_type":
+            return Problem(place, given, "must be true or false")
+        case _:
+            message = one["msg"].removeprefix("Value error, ").replace("Input should", "must")
+            return Problem(place, given, message[:1].lower() + message[1:])
+
+
+def in_words(value: object) -> str:
+    """Return a value as written in the file, printable; unequal values give unequal texts."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return value if value.isprintable() and value.strip() else repr(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {in_words(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(in_words(item) for item in value) + "]"
+    try:
+        return str(value)
+    except ValueError:  # Python refuses to write out whole numbers of thousands of digits
+        return "a number of thousands of digits"
 
 
 def printable(text: str) -> str:
@@ -57,3 +179,16 @@ def few_of(things: Sequence[object], most: int = 5) -> list[str]:
     """Return the first few items as text, and the number of the others."""
     more = [f"and {len(things) - most} more"] if len(things) > most else []
     return [*map(str, things[:most]), *more]
+
+
+def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
+    """Return a table for notebooks, the first column in the type of code."""
+    from html import escape
+
+    left = "style='text-align:left'"
+    lines = "".join(
+        f"<tr><th {left}><code>{escape(name)}</code></th>"
+        f"{''.join(f'<td {left}>{escape(cell)}</td>' for cell in others)}</tr>"
+        for name, *others in rows
+    )
+    return f"<table><caption>{escape(caption)}</caption>{lines}</table>"

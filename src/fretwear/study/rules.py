@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from fretwear.mechanics.slip.loading import (
     Displacement,
@@ -18,17 +19,19 @@ from fretwear.mechanics.slip.loading import (
 )
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.wear.laws import FallingCoefficient
-from fretwear.problems import Problem
-from fretwear.study.setup import Draft, cell_text, members
-from fretwear.study.spacing import rounded_down
+from fretwear.study.problems import Problem
+from fretwear.study.spacing import cell_text, rounded_down
 from fretwear.units import (
     BY_SI_UNIT,
     FORCE,
     LENGTH,
     PRESSURE,
-    Given,
+    FloatWithUnit,
     format_quantity,
 )
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
@@ -49,40 +52,42 @@ _GROSS_SLIP = "for gross slip write displacement_amplitude or sliding_amplitude 
 _CONTACT = "indenter bodies normal "
 
 
-@dataclass(frozen=True)
-class Rule:
-    """A rule, and the members or single parameters of a case that it needs."""
-
-    needs: frozenset[str]
-    broken: Callable[[Draft], Iterator[Problem]]
-
-    def find(self, case: Draft) -> Problem | None:
-        """Return the first problem of a case that breaks the rule; None if it keeps it."""
-        return next(self.broken(case), None)
+Rule = Callable[["Case"], Iterator[Problem]]
+_OF_BLOCKS = list[Rule]()
 
 
-def _needing(names: str) -> Callable[[Callable[[Draft], Iterator[Problem]]], Rule]:
-    return lambda broken: Rule(frozenset(names.split()), broken)
+def _rule(broken: Rule) -> Rule:
+    """A rule of every case without blocks, and of each block of a case."""
+    _OF_BLOCKS.append(broken)
+    return broken
+
+
+def _first(rule: Rule, case: Case) -> Problem | None:
+    """The first problem of a case that breaks a rule; None if it keeps it."""
+    return next(rule(case), None)
 
 
 def _length(value: float, digits: int = 3) -> str:
     return format_quantity(value, LENGTH, digits)
 
 
-def _force(case: Draft, load: float, digits: int = 6) -> str:
+def _force(case: Case, load: float, digits: int = 6) -> str:
     dimension = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     # N/µm suits only the stiffness of a rig.
     usual = tuple(unit for unit in dimension.units if unit.size < 1e6)
     return format_quantity(load, replace(dimension, units=usual), digits)
 
 
-@_needing("indenter normal loading")
-def _loads_suit(case: Draft) -> Iterator[Problem]:
+@_rule
+def _loads_suit(case: Case) -> Iterator[Problem]:
     load = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     for part in (case.normal, case.loading):
         for name, about in part.parameters().items():
             value = vars(part)[name]
-            if isinstance(value, Given) and value.si_unit != about.in_frame(case.frame).si_unit:
+            if (
+                isinstance(value, FloatWithUnit)
+                and value.si_unit != about.in_frame(case.frame).si_unit
+            ):
                 given = BY_SI_UNIT[value.si_unit].name
                 rule = f"is {given}, but the load of this {case.indenter.kind} is {load.name}"
                 hint = f"such as {name}: {load.example}"
@@ -91,8 +96,8 @@ def _loads_suit(case: Draft) -> Iterator[Problem]:
                 yield Problem(name, about.text(value), rule, hint)
 
 
-@_needing("indenter normal loading")
-def _reference_is_known(case: Draft) -> Iterator[Problem]:
+@_rule
+def _reference_is_known(case: Case) -> Iterator[Problem]:
     """Approach and displacement of a line contact depend on the choice of a reference.
 
     Quantities in units of the smooth contact need it to be known before the run.
@@ -120,8 +125,8 @@ def _reference_is_known(case: Draft) -> Iterator[Problem]:
         yield Problem(loading.kind, None, f"{rule} this {kind}", hint)
 
 
-@_needing("indenter loading")
-def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
+@_rule
+def _compliance_is_of_a_line(case: Case) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and case.frame.has_depth:
         rule = (
@@ -131,22 +136,22 @@ def _compliance_is_of_a_line(case: Draft) -> Iterator[Problem]:
         yield Problem("tangential_compliance", None, rule, hint)
 
 
-@_needing("accuracy error_estimate")
-def _accuracy_needs_estimates(case: Draft) -> Iterator[Problem]:
+@_rule
+def _accuracy_needs_estimates(case: Case) -> Iterator[Problem]:
     if math.isfinite(case.accuracy) and not case.error_estimate:
         rule = "leaves out the error estimates that an accuracy needs"
         yield Problem("error_estimate", False, rule, "give one of the two")
 
 
-@_needing("indenter cell")
-def _line_has_one_spacing(case: Draft) -> Iterator[Problem]:
+@_rule
+def _line_has_one_spacing(case: Case) -> Iterator[Problem]:
     if case.cell is not None and case.cell[0] != case.cell[1] and "y" not in case.frame.axes:
         rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
         yield Problem("cell", cell_text(case.cell), rule, f"write cell: {_length(case.cell[0], 6)}")
 
 
-@_needing(_CONTACT + "loading")
-def _stroke_is_even(case: Draft) -> Iterator[Problem]:
+@_rule
+def _stroke_is_even(case: Case) -> Iterator[Problem]:
     indenter, normal = case.indenter, case.normal
     if case.loading.stroke and not normal.holds_load and case.frame.has_depth:
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
@@ -156,8 +161,8 @@ def _stroke_is_even(case: Draft) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, rule, "turn its axes into x and y")
 
 
-@_needing(_CONTACT + "loading friction_law wear_law plastic_limit roughness counterface slip_model")
-def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
+@_rule
+def _load_pulsates_with_stroke_or_force(case: Case) -> Iterator[Problem]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
     least = case.normal.pulsating_load
     if least == 1.0 or case.wears_unevenly:
@@ -194,8 +199,8 @@ def _load_pulsates_with_stroke_or_force(case: Draft) -> Iterator[Problem]:
     yield Problem("pulsating_load", f"{least:g}", rule, hint)
 
 
-@_needing(_CONTACT + "loading friction_law slip_model bulk_stress")
-def _bulk_stress_keeps_stick_in_the_contact(case: Draft) -> Iterator[Problem]:
+@_rule
+def _bulk_stress_keeps_stick_in_the_contact(case: Case) -> Iterator[Problem]:
     """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
     if not case.bulk_stress:
         return
@@ -216,8 +221,8 @@ def _bulk_stress_keeps_stick_in_the_contact(case: Draft) -> Iterator[Problem]:
             yield Problem("bulk_stress", given, rule, "or raise the tangential load")
 
 
-@_needing(_CONTACT + "loading wear_law friction_law")
-def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
+@_rule
+def _bodies_wear_apart(case: Case) -> Iterator[Problem]:
     """Over a stroke, the wear of each body moves with the body."""
     law = case.wear_law
     if case.loading.travel and case.loading.travel > case.small_stroke and not law.is_of_each:
@@ -232,24 +237,24 @@ def _bodies_wear_apart(case: Draft) -> Iterator[Problem]:
         yield Problem(name, about.text(float(vars(law)[name])), rule, f"write {hint}")
 
 
-@_needing("wear_law loading")
-def _zones_slide(case: Draft) -> Iterator[Problem]:
+@_rule
+def _zones_slide(case: Case) -> Iterator[Problem]:
     if not case.loading.stroke and case.wear_law.is_in_zones:
         rule = "has a rim and a core, which only a contact that slides as a whole has"
         hint = "write sliding_amplitude: 25 um, or a coefficient without zones"
         yield Problem(next(iter(case.wear_law.parameters())), None, rule, hint)
 
 
-@_needing("wear_law frequency")
-def _frequency_is_known(case: Draft) -> Iterator[Problem]:
+@_rule
+def _frequency_is_known(case: Case) -> Iterator[Problem]:
     if case.wear_law.needs_frequency and case.frequency is None:
         rule = f"is missing, on which the {case.wear_law.kind} law of wear depends"
         yield Problem("frequency", None, rule, "such as frequency: 5 Hz")
 
 
-@_needing(_CONTACT + "loading wear_law friction_law cycles blocks debris_fraction")
-def _scar_is_small(case: Draft) -> Iterator[Problem]:
-    if not case.loading.stroke or _loads_suit.find(case):
+@_rule
+def _scar_is_small(case: Case) -> Iterator[Problem]:
+    if not case.loading.stroke or _first(_loads_suit, case):
         return
     kind, stroke = case.loading.kind, case.loading.travel
     most, radius = MOST_STROKE * case.hertz_radius, case.indenter.curvature_radius
@@ -269,8 +274,8 @@ def _scar_is_small(case: Draft) -> Iterator[Problem]:
         yield Problem(kind, given, rule, hint)
 
 
-@_needing("indenter loading roughness counterface")
-def _line_is_straight(case: Draft) -> Iterator[Problem]:
+@_rule
+def _line_is_straight(case: Case) -> Iterator[Problem]:
     kind, stroke = case.indenter.kind, case.loading.stroke
     across = "y" in case.frame.axes
     for name, part in [*case.surfaces.items()][1:] if stroke or not across else ():
@@ -291,16 +296,16 @@ def _line_is_straight(case: Draft) -> Iterator[Problem]:
         yield Problem(name, part.kind, rule, hint)
 
 
-@_needing("indenter slip_model")
-def _sphere_slip_needs_a_sphere(case: Draft) -> Iterator[Problem]:
+@_rule
+def _sphere_slip_needs_a_sphere(case: Case) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
         rule = f"is the closed form for a sphere or cylinder and does not describe this {kind}"
         yield Problem("slip_model", model, rule, "write slip_model: cerruti")
 
 
-@_needing("indenter roughness counterface")
-def _surfaces_are_sound(case: Draft) -> Iterator[Problem]:
+@_rule
+def _surfaces_are_sound(case: Case) -> Iterator[Problem]:
     """A surface may have a rule between its parameters, and each body has one surface."""
     for name, part in case.surfaces.items():
         if part.problem is not None:
@@ -311,8 +316,8 @@ def _surfaces_are_sound(case: Draft) -> Iterator[Problem]:
         yield Problem("counterface.body", bodies[1], "is also the body of roughness", hint)
 
 
-@_needing("tangential_ratio")
-def _ratio_slides(case: Draft) -> Iterator[Problem]:
+@_rule
+def _ratio_slides(case: Case) -> Iterator[Problem]:
     """Q ≥ µP slides as a whole, without a stick zone, which the model does not cover."""
     if isinstance(case.loading, TangentialRatio):
         ratio = case.loading.tangential_ratio
@@ -325,8 +330,8 @@ def _ratio_slides(case: Draft) -> Iterator[Problem]:
         yield from _all_sticks(case, ratio)
 
 
-@_needing(_CONTACT + "loading friction_law")
-def _load_slides(case: Draft) -> Iterator[Problem]:
+@_rule
+def _load_slides(case: Case) -> Iterator[Problem]:
     """Q ≥ µP as in `_ratio_slides`, if Q or a displacement is given."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     if isinstance(loading, TangentialRatio):
@@ -340,7 +345,7 @@ def _load_slides(case: Draft) -> Iterator[Problem]:
         yield from _all_sticks(case, case.tangential_ratio)
 
 
-def _all_sticks(case: Draft, ratio: float) -> Iterator[Problem]:
+def _all_sticks(case: Case, ratio: float) -> Iterator[Problem]:
     if ratio < LEAST_LOAD_RATIO:
         rule = f"leaves no slip to compute: Q/(µP) is {ratio:.3g} and must be at least "
         hint = "raise the displacement, or the stiffness of the rig"
@@ -348,13 +353,13 @@ def _all_sticks(case: Draft, ratio: float) -> Iterator[Problem]:
         yield Problem(case.loading.kind, None, f"{rule}{LEAST_LOAD_RATIO:g}", hint)
 
 
-def _largest_contact(case: Draft) -> float:
+def _largest_contact(case: Case) -> float:
     """Half-width, m, up to which a contact can be described."""
     end = case.indenter.end
     return end if math.isfinite(end) else GREATEST_CONTACT * case.indenter.curvature_radius
 
 
-def _end_of_contact(case: Draft) -> str:
+def _end_of_contact(case: Case) -> str:
     """The reason for `_largest_contact`."""
     radius, end = case.indenter.curvature_radius, case.indenter.end
     if math.isfinite(end):
@@ -362,8 +367,8 @@ def _end_of_contact(case: Draft) -> str:
     return f"{GREATEST_CONTACT:g} of the radius {_length(radius, 6)}, beyond half-space theory"
 
 
-@_needing(_CONTACT)
-def _contact_is_small(case: Draft) -> Iterator[Problem]:
+@_rule
+def _contact_is_small(case: Case) -> Iterator[Problem]:
     largest = _largest_contact(case)
     if case.hertz_radius <= largest:
         return
@@ -381,8 +386,8 @@ def _contact_is_small(case: Draft) -> Iterator[Problem]:
     yield Problem(case.normal.kind, given, rule, f"up to {greatest} would do")
 
 
-@_needing(_CONTACT + "plastic_limit")
-def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
+@_rule
+def _plastic_limit_carries_load(case: Case) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
@@ -403,8 +408,8 @@ def _plastic_limit_carries_load(case: Draft) -> Iterator[Problem]:
         yield Problem("plastic_limit", given, rule, hint)
 
 
-@_needing(_CONTACT + "loading friction_law plastic_limit junction_growth")
-def _lowered_limit_carries_load(case: Draft) -> Iterator[Problem]:
+@_rule
+def _lowered_limit_carries_load(case: Case) -> Iterator[Problem]:
     """The same where all slides, by the limit that friction lowers."""
     largest, lowered = _largest_contact(case), case.slip_limit
     if lowered == case.plastic_limit:
@@ -421,8 +426,8 @@ def _lowered_limit_carries_load(case: Draft) -> Iterator[Problem]:
         yield Problem("junction_growth", f"{case.junction_growth:.6g}", rule, hint)
 
 
-@_needing("cell roughness counterface indenter")
-def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
+@_rule
+def _cell_resolves_surfaces(case: Case) -> Iterator[Problem]:
     """A wave or an edge on too few cells would be a different surface."""
     if case.cell is None:
         return
@@ -440,8 +445,8 @@ def _cell_resolves_surfaces(case: Draft) -> Iterator[Problem]:
             yield Problem("cell", cell_text(case.cell), f"{rule} {least} cells", hint)
 
 
-@_needing(_CONTACT + "cell loading friction_law roughness counterface cycles blocks")
-def _cell_resolves_contact(case: Draft) -> Iterator[Problem]:
+@_rule
+def _cell_resolves_contact(case: Case) -> Iterator[Problem]:
     """Contact, stick zone and slip annulus must be wider than the cells."""
     if case.cell is None:
         return
@@ -467,19 +472,13 @@ def _finer(cell: Sequence[float], limits: Sequence[float]) -> str:
     return cell_text([rounded_down(min(pair), 3) for pair in zip(cell, limits, strict=True)])
 
 
-# All rules above hold for a case without blocks, and for each block of a case.
-_OF_BLOCKS = tuple(rule for rule in vars().values() if isinstance(rule, Rule))
-
-
-@_needing("cycles blocks output_cycles")
-def _snapshots_are_within_run(case: Draft) -> Iterator[Problem]:
+def _snapshots_are_within_run(case: Case) -> Iterator[Problem]:
     if beyond := ", ".join(str(cycle) for cycle in case.output_cycles if cycle > case.cycles):
         hint = f"give cycles from 0 to {case.cycles}, or raise cycles"
         yield Problem("output_cycles", beyond, f"is beyond the last cycle, {case.cycles}", hint)
 
 
-@_needing(" ".join({*members()} - {"cell", "tolerance"}))
-def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
+def _blocks_are_sound(case: Case) -> Iterator[Problem]:
     """Each block must be a valid case by itself, and all or none slide over a stroke."""
     blocks = [block for _, block in case.in_blocks()] if case.blocks else []
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
@@ -492,12 +491,12 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
         rule = "cannot be combined with sliding_distance, which is for the whole run"
         yield Problem("blocks", None, rule, "write sliding_amplitude")
     # Problems of the base are reported under its keys.
-    of_base = [rule.find(case) for rule in _OF_BLOCKS] if blocks else []
+    of_base = [_first(rule, case) for rule in _OF_BLOCKS] if blocks else []
     for number, block in enumerate(blocks, start=1):
         if block is None:
             yield Problem("blocks", None, f"block {number} lacks a parameter of its loading")
             continue
-        broken = next(filter(None, (rule.find(block) for rule in _OF_BLOCKS)), None)
+        broken = next(filter(None, (_first(rule, block) for rule in _OF_BLOCKS)), None)
         if broken is not None and broken not in of_base:
             value = f" = {broken.value}" if broken.value else ""
             rule = f"{broken.key}{value} in block {number} {broken.rule}"
@@ -507,6 +506,6 @@ def _blocks_are_sound(case: Draft) -> Iterator[Problem]:
 RULES = (*_OF_BLOCKS, _snapshots_are_within_run, _blocks_are_sound)
 
 
-def findings(case: Draft) -> list[Problem]:
+def findings(case: Case) -> list[Problem]:
     """Return the problems of a case, each of whose values is valid by itself."""
-    return [broken for rule in RULES if (broken := rule.find(case)) is not None]
+    return [broken for rule in RULES if (broken := _first(rule, case)) is not None]

@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 
-from fretwear.parts import Part
 from fretwear.plugins import StudySection
-from fretwear.problems import in_words
-from fretwear.study.case import Case
-from fretwear.study.parameters import by_member, html_table, make_member
-from fretwear.study.points import Axis, Design, Sobol
-from fretwear.study.problems import few_of
-from fretwear.study.yamlfile import as_mapping
+from fretwear.quantity import Part
+from fretwear.study.case import Case, case_keys
+from fretwear.study.designs import Axis, Design, Sobol
+from fretwear.study.problems import Problems, few_of, html_table, in_words
 
-_MOST_PARTS = 1024  # kept of each member, so that neighbouring points share them
 _MOST_SHOWN = 12
 ALL_POINTS = (1, None)
 """The first and the last number of all points of a study."""
-_Varied = tuple[list[int], Callable[..., object]]
+
+
+def as_mapping(given: object) -> Mapping[str, Any]:
+    """The content of a section, empty if it is no mapping."""
+    return given if isinstance(given, Mapping) else {}
 
 
 @dataclass(frozen=True)
@@ -34,11 +33,13 @@ class Study:
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how the varied values are combined
-    fixed: Mapping[str, Any]  # values of the other parameters, in SI units
-    content: Mapping[str, object]  # plain content of the file, overrides included
+    fixed: Mapping[str, Any]  # values of the other keys in SI units; of a varied part, as written
+    content: Mapping[str, Any]  # plain content of the file, overrides included
+    snapshots: tuple[int, ...] | None = None  # cycles at which fields are kept; None: about eight
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Sections of packages beside the core, by their place in the file.
     added: Mapping[str, StudySection] = field(default_factory=dict)
+    about: Mapping[str, str] = field(default_factory=dict)  # creator, license and so on
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
@@ -117,11 +118,12 @@ class Study:
         return {point.id: point.case for point in self.points() if point.case is not None}
 
     def case(self, index: tuple[int, ...]) -> Case:
-        """Return the case of a point from values already read and checked."""
+        """Return the case of a point, whose rules are not checked."""
         if (case := self._held.get(index)) is None:
-            fixed, varied = self._fixed_and_varied
-            parts = {name: of(*[index[i] for i in axes]) for name, (axes, of) in varied.items()}
-            self._held[index] = case = Case.of(fixed | parts)
+            problems = Problems()
+            parts = self.members(index, problems)
+            assert not problems, problems
+            self._held[index] = case = Case.of({**parts, "output_cycles": self.snapshots})
         return case
 
     @cached_property
@@ -129,43 +131,24 @@ class Study:
         """The cases that somebody holds, by the index of their point."""
         return WeakValueDictionary()
 
-    @cached_property
-    def _fixed_and_varied(self) -> tuple[dict[str, object], dict[str, _Varied]]:
-        members = self.members.items()
-        fixed = {name: part_of() for name, (axes, part_of) in members if not axes}
-        return fixed, {name: (axes, part_of) for name, (axes, part_of) in members if axes}
-
-    @cached_property
-    def members(self) -> Mapping[str, _Varied]:
-        """The members of a case that have valid values, by name.
-
-        Each has the axes that vary it, and a function that returns its part at positions along
-        these; neighbouring points share parts.
-        """
-        of_case: dict[str, _Varied] = {}
-        positions = {axis.name: position for position, axis in enumerate(self.axes)}
-        fixed, varied = by_member(self.fixed, positions), by_member(positions, self.fixed)
-        for member in {**fixed, **varied}:
-            given, names = fixed.get(member, {}), varied.get(member, {})
-            axes = [*names.values()]
-            part_of = lru_cache(_MOST_PARTS)(partial(self._part, member, given, names))
-            # Blocks decide point by point whether they complete a member.
-            tried = self.indices if "blocks" in {*given, *names} else self.indices[:1]
-            with suppress(KeyError):  # Values that the member needs too may be wrong.
-                for index in tried:
-                    part_of(*[index[i] for i in axes])
-                of_case[member] = axes, part_of
-        return of_case
-
-    def _part(
-        self, member: str, given: Mapping[str, Any], names: Mapping[str, int], *at: int
-    ) -> object:
-        axes = zip(names.items(), at, strict=True)
-        drawn = {name: self.axes[axis].values[place] for (name, axis), place in axes}
-        if drawn and isinstance(base := given.get(member), Part):
-            fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
-            drawn = {member: base.unchecked(**{**vars(base), **fields})}
-        return make_member(member, {**given, **drawn})
+    def members(self, index: tuple[int, ...], problems: Problems) -> dict[str, Any]:
+        """The members of the case of a point, by name; problems of its values are collected."""
+        values, fields = dict(self.fixed), dict[str, dict[str, Any]]()
+        for axis, position in zip(self.axes, index, strict=True):
+            whole, _, part = axis.name.partition(".")
+            if part:
+                fields.setdefault(whole, {})[part] = axis.values[position]
+            else:
+                values[axis.name] = axis.values[position]
+        for whole, varied in fields.items():
+            if isinstance(values.get(whole), Part):
+                changed = {**vars(values[whole]), **varied}
+                values[whole] = type(values[whole]).unchecked(**changed)
+                continue
+            part = {**as_mapping(values.pop(whole, {})), **varied}
+            with problems.at(f"base.{whole}", None):
+                values[whole] = case_keys()[whole].read(part)
+        return case_keys().members_of(values, {*values, *fields}, problems, "base.")
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from fretwear.parts import Part, Quantity
+from pydantic.dataclasses import dataclass
+
+from fretwear.quantity import Part, Quantity
 from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import ContactFrame
 
@@ -17,7 +19,7 @@ SMALL_STROKE = 0.05
 _IN_IDS = {"N": (1.0, "N"), "N m-1": (1e-3, "N_mm"), "m": (1e6, "um"), "1": (1.0, "")}
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Sliding:
     """The condition on the reduced contact: a load P*, or d* + flexibility · P* = level."""
 
@@ -88,12 +90,12 @@ class NormalLoad(Normal):
 
     load: Annotated[
         float,
-        Quantity("N", "$P$", "normal load", "N", above=0.0),
+        Quantity("N", "$P$", "normal load", "N", gt=0.0),
         "Normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
     pulsating_load: Annotated[
         float,
-        Quantity("1", "$R_P$", "load ratio", like="0.3", at_least=0.0, at_most=1.0, unsaid=1.0),
+        Quantity("1", "$R_P$", "load ratio", like="0.3", ge=0.0, le=1.0, omitted_value=1.0),
         "Least load over the largest, for a load that pulsates in phase with the motion: largest, "
         "and equal to load, at +Q or one end of the stroke, least at the other; 0: the contact "
         "opens. Default: constant.",
@@ -117,7 +119,7 @@ class Indentation(Normal):
 
     indentation: Annotated[
         float,
-        Quantity("m", "$δ$", "indentation", "um", like="2.2 um", above=0.0),
+        Quantity("m", "$δ$", "indentation", "um", like="2.2 um", gt=0.0),
         "Constant approach d of the bodies, instead of load.",
     ]
     kind: Literal["indentation"] = "indentation"
@@ -202,7 +204,7 @@ class TangentialRatio(Loading):
 
     tangential_ratio: Annotated[
         float,
-        Quantity("1", "$Q/µP$", "tangential load ratio", like="0.8", above=0.0),
+        Quantity("1", "$Q/µP$", "tangential load ratio", like="0.8", gt=0.0),
         "Tangential load as Q/(µP), less than 1. Or give tangential_load.",
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
@@ -219,7 +221,7 @@ class TangentialLoad(Loading):
 
     tangential_load: Annotated[
         float,
-        Quantity("N", "$Q$", "tangential load amplitude", "N", like="20 N", above=0.0),
+        Quantity("N", "$Q$", "tangential load amplitude", "N", like="20 N", gt=0.0),
         "Tangential load Q, less than µP. Or give tangential_ratio.",
     ]
     kind: Literal["tangential_load"] = "tangential_load"
@@ -254,7 +256,7 @@ class SlidingAmplitude(GrossSliding):
 
     sliding_amplitude: Annotated[
         float,
-        Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", above=0.0),
+        Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", gt=0.0),
         "Sliding amplitude, half the stroke, of a contact that slides as a whole; "
         "the elasticity of bodies and rig takes up none of it.",
     ]
@@ -276,7 +278,7 @@ class SlidingDistance(GrossSliding):
 
     sliding_distance: Annotated[
         float,
-        Quantity("m", "$L$", "sliding distance", "m", like="3600 m", above=0.0),
+        Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
         "Distance slid by a contact that slides as a whole in one direction and stays in one "
         "place, such as a block on a ring; cycles, 1000 by default, are equal parts of it.",
     ]
@@ -301,7 +303,7 @@ class Displacement(Loading):
     rig_stiffness: Annotated[
         float,
         Quantity(
-            "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", above=0.0, infinite="rigid rig"
+            "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", gt=0.0, infinite="rigid rig"
         ),
         "Stiffness S of the rig in series with the contact; the displacement is "
         "then the rig's. Default: none, a rigid rig.",
@@ -314,8 +316,8 @@ class Displacement(Loading):
             "tangential compliance",
             "um/(N/mm)",
             like="0.1 um/(N/mm)",
-            at_least=0.0,
-            unsaid=0.0,
+            ge=0.0,
+            omitted_value=0.0,
         ),
         "Displacement of a line contact, its bodies and rig per tangential load per "
         "length while nothing slips: the slope of the loop after a reversal.",
@@ -359,7 +361,7 @@ class DisplacementAmplitude(Displacement):
 
     displacement_amplitude: Annotated[
         float,
-        Quantity("m", "$U$", "displacement amplitude", "um", like="1 um", above=0.0),
+        Quantity("m", "$U$", "displacement amplitude", "um", like="1 um", gt=0.0),
         "Amplitude U of the tangential displacement of distant points.",
     ]
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
@@ -389,7 +391,7 @@ class DisplacementRatio(Displacement):
 
     displacement_ratio: Annotated[
         float,
-        Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", above=0.0),
+        Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", gt=0.0),
         "Displacement U over the displacement at which the unworn smooth contact, "
         "without the rig, begins to slide as a whole.",
     ]

@@ -35,7 +35,7 @@ from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Lay
 from fretwear.mechanics.slip.coupled import Sheared, shear
 from fretwear.mechanics.slip.loading import Loading, Normal, Sliding
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
-from fretwear.parts import Part
+from fretwear.quantity import Part
 from fretwear.theory import HertzContact, LineContact
 
 _COARSE = 1e-2

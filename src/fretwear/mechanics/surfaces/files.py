@@ -20,9 +20,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import core_schema
 
 from fretwear.arrays import Array, Mask
-from fretwear.parts import Coordinates, Plain, Schema, is_list
+from fretwear.quantity import Plain, Schema, is_list
 from fretwear.tables import Layout, Table, read_text_table
 from fretwear.units import LENGTH, QuantityError, listed, parse_quantity, size_text
 
@@ -44,20 +46,6 @@ _REMEDY = "export the part of the surface that touches"
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
-class Located(str):
-    """A file name as a study file has it, relative to the folder of that file."""
-
-    __slots__ = ("folder",)
-    folder: Path
-
-    @classmethod
-    def at(cls, name: str, folder: Path) -> Located:
-        """Return a name in a folder."""
-        located = cls(name)
-        located.folder = folder
-        return located
-
-
 @dataclass(frozen=True)
 class Source:
     """A file identified by name and checksum; its folder does not count and may be empty."""
@@ -74,18 +62,26 @@ class Source:
 class SourceFile(Plain):
     """The name of a file, relative to the study file; its checksum is the value."""
 
-    example: str = ""
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        del source, handler
 
-    def read(self, value: object, units_required: bool) -> Source:
-        """Return the file's name and checksum."""
-        if isinstance(value, Source):
+        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> Source | None:
+            return self.read(value, info.context)
+
+        return core_schema.with_info_plain_validator_function(validated)
+
+    def read(self, value: object, folder: Path | None = None) -> Source | None:
+        """Return the file's name and checksum; names are relative to a folder."""
+        if value is None or isinstance(value, Source):
             return value
         if not isinstance(value, str) or not value.strip():
             raise QuantityError("must be the name of a file", f"such as {self.example}")
         # As stored in a dataset; a study needs the file itself.
-        if not units_required and (stored := _STORED.fullmatch(value)):
+        if folder is None and (stored := _STORED.fullmatch(value)):
             return Source(stored["name"], stored["checksum"])
-        path, checksum = getattr(value, "folder", Path()) / value, ""
+        path, checksum = (folder or Path()) / value, ""
         try:
             status = path.stat()
             is_file, size = stat.S_ISREG(status.st_mode), status.st_size
@@ -112,17 +108,16 @@ class SourceFile(Plain):
         """Return name and checksum in a line, which `read` takes back."""
         return str(value)
 
-    def coordinates(self, name: str, value: object) -> Coordinates:
-        """Yield the same line."""
-        yield name, self, str(value)
-
     def text(self, value: object) -> str:
         """Return the name."""
         return str(value).partition(" sha256:")[0]
 
-    def schema(self) -> Schema:
-        """JSON Schema of the value in a study file."""
-        return {"type": "string", "minLength": 1, "examples": [self.example]}
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        text = {"type": "string", "minLength": 1, "examples": [self.example]}
+        return {**text, **self.described}
 
 
 @lru_cache(maxsize=256)
@@ -158,11 +153,16 @@ def read_once(most: int) -> Callable[[Callable[Arguments, Content]], Callable[Ar
 class FileKey(Plain):
     """A key beside the name of a file, as text; empty: as the file says it."""
 
-    example: str = ""
     options: tuple[str, ...] = ()  # all that it may be
-    unsaid: Any = ""
+    omitted_value: Any = ""
 
-    def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - text
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        del source, handler
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def read(self, value: object) -> str:
         """Return the text; a list becomes a text with commas."""
         if value is None or value == "":
             return ""
@@ -170,14 +170,15 @@ class FileKey(Plain):
         if not all(isinstance(one, str | int) for one in values):
             raise QuantityError("must be text", f"such as {self.example}")
         if self.options and value not in self.options:
-            raise QuantityError(f"must be {listed(self.options, 'or')}", "", self.options)
+            raise QuantityError(f"must be {listed(self.options, 'or')}")
         return ", ".join(str(one) for one in values)
 
-    def schema(self) -> Schema:
-        """JSON Schema of the value in a study file."""
-        if self.options:
-            return {"enum": [*self.options]}
-        return {"type": ["string", "integer", "array"], "examples": [self.example]}
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        text = {"type": ["string", "integer", "array"], "examples": [self.example]}
+        return {**({"enum": [*self.options]} if self.options else text), **self.described}
 
 
 @dataclass(frozen=True, eq=False)

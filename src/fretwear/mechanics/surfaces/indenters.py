@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
-from fretwear.forms import PerBody, pair
 from fretwear.mechanics.contact.cells import Even
 from fretwear.mechanics.slip.loading import Normal
 from fretwear.mechanics.surfaces.materials import Bodies
-from fretwear.parts import Part, Quantity
+from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import (
     EllipticContact,
     FlatPunchContact,
@@ -115,7 +114,7 @@ class Sphere(Indenter):
 
     radius: Annotated[
         float,
-        Quantity("m", "$R$", "sphere radius", "mm", like="10 mm", above=0.0),
+        Quantity("m", "$R$", "sphere radius", "mm", like="10 mm", gt=0.0),
         "Radius R of the sphere.",
     ]
     kind: Literal["sphere"] = "sphere"
@@ -158,7 +157,7 @@ class Cylinder(_Straight):
 
     radius: Annotated[
         float,
-        Quantity("m", "$R$", "cylinder radius", "mm", like="6 mm", above=0.0),
+        Quantity("m", "$R$", "cylinder radius", "mm", like="6 mm", gt=0.0),
         "Radius R of the cylinder.",
     ]
     kind: Literal["cylinder"] = "cylinder"
@@ -176,7 +175,7 @@ class Cylinder(_Straight):
 
 _EdgeRadius = Annotated[
     float,
-    Quantity("m", r"$R_\mathrm{e}$", "radius of the edge", "mm", like="10 mm", above=0.0),
+    Quantity("m", r"$R_\mathrm{e}$", "radius of the edge", "mm", like="10 mm", gt=0.0),
 ]
 _HalfWidth = Annotated[
     float,
@@ -186,9 +185,9 @@ _HalfWidth = Annotated[
         "half-width of the punch",
         "mm",
         like="2.4 mm",
-        above=0.0,
+        gt=0.0,
         infinite="no end",
-        unsaid=math.inf,
+        omitted_value=math.inf,
     ),
     "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
 ]
@@ -246,7 +245,7 @@ class FlatPunch(_Punch, _Straight):
     """A flat punch along y with rounded edges: gap (|x| − b)²/2R_e beyond the flat to ±b."""
 
     flat_half_width: Annotated[
-        float, Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0)
+        float, Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", gt=0.0)
     ]
     edge_radius: _EdgeRadius
     half_width: _HalfWidth = math.inf
@@ -321,12 +320,8 @@ class _Elliptic(Indenter):
 class Ellipsoid(_Elliptic):
     """A body with two radii: gap x²/2R_x + y²/2R_y."""
 
-    radius_x: Annotated[
-        float, Quantity("m", "$R_x$", "radius along x", "mm", like="10 mm", above=0.0)
-    ]
-    radius_y: Annotated[
-        float, Quantity("m", "$R_y$", "radius along y", "mm", like="40 mm", above=0.0)
-    ]
+    radius_x: Annotated[float, Quantity("m", "$R_x$", "radius along x", "mm", like="10 mm", gt=0.0)]
+    radius_y: Annotated[float, Quantity("m", "$R_y$", "radius along y", "mm", like="40 mm", gt=0.0)]
     kind: Literal["ellipsoid"] = "ellipsoid"
 
     def gap(self, x: Array, y: Array) -> Array:
@@ -346,7 +341,7 @@ class CrossedCylinders(_Elliptic):
 
     radii: Annotated[
         float | tuple[float, float],
-        PerBody(Quantity("m", "$R$", "cylinder radius", "mm", like="5 mm", above=0.0)),
+        Quantity("m", "$R$", "cylinder radius", "mm", like="5 mm", gt=0.0, places=MATERIALS),
         "Radius of both cylinders, or a pair [at the angle, along x].",
     ]
     angle: Annotated[
@@ -357,8 +352,8 @@ class CrossedCylinders(_Elliptic):
             "angle of the axes",
             "deg",
             like="90 deg",
-            above=0.0,
-            at_most=0.5 * math.pi,
+            gt=0.0,
+            le=0.5 * math.pi,
         ),
         "Angle between the axes; slip is along the axis of the second cylinder.",
     ] = 0.5 * math.pi
@@ -417,7 +412,7 @@ class RoundPunch(_Punch, RoundIndenter):
     """A round flat punch with a rounded edge: gap (r − b)²/2R_e beyond the flat of radius b."""
 
     flat_radius: Annotated[
-        float, Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0)
+        float, Quantity("m", "$b$", "radius of the flat", "um", like="100 um", gt=0.0)
     ]
     edge_radius: _EdgeRadius
     half_width: _HalfWidth = math.inf

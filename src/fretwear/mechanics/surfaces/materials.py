@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
-from fretwear.forms import PerBody, pair
+from pydantic.dataclasses import dataclass
+
 from fretwear.mechanics.values import OverCycles
-from fretwear.parts import Part, Quantity
+from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import composite_modulus, coupling_ratio
 
 
@@ -40,12 +40,12 @@ class ElasticBodies(Bodies):
 
     youngs_modulus: Annotated[
         float | tuple[float, float],
-        PerBody(Quantity("Pa", "$E$", "Young's modulus", "GPa", above=0.0)),
+        Quantity("Pa", "$E$", "Young's modulus", "GPa", gt=0.0, places=MATERIALS),
         "Young's modulus E, or a pair [body I, body II].",
     ]
     poisson_ratio: Annotated[
         float | tuple[float, float],
-        PerBody(Quantity("1", "$ν$", "Poisson's ratio", above=-1.0, at_most=0.5)),
+        Quantity("1", "$ν$", "Poisson's ratio", gt=-1.0, le=0.5, places=MATERIALS),
         "Poisson's ratio, or a pair [body I, body II].",
     ]
     kind: Literal["elastic"] = "elastic"
@@ -98,7 +98,7 @@ class Coulomb(Friction):
 
     friction: Annotated[
         float | OverCycles,
-        OverCycles.of(Quantity("1", "$µ$", "coefficient of friction", like="0.5", above=0.0)),
+        Quantity("1", "$µ$", "coefficient of friction", like="0.5", gt=0.0, forms=(OverCycles,)),
         "Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
         "linear between these cycles.",
     ]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.dataclasses import dataclass
+from pydantic_core import core_schema
 
 from fretwear.arrays import Array
-from fretwear.forms import Patch
 from fretwear.mechanics.surfaces.files import (
     FORMS,
     UNKNOWN,
@@ -28,7 +30,16 @@ from fretwear.mechanics.surfaces.files import (
 )
 from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, Indenter, RoundIndenter
 from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
-from fretwear.parts import Choice, Part, Quantity
+from fretwear.quantity import (
+    Coordinates,
+    Part,
+    Plain,
+    Quantity,
+    Schema,
+    each,
+    is_list,
+    means_none,
+)
 from fretwear.theory import Reduced
 from fretwear.units import QuantityError
 
@@ -38,6 +49,42 @@ if TYPE_CHECKING:
 Coordinate = TypeVar("Coordinate", float, Array)
 _TABLE = 1000
 _MOST_MISSING = 0.05  # of the points within the contact
+_SIDE = Quantity("m", "", "", "mm", like="0.5 mm", ge=0.0)
+
+
+class Patch(Plain):
+    """A rectangle [x, y, width, height]; None for the whole map."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> Rectangle | None:
+            if value is None or means_none(value):
+                return None
+            if not is_list(value) or len(value) != 4:
+                raise QuantityError("must be [x, y, width, height]", self.like)
+            x, y, width, height = each(value, lambda one: _SIDE.read(one, info.context))
+            if 0.0 in (width, height):
+                raise QuantityError("must have a width and a height larger than 0")
+            return x, y, width, height
+
+        return core_schema.with_info_plain_validator_function(validated)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        length = {"type": ["string", "number"]}
+        sides = {"type": "array", "items": length, "minItems": 4, "maxItems": 4}
+        return {"anyOf": [{"const": "none"}, sides], **self.described}
+
+    def canonical(self, value: Rectangle | None) -> object:
+        """Return a list of lengths, m, or ``none``."""
+        return "none" if value is None else [*value]
+
+    def coordinates(self, name: str, value: Rectangle | None) -> Coordinates:
+        """Yield the rectangle as one text, in m."""
+        yield name, self, str(self.canonical(value))
 
 
 class FromFile(Part):
@@ -214,18 +261,18 @@ class MeasuredRoughness(_Map, Roughness):
         "File of a profilometer or a microscope, relative to the study file.",
     ]
     tilt: Annotated[
-        str,
-        Choice("tilt", "tilt of the surface", ("remove", "keep")),
+        Literal["remove", "keep"],
+        Plain("tilt", "tilt of the surface", like="remove"),
         "Whether to level the surface.",
     ] = "remove"
     patch: Annotated[
         Rectangle | None,
-        Patch("patch", "patch of the surface"),
+        Patch("patch", "patch of the surface", "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"),
         "Part to use, [x, y, width, height] from the corner; none: all.",
     ] = None
     body: Annotated[
-        str,
-        Choice("body", "body of the surface", ("flat", "indenter")),
+        Literal["flat", "indenter"],
+        Plain("body", "body of the surface", like="flat"),
         "The body that has this surface.",
     ] = "flat"
     form: Annotated[
@@ -341,7 +388,7 @@ class HeightMapIndenter(_Map, Indenter):
     ]
     patch: Annotated[
         Rectangle | None,
-        Patch("patch", "patch of the height map"),
+        Patch("patch", "patch of the height map", "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"),
         "Part to use, [x, y, width, height] from the corner; none: all.",
     ] = None
     kind: Literal["height_map"] = "height_map"
@@ -371,7 +418,7 @@ class HeightMapIndenter(_Map, Indenter):
         return super().read()
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class _Paraboloid:
     """c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², m, its apex, m, and inverse mean curvature, m."""
 

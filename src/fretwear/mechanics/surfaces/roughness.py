@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Annotated, ClassVar, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
-from fretwear.parts import Part, Quantity, WholeNumber
+from fretwear.quantity import Part, Quantity, whole_number
 
 MAX_SLOPE = math.pi / 4.0
 _Value = TypeVar("_Value")
@@ -31,7 +32,7 @@ TIPS = 2.5
 STEEPEST = 3.0
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Tip:
     """A tip of a surface: curvatures along x and y, 1/m, and how far apart tips in a row are, m.
 
@@ -150,7 +151,7 @@ class Roughness(Part):
         return self.finest
 
 
-_Slope = partial(Quantity, at_least=0.0, below=MAX_SLOPE, absent=0.0)
+_Slope = partial(Quantity, ge=0.0, lt=MAX_SLOPE, absent=0.0)
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ class WavyRoughness(Roughness):
         float,
         Quantity(
             *("m", r"$h_\mathrm{a}$", "roughness amplitude", "um"),
-            at_least=0.0,
+            ge=0.0,
             zero="smooth",
             absent=0.0,
         ),
@@ -275,35 +276,33 @@ class SelfAffineRoughness(Roughness):
     rms_height: Annotated[
         float,
         Quantity(
-            "m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um", like="0.2 um", above=0.0
+            "m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um", like="0.2 um", gt=0.0
         ),
         "Root mean square of the height.",
     ]
     hurst: Annotated[
         float,
-        Quantity("1", "$H$", "Hurst exponent", like="0.8", above=0.0, at_most=1.0),
+        Quantity("1", "$H$", "Hurst exponent", like="0.8", gt=0.0, le=1.0),
         "Hurst exponent H; the density falls with the power -2 - 2H.",
     ]
     rolloff_wavelength: Annotated[
         float,
-        Quantity("m", r"$λ_\mathrm{r}$", "roll-off wavelength", "um", like="80 um", above=0.0),
+        Quantity("m", r"$λ_\mathrm{r}$", "roll-off wavelength", "um", like="80 um", gt=0.0),
         "Longer waves have the same density; usual for finished surfaces.",
     ]
     shortest_wavelength: Annotated[
         float,
-        Quantity("m", r"$λ_\mathrm{s}$", "shortest wavelength", "um", like="8 um", above=0.0),
+        Quantity("m", r"$λ_\mathrm{s}$", "shortest wavelength", "um", like="8 um", gt=0.0),
         "Where the spectrum ends; the default grid spacing is an eighth of it.",
     ]
     seed: Annotated[
         int,
-        WholeNumber("seed", "seed of the roughness", 0, 2**31 - 1, 7),
+        whole_number("seed", "seed of the roughness", 0, 2**31 - 1, 7),
         "Selects one of the random surfaces.",
     ]
     anisotropy: Annotated[
         float,
-        Quantity(
-            "1", "$λ_x/λ_y$", "anisotropy of the roughness", like="1", at_least=1e-2, at_most=1e2
-        ),
+        Quantity("1", "$λ_x/λ_y$", "anisotropy of the roughness", like="1", ge=1e-2, le=1e2),
         "Wavelengths along x over those along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
@@ -432,7 +431,7 @@ def _nearer(one: tuple[float, float], other: tuple[float, float]) -> tuple[float
     return min(one[0], other[0]), min(one[1], other[1])
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class BothRough(Roughness):
     """Two rough surfaces, one on each body, whose contributions to the gap add up."""
 

@@ -6,19 +6,19 @@ motion. The integrators evaluate it in every stage, for the contact of the stage
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
-from fretwear.forms import Mapped
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.values import OfBodies
-from fretwear.parts import Part, Quantity
+from fretwear.quantity import BODIES, Part, Quantity
 
 # The least part of a mean that is left when a change is extrapolated.
 _LEAST_LEFT = 0.1
@@ -46,6 +46,7 @@ class Coefficient(Part):
 
     follows_contact = True  # whether it changes as the bodies wear
     needs_frequency = False  # whether it depends on the frequency of the motion
+    may_be_of_one_body = False  # whether it may be one of a pair
 
     def __float__(self) -> float:
         raise NotImplementedError
@@ -62,7 +63,7 @@ class Coefficient(Part):
 
 _ReferenceFrequency = Annotated[
     float,
-    Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", at_least=0.0, unsaid=0.0),
+    Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", ge=0.0, omitted_value=0.0),
 ]
 
 
@@ -72,25 +73,28 @@ class PowerLaw(Coefficient):
 
     value: Annotated[
         float,
-        Quantity("Pa-1", "$K_r$", "wear coefficient in reference conditions", "/ Pa", above=0.0),
+        Quantity("Pa-1", "$K_r$", "wear coefficient in reference conditions", "/ Pa", gt=0.0),
     ]
     pressure_exponent: Annotated[
-        float, Quantity("1", "$n$", "pressure exponent", like="0.6", unsaid=0.0)
+        float, Quantity("1", "$n$", "pressure exponent", like="0.6", omitted_value=0.0)
     ] = 0.0
     reference_pressure: Annotated[
         float,
-        Quantity("Pa", "$p_r$", "reference pressure", "MPa", "100 MPa", at_least=0.0, unsaid=0.0),
+        Quantity("Pa", "$p_r$", "reference pressure", "MPa", "100 MPa", ge=0.0, omitted_value=0.0),
     ] = 0.0
     sliding_exponent: Annotated[
-        float, Quantity("1", "$m$", "sliding exponent", like="0.7", unsaid=0.0)
+        float, Quantity("1", "$m$", "sliding exponent", like="0.7", omitted_value=0.0)
     ] = 0.0
     reference_sliding: Annotated[
-        float, Quantity("m", "$s_r$", "reference sliding", "um", "100 um", at_least=0.0, unsaid=0.0)
+        float,
+        Quantity("m", "$s_r$", "reference sliding", "um", "100 um", ge=0.0, omitted_value=0.0),
     ] = 0.0
     frequency_exponent: Annotated[
-        float, Quantity("1", "$k$", "frequency exponent", like="-0.3", unsaid=0.0)
+        float, Quantity("1", "$k$", "frequency exponent", like="-0.3", omitted_value=0.0)
     ] = 0.0
     reference_frequency: _ReferenceFrequency = 0.0
+
+    may_be_of_one_body = True
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -98,7 +102,7 @@ class PowerLaw(Coefficient):
         for name, about in self.parameters().items():
             what = name.removeprefix("reference_")
             if what != name and not vars(self)[name] and vars(self)[f"{what}_exponent"]:
-                return f"needs {name} for its {what}_exponent", about.such_as(name)
+                return f"needs {name} for its {what}_exponent", f"such as {name}: {about.example}"
         return None
 
     @property
@@ -137,18 +141,32 @@ class FallingCoefficient(Coefficient):
 
     slow: Annotated[
         float | OfBodies,
-        OfBodies.of(Quantity("Pa-1", "$α_0$", "wear per energy at low power", "mm^3/J", above=0.0)),
+        Quantity(
+            "Pa-1",
+            "$α_0$",
+            "wear per energy at low power",
+            "mm^3/J",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
+        ),
     ]
     fast: Annotated[
         float | OfBodies,
-        OfBodies.of(
-            Quantity("Pa-1", "$α_1$", "wear per energy at high power", "mm^3/J", above=0.0)
+        Quantity(
+            "Pa-1",
+            "$α_1$",
+            "wear per energy at high power",
+            "mm^3/J",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
         ),
     ]
-    decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", above=0.0)]
+    decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", gt=0.0)]
     frequency: Annotated[
         float,
-        Quantity("s-1", "$f$", "frequency", "Hz", at_least=0.0, unsaid=0.0),
+        Quantity("s-1", "$f$", "frequency", "Hz", ge=0.0, omitted_value=0.0),
         "Frequency for this law alone, instead of the frequency of the case.",
     ] = 0.0
 
@@ -196,17 +214,33 @@ class RimAndCore(Coefficient):
 
     rim: Annotated[
         float | OfBodies,
-        OfBodies.of(Quantity("Pa-1", "$α_r$", "wear per energy in the rim", "mm^3/J", above=0.0)),
+        Quantity(
+            "Pa-1",
+            "$α_r$",
+            "wear per energy in the rim",
+            "mm^3/J",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
+        ),
     ]
     core: Annotated[
         float | OfBodies,
-        OfBodies.of(Quantity("Pa-1", "$α_c$", "wear per energy in the core", "mm^3/J", above=0.0)),
+        Quantity(
+            "Pa-1",
+            "$α_c$",
+            "wear per energy in the core",
+            "mm^3/J",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
+        ),
     ]
     rim_width: Annotated[
-        float, Quantity("m", r"$b_\mathrm{rim}$", "width of the rim", "mm", above=0.0)
+        float, Quantity("m", r"$b_\mathrm{rim}$", "width of the rim", "mm", gt=0.0)
     ]
     width_exponent: Annotated[
-        float, Quantity("1", "$l$", "width exponent", like="-0.71", unsaid=0.0)
+        float, Quantity("1", "$l$", "width exponent", like="-0.71", omitted_value=0.0)
     ] = 0.0
     reference_frequency: _ReferenceFrequency = 0.0
 
@@ -251,7 +285,7 @@ class RimAndCore(Coefficient):
         return RimZones(core, width, (means.half_width_x, means.half_width_y))
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class RimZones:
     """A rim along the edge of a contact, and the core inside of it."""
 
@@ -374,8 +408,15 @@ class Archard(_OfCoefficient):
 
     wear_coefficient: Annotated[
         float | OfBodies | PowerLaw,
-        OfBodies.of(
-            Quantity("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0), Mapped(PowerLaw)
+        Quantity(
+            "Pa-1",
+            "$K_w$",
+            "wear coefficient",
+            "/ Pa",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
+            forms=(PowerLaw,),
         ),
         "Archard's wear coefficient K_w, depth per pressure and slip path, for both "
         "bodies together or [indenter, flat]; or, for a power law of pressure, sliding and "
@@ -398,12 +439,16 @@ class EnergyWear(_OfCoefficient):
 
     energy_wear_coefficient: Annotated[
         float | OfBodies | Coefficient,
-        OfBodies.of(
-            Quantity(
-                "Pa-1", "$α$", "energy wear coefficient", "mm^3/J", like="5e-5 mm^3/J", above=0.0
-            ),
-            Mapped(PowerLaw),
-            together=(Mapped(FallingCoefficient), Mapped(RimAndCore)),
+        Quantity(
+            "Pa-1",
+            "$α$",
+            "energy wear coefficient",
+            "mm^3/J",
+            like="5e-5 mm^3/J",
+            gt=0.0,
+            places=BODIES,
+            record=OfBodies,
+            forms=(PowerLaw, FallingCoefficient, RimAndCore),
         ),
         "Wear volume per dissipated energy α, for both bodies together or "
         "[indenter, flat]; or a power law as in wear_coefficient; or a mapping: slow, fast and "

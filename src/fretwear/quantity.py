@@ -1,0 +1,792 @@
+"""Fields of parts as annotations: how each is read, printed, stored and labelled.
+
+A part of a case is a frozen pydantic dataclass that is parameter object and physics at once.  Each
+of its fields is annotated by a `Parameter`, and only there::
+
+    radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", gt=0.0), "Its radius."]
+
+pydantic validates the fields. Its context is the folder of a study file, in which numbers need
+units, or None elsewhere, where they are in SI units.  JSON Schema, case ids, coordinates of
+datasets and labels follow by walking the fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any, ClassVar, Self, TypeGuard, get_args, get_type_hints
+
+from pydantic import ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError, core_schema
+
+from fretwear.units import (
+    BY_SI_UNIT,
+    LINE_CONTACT,
+    NO_UNIT,
+    NUMBER_PATTERN,
+    ContactFrame,
+    Dimension,
+    FloatWithUnit,
+    QuantityError,
+    Unit,
+    format_quantity,
+    number_text,
+    parse_quantity,
+    with_unit,
+)
+
+Schema = dict[str, Any]  # a JSON Schema
+Coordinates = Iterator[tuple[str, "Parameter", Any]]  # name, parameter, SI value
+Places = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
+
+MATERIALS: Places = (("1", "of body I"), ("2", "of body II"))
+AXES: Places = (("x", "along x"), ("y", "along y"))
+BODIES: Places = (("indenter", "of the indenter"), ("flat", "of the flat"))
+
+LONGEST = 10.0
+"""Longest length, m, that a parameter may have."""
+# No physical value lies beyond these; powers and quotients of values within them stay finite.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+# A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
+_BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
+    "gt": ("larger than", operator.gt, "exclusiveMinimum"),
+    "ge": ("at least", operator.ge, "minimum"),
+    "lt": ("less than", operator.lt, "exclusiveMaximum"),
+    "le": ("at most", operator.le, "maximum"),
+}
+_NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
+_QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
+
+
+class Parameter:
+    """What a field of a part is: its words, symbol and unit."""
+
+    si_unit: str = "1"  # in UDUNITS notation, ``1`` for plain numbers
+    symbol: str = ""  # in mathtext
+    words: str = ""  # its name in messages, tables and long names
+    like: str = ""  # a value, as in a study file
+    description: str = ""  # a sentence for the JSON Schema and the documentation
+    unit: Unit = NO_UNIT  # unit for people
+    may_be_drawn: bool = False  # whether values may be drawn from a range
+    absent: float | None = None  # the coordinate of a case without this part
+    omitted_value: float | None = None  # the value that ids and coordinates leave out
+
+    @property
+    def example(self) -> str:
+        """A value, as in a study file."""
+        return self.like
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return handler(source)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        return {**handler(schema), **self.described}
+
+    @property
+    def described(self) -> Schema:
+        """The description of a JSON Schema."""
+        return {"description": self.description or f"{self.words.capitalize()}."}
+
+    def renamed(self, words: str, symbol: str = "") -> Self:
+        """Return the parameter with other words, and another symbol if one is given."""
+        changes = {"words": words, "symbol": symbol or self.symbol}
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+    def in_frame(self, frame: ContactFrame) -> Parameter:  # noqa: ARG002 - alike, but for forces
+        """Return the parameter as a point or a line contact has it."""
+        return self
+
+    def in_frame_of(self, value: object) -> Parameter:
+        """Return the parameter in the frame in which a value is given."""
+        per_length = self.in_frame(LINE_CONTACT)
+        is_per_length = isinstance(value, FloatWithUnit) and value.si_unit == per_length.si_unit
+        return per_length if is_per_length else self
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        """Yield the scalar coordinates of a value: name, parameter, SI value."""
+        if self.omitted_value is None or value != self.omitted_value:
+            yield name, self, value if isinstance(value, float | int) else str(value)
+
+    def canonical(self, value: Any) -> object:
+        """Return the value in a form that JSON can hold and a case takes back."""
+        return value
+
+    def allows(self, value: object) -> bool:  # noqa: ARG002 - words may be anything
+        """Say whether a coordinate may have this value."""
+        return True
+
+    def word_for(self, value: object) -> str:
+        """Return the word for a special value, such as "elastic"; empty for other values."""
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return value if isinstance(value, str) else ""
+
+    def text(self, value: Any) -> str:
+        """Return a value in readable units: ``25 N``, ``5.7°``, ``elastic``."""
+        return self.word_for(value) or str(value)
+
+
+@dataclass(frozen=True)
+class Plain(Parameter):
+    """A parameter without a unit, which pydantic reads by its type."""
+
+    symbol: str
+    words: str
+    like: str = ""
+    description: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Quantity(Parameter):
+    """A physical quantity or a plain number within a range, with bounds in SI units.
+
+    With `places` it may be a list of values, and with `forms` a mapping: a dataclass of these.
+    """
+
+    si_unit: str  # ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``
+    symbol: str
+    words: str
+    shown_in: str = ""  # unit for people, as typed in study files (``um``); empty: plain numbers
+    like: str = ""  # a sensible value; empty: the example of its dimension
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+    infinite: str = ""  # the word for an infinite value, which study files call ``none``
+    zero: str = ""  # the word for zero
+    absent: float | None = None  # coordinate of a case without its part
+    omitted_value: float | None = None  # left out of ids and coordinates
+    places: Places = ()
+    record: type[tuple[Any, ...]] = tuple  # the type of a list of values
+    forms: tuple[type, ...] = ()
+    is_whole: bool = False
+    description: str = field(default="", kw_only=True)
+
+    @property
+    def may_be_drawn(self) -> bool:  # type: ignore[override]
+        """Whether values may be drawn from a range."""
+        return not self.is_whole and self.places in ((), BODIES)
+
+    @cached_property
+    def dimension(self) -> Dimension:
+        """The kind of quantity, with an example of its own."""
+        dimension = BY_SI_UNIT[self.si_unit]
+        return dataclasses.replace(dimension, example=self.like or dimension.example)
+
+    @cached_property
+    def unit(self) -> Unit:  # type: ignore[override]
+        """Unit for people."""
+        units = {unit.typed or unit.name: unit for unit in self.dimension.units}
+        return units[self.shown_in] if self.shown_in else NO_UNIT
+
+    @property
+    def example(self) -> str:
+        """A value, as in a study file."""
+        return self.dimension.example
+
+    def __get_pydantic_core_schema__(
+        self,
+        source: Any,
+        handler: GetCoreSchemaHandler,  # noqa: ARG002 - one schema for all types
+    ) -> core_schema.CoreSchema:
+        is_optional = type(None) in get_args(source)
+
+        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
+            if value is None and is_optional:
+                return None
+            return self.read(value, info.context)
+
+        return core_schema.with_info_plain_validator_function(validated)
+
+    def read(self, value: object, folder: object = None) -> Any:
+        """Return a value in SI units; numbers need their unit if there is a `folder`."""
+        if self.record is not tuple and isinstance(value, self.record):
+            return value
+        if self.forms and isinstance(value, (Mapping, *self.forms)):
+            return self._read_form(value, folder)
+        if self.places and is_list(value):
+            if len(value) != len(self.places):
+                rule = f"must be one value, or {len(self.places)}: {self._of_places}"
+                raise QuantityError(f"{rule}, but is a list of {len(value)}")
+            item = self._item
+            items = each(value, lambda one: item.read(one, folder))
+            if self.places is BODIES and not sum(map(float, items)) > 0.0:
+                raise QuantityError("must be larger than 0 for one body at least")
+            return self.record(items)
+        number = self._read_number(value, folder is not None)
+        return (number, number) if self.places is AXES else number
+
+    @property
+    def _of_places(self) -> str:
+        return f"[{', '.join(words.removeprefix('of ') for _, words in self.places)}]"
+
+    @property
+    def single(self) -> Quantity:
+        """The quantity of a single value."""
+        return dataclasses.replace(self, places=(), record=tuple, forms=())
+
+    @cached_property
+    def _item(self) -> Quantity:
+        """One of several values; one of two bodies may not wear at all."""
+        changes: dict[str, Any] = {"gt": None, "ge": 0.0} if self.places is BODIES else {}
+        forms = tuple(form for form in self.forms if getattr(form, "may_be_of_one_body", False))
+        return dataclasses.replace(self, places=(), record=tuple, forms=forms, **changes)
+
+    def _read_form(self, value: object, folder: object) -> object:
+        forms = self.forms
+        if isinstance(value, Mapping):
+            keys = value.keys()
+            form = max(forms, key=lambda one: len(one.__dataclass_fields__.keys() & keys))  # type: ignore[attr-defined]
+            value = adapter(form).validate_python(value, context=folder)
+        read_by = getattr(value, "read_by", None)  # of a table of values
+        return value if read_by is None else read_by(self._item, folder)
+
+    def _read_number(self, value: object, units_required: bool) -> float:
+        none = self.infinite and (means_none(value) or (value is None and not units_required))
+        if none or (self.infinite and value == math.inf and not units_required):
+            return math.inf
+        number = math.nan
+        if self.is_whole:
+            with suppress(QuantityError):
+                number = parse_quantity(value, self.dimension)
+            if not number.is_integer():
+                raise QuantityError(f"must be a whole number such as {self.example}")
+            number = int(number)
+        else:
+            number = self._parsed(value, units_required)
+        if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
+            raise QuantityError(f"must be {self.range_text()}")
+        if self.si_unit == "m" and abs(number) > LONGEST and self.words != "sliding distance":
+            raise QuantityError(f"must be at most {LONGEST:g} m")
+        if number > _LARGEST or (0.0 in (self.gt, self.ge) and 0.0 < number < _SMALLEST):
+            raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
+        return number
+
+    def _parsed(self, value: object, units_required: bool) -> float:
+        if type(value) in (int, float) and value == 0 and 0.0 in (self.gt, self.ge):
+            return 0.0  # nothing is nothing in any unit
+        per_length = self.in_frame(LINE_CONTACT)
+        if per_length is self or isinstance(value, FloatWithUnit):
+            return (
+                parse_quantity(value, self.dimension, units_required=units_required)
+                if not (isinstance(value, FloatWithUnit))
+                else value
+            )
+        # A force tells by its unit which contact it loads, or by none.
+        if not isinstance(value, str):
+            return parse_quantity(value, self.dimension, units_required=units_required)
+        with suppress(QuantityError):
+            return FloatWithUnit(parse_quantity(value, per_length.dimension), per_length.si_unit)
+        number = parse_quantity(value, self.dimension, units_required=units_required)
+        return FloatWithUnit(number, self.si_unit)
+
+    def in_frame(self, frame: ContactFrame) -> Quantity:
+        """Return the parameter as a point or a line contact has it: a force may be per length."""
+        if (unit := frame.unit(self.si_unit)) == self.si_unit or self.si_unit not in ("N", "J"):
+            return self
+        example = BY_SI_UNIT[unit].example
+        return dataclasses.replace(
+            self,
+            si_unit=unit,
+            words=frame.words(self.words, self.si_unit),
+            shown_in=example.partition(" ")[2],
+            like=example,
+        )
+
+    @cached_property
+    def _bounds(self) -> list[tuple[str, Callable[[float, float], bool], str, float]]:
+        limits = ((*bound, getattr(self, name)) for name, bound in _BOUNDS.items())
+        return [bound for bound in limits if bound[-1] is not None]
+
+    def range_text(self) -> str:
+        """The range in words, such as "larger than -1 and at most 0.5"."""
+        return " and ".join(
+            f"{words} {format_quantity(bound, self.dimension) if bound else '0'}"
+            for words, _, _, bound in self._bounds
+        )
+
+    def coordinates(self, name: str, value: Any) -> Coordinates:
+        """Yield the scalar coordinates of a value; of a pair, one for each place."""
+        if self.places is MATERIALS:
+            first, second = pair(value)
+            value = first if first == second else (first, second)
+        if isinstance(value, tuple):
+            if self.record is not tuple:
+                yield name, self, float(value)  # type: ignore[arg-type]
+            for (end, words), item in zip(self.places, value, strict=True):
+                # Longer endings do not fit a symbol, which may have an index already.
+                symbol = f"${self.symbol.strip('$')}_{end}$" if len(end) == 1 else ""
+                about = self._item.renamed(f"{self.words} {words}", symbol)
+                yield from about.coordinates(f"{name}_{end}", item)
+        elif dataclasses.is_dataclass(value):
+            yield name, self, float(value)  # type: ignore[arg-type]
+            yield from value.coordinates(name)  # type: ignore[attr-defined]
+        elif value is None or value != self.omitted_value:
+            yield name, self.in_frame_of(value), value
+
+    def canonical(self, value: Any) -> object:
+        """Return the SI numbers in a form that JSON can hold; infinity is the word ``none``."""
+        if self.places in (MATERIALS, AXES) and value is not None:
+            value = pair(value)
+        if isinstance(value, tuple):
+            return [self._item.canonical(item) for item in value]
+        if dataclasses.is_dataclass(value):
+            return {n: one for n, one in value.canonical().items() if n != "kind"}  # type: ignore[attr-defined]
+        return "none" if isinstance(value, float) and math.isinf(value) else value
+
+    def allows(self, value: object) -> bool:
+        """Say whether a coordinate may have this value."""
+        with suppress(QuantityError):
+            self._item._read_number(value, False)
+            return True
+        return value == self.absent
+
+    def word_for(self, value: object) -> str:
+        """Return the word for a special value, such as "elastic"; empty for other values."""
+        if self.infinite and value == math.inf:
+            return self.infinite
+        return self.zero if value == 0.0 else super().word_for(value)
+
+    def text(self, value: Any) -> str:
+        """Return a value in readable units: ``25 N``, ``5.7°``, ``elastic``."""
+        if not isinstance(value, float | int | str):
+            return str(value)
+        unit = self.in_frame_of(value).unit
+        return self.word_for(value) or with_unit(number_text(float(value) / unit.size), unit)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        return {**self._schema, **self.described}
+
+    @property
+    def _schema(self) -> Schema:
+        single: list[Schema] = [{**_QUANTITY_SCHEMA, "examples": [self.example]}]
+        if self.dimension.is_plain_number:
+            bounds = {keyword: limit for _, _, keyword, limit in self._bounds}
+            single = [{"type": "integer" if self.is_whole else "number", **bounds}, _NUMBER_SCHEMA]
+        elif self.ge == 0.0:
+            single.append({"const": 0})
+        single += [{"const": "none"}] if self.infinite else []
+        if self.places:
+            ends = {"minItems": len(self.places), "maxItems": len(self.places)}
+            single.append({"type": "array", "items": self._item._schema, **ends})
+        single += [inlined(adapter(form).json_schema()) for form in self.forms]
+        return {"anyOf": single}
+
+
+def whole_number(symbol: str, words: str, ge: int, le: int, usual: int) -> Quantity:
+    """A whole number within a range, bounds included; ``1e4``, which YAML reads as text, counts."""
+    return Quantity("1", symbol, words, like=str(usual), ge=ge, le=le, is_whole=True)
+
+
+@dataclass(frozen=True)
+class PartOf(Parameter):
+    """A part under its own key: a mapping ``{kind: ..., ...}``, or the name of a kind."""
+
+    family: type[Part]
+    words: str = ""
+    short: str = ""  # the kind whose fields may be given as keys of the case instead
+    none: str = ""  # the word for a case without the part, such as "smooth"
+    like: str = ""
+    is_second: bool = False  # second part of its family, whose name its parameters bear
+    description: str = field(default="", kw_only=True)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        def absent(value: object) -> object:
+            return None if self.none and means_none(value) else value
+
+        return core_schema.no_info_before_validator_function(absent, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        kinds = self.family.kinds()
+        choices: list[Schema] = [{"const": "none"}] if self.none else []
+        if bare := [name for name, kind in kinds.items() if not required(kind)]:
+            choices.append({"enum": bare})
+        for kind in kinds.values():
+            # Fields may be missing that are varied.
+            whole = inlined(adapter(kind).json_schema())
+            choices.append({key: item for key, item in whole.items() if key != "required"})
+        return {"anyOf": choices, **self.described}
+
+    def named(self, parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
+        """Parameters of a kind by name; their words mention a second part of the family."""
+        named = dict(parameters)
+        for name, about in parameters.items() if self.is_second else ():
+            words = about.words.replace("roughness", self.words).replace("surface", self.words)
+            words = words if self.words in words else f"{words} of the {self.words}"
+            named[name] = about.renamed(words)
+        return named
+
+    def canonical(self, value: Any) -> object:
+        """Return the mapping, or the name of a kind without fields; None without a part."""
+        return None if value is None else value.under_key
+
+    def coordinates(self, name: str, value: Part | None) -> Coordinates:
+        """Yield the coordinates of the fields; zero without a part."""
+        kind = next(iter(self.family.kinds().values())) if value is None else type(value)
+        parameters = self.named(kind.parameters())
+        if value is not None:
+            if not parameters:
+                yield name, self, value.kind
+            for part_field, about in self.named(derived(kind)).items():
+                yield from about.coordinates(f"{name}_{part_field}", getattr(value, part_field))
+        for part_field, about in parameters.items():
+            number = about.absent if value is None else vars(value)[part_field]
+            if number is not None:
+                key = part_field if kind.kind == self.short else f"{name}_{part_field}"
+                yield from about.coordinates(key, number)
+
+    def word_for(self, value: object) -> str:
+        """Return the short form of a part given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
+        if value == "none":
+            return self.none
+        kinds = self.family.kinds()
+        if isinstance(value, str) and value in kinds:
+            return kinds[value].caption or value
+        content = dict(
+            (key.strip(), text.strip())
+            for key, colon, text in (
+                one.partition(":") for one in str(value).strip("{}").split(",")
+            )
+            if colon
+        )
+        named = [kinds[content["kind"]]] if content.get("kind") in kinds else kinds.values()
+        about = {key: one for kind in named for key, one in kind.parameters().items()}
+        texts = [
+            f"{plain_symbol(about[key].symbol)} = {text.replace(' um', ' µm').replace(' deg', '°')}"
+            for key, text in content.items()
+            if key in about
+        ]
+        return ", ".join(texts) or str(value)
+
+
+class Inline(PartOf):
+    """A part whose fields are keys of the case; the keys given decide its kind."""
+
+    @property
+    def keys(self) -> dict[str, Parameter]:
+        """The parameters of all kinds by name."""
+        kinds = self.family.kinds().values()
+        return {name: about for kind in kinds for name, about in kind.parameters().items()}
+
+    @property
+    def leading(self) -> dict[str, type[Part]]:
+        """The kinds by their leading key, the first required one that not all kinds have."""
+        kinds = self.family.kinds().values()
+        common = set.intersection(*({*kind.parameters()} for kind in kinds))
+        leading: dict[str, type[Part]] = {}
+        for kind in kinds:
+            keys = [n for n in kind.parameters() if n in required(kind) and n not in common]
+            leading |= {name: kind for name in keys[:1] if name not in leading}
+        return leading
+
+    def kind_of(self, keys: Any, kinds: Sequence[type[Part]] = ()) -> type[Part] | None:
+        """Return the first kind that has all of the keys and requires no others."""
+        for kind in kinds or self.family.kinds().values():
+            if required(kind) <= {*keys} <= kind.parameters().keys():
+                return kind
+        return None
+
+    def changed(self, part: Part, given: Mapping[str, object]) -> Part | None:
+        """Return the part with other values of some fields, of another kind if these need it."""
+        for kind in (type(part), *self.family.kinds().values()):
+            common = kind.parameters().keys() & vars(part).keys()
+            fields = {name: vars(part)[name] for name in common} | given
+            if self.kind_of(fields, [kind]):
+                return kind.unchecked(**fields)
+        return None
+
+
+class Part:
+    """A part of a case: a frozen pydantic dataclass whose fields are annotated by a `Parameter`.
+
+    A class that derives from `Part` directly is a family, such as `Roughness`; the dataclasses
+    that derive from a family are its kinds. Writing the class adds a kind.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    kind: str = ""  # name in study files: ``{kind: wavy, ...}``
+    caption: ClassVar[str] = ""  # name in a caption, where `kind` alone is unclear
+
+    def __init_subclass__(cls, **options: object) -> None:
+        super().__init_subclass__(**options)
+        Part.kinds.cache_clear()
+
+    def __post_init__(self) -> None:
+        """Check the rule between the fields."""
+        if self.problem is not None:
+            raise QuantityError(*self.problem)
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        if "__dataclass_fields__" in vars(cls):
+            return handler(source)
+
+        def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> Self:
+            return cls.read(value, info.context)
+
+        return core_schema.with_info_plain_validator_function(kind_of)
+
+    @classmethod
+    def read(cls, value: object, folder: object = None) -> Self:
+        """Return a part of the kind that a mapping names, or of the usual one."""
+        if isinstance(value, cls):
+            return value
+        kinds = cls.kinds()
+        if isinstance(value, str) and value in kinds:
+            value = {"kind": value}
+        if not isinstance(value, Mapping):
+            such = next(iter(kinds.values())).such()
+            raise Misspelt(f"must be one of {', '.join(kinds)}, such as {such}", kinds)
+        name = value.get("kind", next(iter(kinds)))
+        if name not in [*kinds]:
+            raise located("kind", name, Misspelt(f"must be one of {', '.join(kinds)}", kinds))
+        content = {**value, "kind": name}
+        return adapter(kinds[name]).validate_python(content, context=folder)
+
+    @classmethod
+    def unchecked(cls, **values: object) -> Self:
+        """Make a part of values already read; a broken rule shows in `problem`."""
+        part = object.__new__(cls)
+        # Values that another part has derived from its fields do not count.
+        fields = _defaults(cls).items()
+        part.__dict__.update({name: values.get(name, default) for name, default in fields})
+        return part
+
+    @classmethod
+    @cache
+    def kinds(cls) -> Mapping[str, type[Self]]:
+        """The kinds of a family by name, in the order in which they were defined."""
+        kinds: dict[str, type[Self]] = {}
+        for heir in cls.__subclasses__():
+            # A class derived from a kind is the same kind unless it names its own.
+            kinds |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
+            kinds |= heir.kinds()
+        return kinds
+
+    @classmethod
+    def parameters(cls) -> Mapping[str, Parameter]:
+        """The parameters of a kind by name, without ``kind``."""
+        return declared(cls)
+
+    @classmethod
+    def such(cls) -> str:
+        """An example of this kind, as in a study file."""
+        needed = required(cls)
+        fields = (f", {n}: {p.example}" for n, p in cls.parameters().items() if n in needed)
+        return f"{{kind: {cls.kind}{''.join(fields)}}}"
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The broken rule between the part's parameters, with a remedy; None if all hold."""
+        return None
+
+    def at(self, cycle: float) -> Self:  # noqa: ARG002 - constant unless a kind says otherwise
+        """The part at a cycle; the same object if nothing about it changes."""
+        return self
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which the part does not change smoothly."""
+        return ()
+
+    @property
+    def is_trivial(self) -> bool:
+        """Whether the part has no effect, such as a roughness without height."""
+        return False
+
+    @property
+    def slug(self) -> str:
+        """The part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
+        return self.kind
+
+    def canonical(self) -> dict[str, object]:
+        """Return kind and parameters in a form that JSON can hold."""
+        return {"kind": self.kind, **canonical_fields(self)}
+
+    def coordinates(self, name: str) -> Coordinates:
+        """Yield the coordinates of the fields of a part without kinds."""
+        for key, about in self.parameters().items():
+            yield from about.coordinates(f"{name}_{key}", vars(self)[key])
+
+    @cached_property
+    def under_key(self) -> object:
+        """What stands under the key of a part: a mapping, or the name of a kind without fields."""
+        content = self.canonical()
+        return content if len(content) > 1 else content["kind"]
+
+
+class Misspelt(QuantityError):
+    """A word that is none of the valid ones."""
+
+    def __init__(self, rule: str, valid: Sequence[str] | Mapping[str, object]) -> None:
+        super().__init__(rule)
+        self.valid = tuple(valid)
+
+
+def located(place: str | int, value: object, error: ValueError) -> ValidationError:
+    """An error at a key or an item of the value that is read, as pydantic reports it."""
+    details = InitErrorDetails(type="value_error", loc=(place,), input=value, ctx={"error": error})
+    return ValidationError.from_exception_data("value", [details])
+
+
+def each(values: Sequence[object], read: Callable[[object], Any]) -> list[Any]:
+    """Read the items of a list; the error lists all that are wrong."""
+    items, wrong = [], list[InitErrorDetails]()
+    for position, value in enumerate(values):
+        try:
+            items.append(read(value))
+        except QuantityError as error:
+            about = {"type": "value_error", "input": value, "ctx": {"error": error}}
+            wrong.append(InitErrorDetails(loc=(position,), **about))  # type: ignore[typeddict-item]
+        except ValidationError as error:
+            for one in error.errors(include_url=False):
+                kind = PydanticCustomError("inside", "{said}", {"said": one["msg"]})
+                details = {"type": kind, "input": one["input"]}
+                if one["type"] == "value_error":
+                    details = {"type": "value_error", "input": one["input"], "ctx": one["ctx"]}
+                wrong.append(InitErrorDetails(loc=(position, *one["loc"]), **details))  # type: ignore[typeddict-item]
+    if wrong:
+        raise ValidationError.from_exception_data("list", wrong)
+    return items
+
+
+def means_none(value: object) -> bool:
+    """Whether a value is the word ``none``."""
+    return isinstance(value, str) and value.strip() == "none"
+
+
+def is_list(value: object) -> TypeGuard[Sequence[object]]:
+    """Whether a value is a list of values, not text."""
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
+
+
+def pair(value: Any) -> tuple[Any, Any]:
+    """Return two values, equal where one was given."""
+    return value if isinstance(value, tuple) else (value, value)
+
+
+def plain_symbol(symbol: str) -> str:
+    """Return a symbol of mathtext for running text."""
+    for mark in ("$", "\\mathrm", "{", "}", "_"):
+        symbol = symbol.replace(mark, "")
+    return symbol
+
+
+def canonical_fields(value: Any) -> dict[str, object]:
+    """The fields of a dataclass in a form that JSON can hold, without omitted values."""
+    values = ((n, about, vars(value)[n]) for n, about in declared(type(value)).items())
+    return {
+        n: about.canonical(v) for n, about, v in values if v is None or v != about.omitted_value
+    }
+
+
+def json_text(value: object) -> str:
+    """Return a value as JSON with sorted keys, in which twelve digits of a number count.
+
+    >>> json_text({"cell": [2 / 3]})
+    '{"cell":[0.666666666667]}'
+    """
+    if isinstance(value, float):
+        number = float(f"{value:.11e}")
+        return repr(number) if math.isfinite(number) else json.dumps(number)
+    if isinstance(value, list | tuple):
+        return f"[{','.join(map(json_text, value))}]"
+    if isinstance(value, dict):
+        return f"{{{','.join(f'{json.dumps(n)}:{json_text(value[n])}' for n in sorted(value))}}}"
+    return json.dumps(value)
+
+
+def inlined(schema: Schema) -> Schema:
+    """A JSON Schema with its definitions put in place."""
+    definitions = schema.get("$defs", {})
+
+    def put(value: Any) -> Any:
+        if isinstance(value, dict):
+            if "$ref" in value:
+                return put(definitions[value["$ref"].rpartition("/")[2]])
+            return {
+                key: put(item)
+                for key, item in value.items()
+                if key != "$defs" and not (key == "title" and isinstance(item, str))
+            }
+        return [put(item) for item in value] if isinstance(value, list) else value
+
+    result: Schema = put(schema)
+    return result
+
+
+@cache
+def adapter(of: Any) -> TypeAdapter[Any]:
+    """What reads values of a type."""
+    return TypeAdapter(of)
+
+
+@cache
+def _defaults(cls: type) -> dict[str, object]:
+    fields = dataclasses.fields(cls)
+    return {one.name: _default(one) for one in fields}
+
+
+def _default(one: Any) -> Any:
+    from pydantic.fields import FieldInfo
+
+    return one.default.default if isinstance(one.default, FieldInfo) else one.default
+
+
+@cache
+def declared(cls: type) -> Mapping[str, Parameter]:
+    """Return the fields of a class that are annotated by a `Parameter`, bases first."""
+    hints = get_type_hints(cls, include_extras=True)
+    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
+
+
+@cache
+def derived(cls: type) -> Mapping[str, Parameter]:
+    """Return the properties of a class whose return type is annotated by a `Parameter`."""
+    hints = {
+        name: get_type_hints(member.fget, include_extras=True).get("return")
+        for base in reversed(cls.__mro__)
+        for name, member in vars(base).items()
+        if isinstance(member, property)
+    }
+    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
+
+
+def _annotations(hint: object) -> Iterator[Parameter]:
+    """Yield the parameters that annotate a type, described by the text beside them if any."""
+    metadata = getattr(hint, "__metadata__", ())
+    description = "".join(note for note in metadata if isinstance(note, str))
+    changes = {"description": description} if description else {}
+    for note in metadata:
+        if isinstance(note, Parameter):
+            yield dataclasses.replace(note, **changes)
+
+
+@cache
+def required(cls: type) -> frozenset[str]:
+    """Return the fields of a dataclass without a default."""
+    fields = dataclasses.fields(cls)
+    return frozenset(
+        f.name for f in fields if f.default is f.default_factory is dataclasses.MISSING
+    )
