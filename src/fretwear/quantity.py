@@ -127,8 +127,6 @@ class Parameter:
 
     def word_for(self, value: object) -> str:
         """Return the word for a special value, such as "elastic"; empty for other values."""
-        if isinstance(value, bool):
-            return "yes" if value else "no"
         return value if isinstance(value, str) else ""
 
     def text(self, value: Any) -> str:
@@ -144,6 +142,14 @@ class Plain(Parameter):
     words: str
     like: str = ""
     description: str = field(default="", kw_only=True)
+
+
+class Flag(Plain):
+    """Yes or no."""
+
+    def word_for(self, value: object) -> str:
+        """Return yes or no, also of a number as datasets have it."""
+        return "yes" if value else "no"
 
 
 @dataclass(frozen=True)

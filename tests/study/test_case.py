@@ -11,12 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.mechanics.values import OverCycles
 from fretwear.study.case import Case
-from fretwear.study.parameters import base_names, member_of
-from fretwear.study.rules import GREATEST_CONTACT, RULES
+from fretwear.study.parameters import base_names
+from fretwear.study.rules import GREATEST_CONTACT
 from fretwear.study.spacing import rounded_down
-from fretwear.units import QuantityError
 
 from ..studies import WAVES, near, refusal, steel
 

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from pydantic.dataclasses import dataclass
 
 from fretwear.figures import wear_profiles
-from fretwear.mechanics.surfaces.roughness import Roughness
 from fretwear.mechanics.slip.models import Jaeger, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces.roughness import Roughness
 from fretwear.mechanics.wear.laws import PowerLaw, WearLaw
 from fretwear.quantity import Part, Quantity, located
 from fretwear.run.simulate import simulate

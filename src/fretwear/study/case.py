@@ -28,6 +28,7 @@ from fretwear.mechanics.slip.loading import Loading, SlidingDistance
 from fretwear.quantity import (
     AXES,
     Coordinates,
+    Flag,
     Inline,
     Parameter,
     PartOf,
@@ -260,7 +261,7 @@ class Case(Setup):
     ] = ()
     error_estimate: Annotated[
         bool,
-        Plain("", "estimate of errors", "false"),
+        Flag("", "estimate of errors", "false"),
         "Whether a run on cells twice as wide estimates the error of every result.",
     ] = True
     accuracy: Annotated[
