@@ -122,7 +122,10 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
             {"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]},
             ["tangential_ratio = 1.5 in block 1 is gross sliding"],
         ),
-        ({"friction": {"cycles": [10], "values": [0.5]}}, ["friction.cycles = 10.0: must begin with 0"]),
+        (
+            {"friction": {"cycles": [10], "values": [0.5]}},
+            ["friction.cycles = 10.0: must begin with 0"],
+        ),
         (
             {"friction": {"cycles": [-5, 9], "values": [0.5, 0.6]}},
             ["cycles[0] = -5: must be at least 0"],

@@ -180,8 +180,14 @@ def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studi
         ("base:\n\tradius: 1 mm", ["is not YAML", "(line 2)"]),
         ("a: &a [1]\nb: {<<: *a}", ["holds a merge"]),
         ("a: " + "[" * 30 + "]" * 30, ["nested more than 12 levels"]),
-        ("a: &a [1, 1]\n" + "".join(f"{x}: &{x} [{5 * f'*{y}, '}]\n" for y, x in zip(
-            "abcdefgh", "bcdefghi", strict=True)), ["more than"]),
+        (
+            "a: &a [1, 1]\n"
+            + "".join(
+                f"{x}: &{x} [{5 * f'*{y}, '}]\n"
+                for y, x in zip("abcdefgh", "bcdefghi", strict=True)
+            ),
+            ["more than"],
+        ),
         ("# " + MAX_BYTES * "x", ["is larger than 1000 kB"]),
         ("title: \x9b", ["is not YAML"]),
     ],
