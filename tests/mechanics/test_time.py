@@ -10,6 +10,7 @@ from fretwear.mechanics.slip.loading import Loading, NormalLoad, TangentialRatio
 from fretwear.mechanics.slip.models import CattaneoMindlin
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.laws import Archard, PowerLaw, WearLaw
 from fretwear.quantity import Quantity
 from fretwear.theory import PartialSlip

@@ -154,7 +154,7 @@ def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:
     """Return where the levels of a parameter stand, and its unit, or words for levels in words."""
     levels = points.levels[name]
     if name != SEED and all(not isinstance(v, str) and np.isfinite(v) for v in levels):
-        unit = parameter(name).suiting(levels[0]).unit
+        unit = parameter(name).in_frame_of(levels[0]).unit
         return np.array([unit.of(float(level)) for level in levels]), unit.name
     return np.arange(len(levels), dtype=np.float64), [value_text(name, level) for level in levels]
 
