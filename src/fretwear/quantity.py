@@ -43,11 +43,11 @@ from fretwear.units import (
 
 Schema = dict[str, Any]  # a JSON Schema
 Coordinates = Iterator[tuple[str, "Parameter", Any]]  # name, parameter, SI value
-Places = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
+Endings = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
 
-MATERIALS: Places = (("1", "of body I"), ("2", "of body II"))
-AXES: Places = (("x", "along x"), ("y", "along y"))
-BODIES: Places = (("indenter", "of the indenter"), ("flat", "of the flat"))
+MATERIALS: Endings = (("1", "of body I"), ("2", "of body II"))
+AXES: Endings = (("x", "along x"), ("y", "along y"))
+BODIES: Endings = (("indenter", "of the indenter"), ("flat", "of the flat"))
 
 LONGEST = 10.0
 """Longest length, m, that a parameter may have."""
@@ -172,7 +172,7 @@ class Quantity(Parameter):
     zero: str = ""  # the word for zero
     absent: float | None = None  # coordinate of a case without its part
     omitted_value: float | None = None  # left out of ids and coordinates
-    places: Places = ()
+    places: Endings = ()
     record: type[tuple[Any, ...]] = tuple  # the type of a list of values
     forms: tuple[type, ...] = ()
     is_whole: bool = False

@@ -270,7 +270,7 @@ def test_a_case_prints_as_a_table_with_units():
     table = {row.split()[0]: row for row in rows}
     assert table.keys() == case.scalar_coordinates().keys()
     assert "4500 MPa" in table["plastic_limit"]
-    assert "normal load" in table["load"]
+    assert "normal load" in table["normal_load"]
 
 
 def test_help_and_completion_know_every_parameter():

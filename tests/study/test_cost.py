@@ -1,8 +1,6 @@
 """What a case costs, the cells that it gets by default, and what makes its results doubtful."""
 
 import math
-import re
-import time
 
 import numpy as np
 import pytest
@@ -11,8 +9,7 @@ from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
-from fretwear.study import yamlfile
-from fretwear.study.case import Case, read_snapshots
+from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
 from fretwear.study.plan import SECONDS_PER_CELL_OF_LOOP, WINDOW_MARGIN, estimate
 from fretwear.study.spacing import (
@@ -22,7 +19,6 @@ from fretwear.study.spacing import (
     yielding_ring_width,
     zones_of_tip,
 )
-from fretwear.study.yamlfile import Document
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
 from ..studies import WAVES, near, steel
@@ -45,39 +41,6 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     held = yielding.replace(slip_model="cattaneo_mindlin")
     assert greatest_contact_radius(held) == greatest_contact_radius(worn)
     assert estimate(held).convolutions < 0.2 * estimate(yielding).convolutions
-
-
-def test_a_hundred_thousand_snapshots_are_read_at_once():
-    begun = time.process_time()
-    assert len(read_snapshots([*range(10**5)], in_file=True)) == 10**5
-    assert time.process_time() - begun < 2.0
-
-
-LONG = ",\n   ".join(map(str, range(1200)))
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        f"a: [{LONG}]\nb: 3",
-        f"# [{' '.join(LONG.split())}]\nb: 3",
-        f"a: '[{LONG}]'\nb: 3",
-        f"a: &long [{LONG}]\nb: *long\nc: [1]",
-        f"a:\n  - [{LONG}]\n  - 2",
-        f"a: [{LONG}, 0.5]",
-        f"a: [{LONG}, 010]",
-        f"? [{LONG}]\n: 3",
-    ],
-)
-def test_long_lists_of_numbers_are_read_fast_and_as_any_other(text, monkeypatch):
-    begun = time.process_time()
-    many = Document(f"output: {{cycles: [{', '.join(map(str, range(10**5)))}]}}")
-    assert time.process_time() - begun < 1.0
-    assert many.data["output"]["cycles"] == [*range(10**5)]
-    fast = Document(text)
-    monkeypatch.setattr(yamlfile, "_LONG_LIST", re.compile("(?!)"))
-    slow = Document(text)
-    assert (fast.data, fast.lines, fast.problems) == (slow.data, slow.lines, slow.problems)
 
 
 def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():

@@ -235,11 +235,20 @@ def run_case(
     path = check_output(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
     from fretwear.cli.progress import progress
+    from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_file
+    from fretwear.study.study import as_mapping
+    from fretwear.study.yamlfile import read_document
 
+    about = study_attributes(as_mapping(read_document(file).data))
     with progress(chosen) as observer:
         steps = simulate_to_file(
-            chosen, path, observers=[observer], tell=note, command=typed(context)
+            chosen,
+            path,
+            observers=[observer],
+            tell=note,
+            command=typed(context),
+            attributes=about,
         )
     say(f"{path}: {steps} steps")
 
@@ -260,11 +269,19 @@ def _run_to_folder(
         cases = {name: cases[name] for name in names}
 
     from fretwear.cli.progress import progress
+    from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_folder
 
+    about = study_attributes(study.content)
     command = shlex.join(["fretwear", "run", str(file), "--case"])
     failed = simulate_to_folder(
-        cases, folder, watch=progress, tell=note, command=command, keep_older=keep_older
+        cases,
+        folder,
+        watch=progress,
+        tell=note,
+        command=command,
+        keep_older=keep_older,
+        attributes=about,
     )
     if failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())

@@ -31,11 +31,13 @@ def simulate_to_file(
     observers: Sequence[Observer] = (),
     tell: Callable[[str], None],
     command: str,
+    attributes: Mapping[str, str] | None = None,
 ) -> int:
     """Simulate a case, write its file, and return the number of steps.
 
     The run resumes from the checkpoint beside the file, and an interrupted run leaves one. `tell`
-    takes messages; the command is a call that gives the same results. Raises a ContactError or a
+    takes messages; the command is a call that gives the same results; `attributes` of the study go
+    into the file. Raises a ContactError or a
     WearError if the solution does not converge, a DataFileError if the file cannot be written and a
     MemoryError if the case does not fit in memory.
     """
@@ -48,7 +50,7 @@ def simulate_to_file(
             command=command,
             warn=lambda doubt: tell(f"warning: {doubt}"),
         )
-        write_case(result.dataset, result.history, path, result.loops)
+        write_case(result.dataset, result.history, path, result.loops, attributes)
     checkpoint.path.unlink(missing_ok=True)
     return len(checkpoint.record.history) - 1
 
@@ -61,6 +63,7 @@ def simulate_to_folder(
     tell: Callable[[str], None],
     command: str,
     keep_older: bool = False,
+    attributes: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """Simulate cases one after the other, each to its file ``<case id>.nc`` in a folder.
 
@@ -81,7 +84,12 @@ def simulate_to_folder(
         try:
             with watch(case) as observer:
                 simulate_to_file(
-                    case, path, observers=[observer], tell=tell, command=f"{command} {case_id}"
+                    case,
+                    path,
+                    observers=[observer],
+                    tell=tell,
+                    command=f"{command} {case_id}",
+                    attributes=attributes,
                 )
         except Exception as error:
             failed[case_id] = str(error) or type(error).__name__

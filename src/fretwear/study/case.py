@@ -333,7 +333,8 @@ class Case(Setup):
 
     def __str__(self) -> str:
         rows = [
-            (name, about.text(value), about.words) for name, about, value in self._coordinates()
+            (coordinate(name), about.text(value), about.words)
+            for name, about, value in self._coordinates()
         ]
         wide, long = (max(map(len, column)) for column in [*zip(*rows, strict=True)][:2])
         lines = [f"  {name:<{wide}}  {text:<{long}}  {words}" for name, text, words in rows]

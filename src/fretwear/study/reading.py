@@ -81,9 +81,6 @@ class Sections(BaseModel):
     references: Annotated[_Text, Field(description="Publications about the study.")] = ""
 
 
-_ABOUT = ("creator", "license", "institution", "references")
-
-
 def section_names() -> tuple[str, ...]:
     """The sections that a study file may have."""
     added = plugins("fretwear.study_sections")
@@ -262,7 +259,6 @@ def _checked(
         snapshots,
         None if sections.batch == "auto" else sections.batch,
         added,
-        {name: text for name in _ABOUT if (text := getattr(sections, name))},
     )
     if len(axes) == len(vary) and not any(_is_of_case(problem) for problem in problems):
         chosen = ALL_POINTS if added else points

@@ -39,7 +39,6 @@ class Study:
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Sections of packages beside the core, by their place in the file.
     added: Mapping[str, StudySection] = field(default_factory=dict)
-    about: Mapping[str, str] = field(default_factory=dict)  # creator, license and so on
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
