@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 from fretwear import Case
+from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem
 from fretwear.run import simulate
 
 STUDY: dict[str, Any] = {

@@ -20,8 +20,9 @@ from benchmarks.cases import MARGIN, study_case
 from benchmarks.clock import Spent, Stopwatch, middle
 
 from fretwear.arrays import Array
+from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.run import simulate
 
 _ITERATIONS = 20_000

@@ -19,8 +19,9 @@ from benchmarks.clock import Stopwatch, middle
 from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned, unfolded
 
 from fretwear.arrays import Array
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.state import State, WearProblem, in_contact
 from fretwear.run import simulate

@@ -20,6 +20,7 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.coupled import shear
 from fretwear.mechanics.slip.models import contact_under
+from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.theory import HertzContact
 from fretwear_cracks.edges import stresses_at_edge
 from fretwear_cracks.influence import ODD
@@ -81,7 +82,7 @@ class LoadedSurface:
         if self.across is None:
             return self.over_half_a_loop(count), None
         full, bound = np.stack([self.shear, self.across]), self.friction * self.pressure
-        bodies = self.half_space.sheared(self.coupling)
+        bodies = bodies_under_shear(self.half_space, self.coupling)
         shears, loaded = np.empty((2, count, *self.shear.shape)), full
         shears[:, 0] = full
         force = self.half_space.geometry.integral(self.shear)

@@ -10,9 +10,9 @@ from benchmarks.peers import contacts
 from benchmarks.peers.contacts import PEERS, ContactMechanics, Pressed, pressed_by, residual
 from benchmarks.peers.wear_loop import estimated_step, own_loop
 
-from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.cells import ContactProblem, Workspace
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.run import simulate
 

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
 from fretwear.arrays import Array, Mask
+from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.wear.laws import Means
 from fretwear.mechanics.wear.state import State, WearProblem
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import Even
+from fretwear.mechanics.contact.cells import ContactProblem, Even, HalfSpace, Layer
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Accuracy, ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.slip.loading import NormalLoad, Sliding, TangentialRatio
 from fretwear.mechanics.slip.models import Jaeger, ReducedContact
 from fretwear.mechanics.surfaces.indenters import Sphere

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.strips import Row
 from fretwear.mechanics.slip.loading import NormalLoad
 from fretwear.mechanics.slip.models import Cerruti, Coupled

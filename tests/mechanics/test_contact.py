@@ -9,13 +9,9 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics.contact import problem as contact
 from fretwear.mechanics.contact import solver
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import (
-    ContactError,
-    ContactProblem,
-    projected_gradient,
-    solve_contact,
-)
+from fretwear.mechanics.contact.problem import projected_gradient, solve_contact
 from fretwear.mechanics.slip.models import WearLayer, WinklerLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.edges import half_width

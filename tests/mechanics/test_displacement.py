@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact.cells import Workspace
+from fretwear.mechanics.contact.cells import ContactProblem, Workspace
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.wear.measures import POINTS, loop
 from fretwear.run.simulate import steps, wear_problem

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from fretwear.mechanics.contact import strips
-from fretwear.mechanics.contact.cells import Region, Workspace
+from fretwear.mechanics.contact.cells import ContactProblem, Region, Workspace
 from fretwear.mechanics.contact.dense import interpolated
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad, TangentialRatio

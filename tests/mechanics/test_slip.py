@@ -8,9 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics.contact.cells import Beside, Region
+from fretwear.mechanics.contact.cells import Beside, ContactProblem, Region
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.models import CattaneoMindlin, ReducedContact, WearLayer
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.edges import deviation, half_width, stick_half_width

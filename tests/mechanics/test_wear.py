@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import Workspace
-from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem, Workspace
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad
 from fretwear.mechanics.slip.models import Jaeger, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere

@@ -18,9 +18,11 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.arrays import Array
+from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Contact, ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
+from fretwear.mechanics.slip.shear import bodies_under_shear
 
 _LARGEST_SWEEPS = 60
 _CONTACT, _SHEAR = 1e-8, 1e-6
@@ -55,7 +57,7 @@ class UnlikeContact:
             friction,
             shape,
         )
-        self._bodies = self._half_space.sheared(coupling)
+        self._bodies = bodies_under_shear(self._half_space, coupling)
         self._pressure, self._traction = np.zeros_like(shape), np.zeros((2, *shape.shape))
 
     @cached_property

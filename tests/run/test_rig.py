@@ -16,7 +16,7 @@ from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import study_figures
-from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.report import build_report
 from fretwear.run.simulate import RunRecord, run, steps

@@ -12,7 +12,7 @@ import fretwear
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
-from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness

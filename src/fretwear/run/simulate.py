@@ -17,9 +17,9 @@ from threadpoolctl import threadpool_limits
 
 from fretwear.data.dataset import mirrored
 from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
-from fretwear.mechanics.contact.cells import Geometry, Workspace
+from fretwear.mechanics.contact.cells import ContactError, Geometry, Workspace
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Accuracy, ContactError
+from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.measures import (
@@ -228,7 +228,7 @@ class _Computed:
     """What a run on cells of one width has computed at its snapshots."""
 
     case: Case  # on these cells
-    workspace: Workspace
+    workspace: Workspace[WearProblem]
     rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
@@ -374,7 +374,7 @@ def _scalars_of_twin(asked: Case, width: float) -> Iterator[dict[str, float]]:
             yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
 
 
-def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
+def _scalars(workspace: Workspace[WearProblem], state: State, opening: float) -> dict[str, float]:
     """All scalars of a state: the measures of every step, and scalars of its loop."""
     scalars = vars(measure(workspace.problem.of(state), state))
     full = 4.0 * opening * scalars["tangential_force"]
@@ -424,7 +424,7 @@ def wear_problem(
 
 
 def _snapshot_fields(
-    workspace: Workspace, snapshots: Sequence[State]
+    workspace: Workspace[WearProblem], snapshots: Sequence[State]
 ) -> dict[str, NDArray[np.generic]]:
     """The fields of a dataset over all snapshots on one plane, in the precision that is stored.
 
@@ -475,7 +475,8 @@ def _snapshot_fields(
             sticking = replace(reduced, pressure=written["reduced"])
             written["shear_traction"] = problem.shear_traction(written["shearing"], sticking)
         written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
-        if plane != state.geometry:
+        cells: object = state.geometry
+        if plane != cells:
             # Cells cut by an edge touch if they carry load, and their slip follows from their wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0

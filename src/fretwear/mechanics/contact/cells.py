@@ -16,20 +16,14 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, Self, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Element, Mask, Places, Single
+from fretwear.arrays import Array, Element, Mask, Places, Real, Single
+from fretwear.mechanics.contact.kernels import inner
 from fretwear.theory import HertzContact
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact.grid import Grid, GridHalfSpace
-    from fretwear.mechanics.contact.problem import Contact, ContactProblem
-    from fretwear.mechanics.slip.cerruti import ShearSpace
-    from fretwear.mechanics.surfaces.indenters import Indenter
-    from fretwear.mechanics.surfaces.roughness import Roughness
-    from fretwear.mechanics.wear.state import Stage, WearProblem
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
@@ -37,10 +31,13 @@ Way = tuple[slice | int, slice | int]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
 # The elastic bodies on parts of a window, by the shapes of these and the weights of directions.
-Parts = dict[tuple[int, int, tuple[float, float]], "GridHalfSpace"]
+Parts = dict[tuple[int, int, tuple[float, float]], "HalfSpace"]
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
+# Free cells that carry less than this part of the load cannot be scaled to carry the rest.
+_LEAST_MOVABLE = 1e-12
+_LARGEST_SCALINGS = 100
 # Standard deviations of edges, in cells: anywhere in a cell with equal probability, and located
 # within it. The outermost edge of Hertzian contacts of 30 to 34 cells has a root mean square error
 # of 0.08 on strips and grids and 0.11 on rings, wherever it cuts a cell.
@@ -81,6 +78,44 @@ class Region:
     beside: Beside | None = None
 
 
+class Plane(Protocol):
+    """The equal cells on which fields are written."""
+
+    def __hash__(self) -> int:
+        """Planes of the same cells have the same hash."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of cells along x and y."""
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Cell size along x and y, m."""
+
+    @property
+    def even(self) -> Even:
+        """Whether one side along x, and along y, stands for both."""
+
+    @property
+    def x(self) -> Array:
+        """Positions of the cells along x, m, shape (nx,)."""
+
+    @property
+    def y(self) -> Array:
+        """Positions of the cells along y, m, shape (ny,)."""
+
+
+class Body(Protocol):
+    """The indenter, as far as cells depend on it."""
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether its gap is the same in all directions."""
+
+    def limiting(self, hertz: Any, load_ratio: float) -> Any:
+        """The state after infinitely many cycles at a load ratio Q/µP, in closed form."""
+
+
 class CellProblem(Protocol):
     """The part of a problem by which a geometry chooses its cells; in SI units."""
 
@@ -105,11 +140,11 @@ class CellProblem(Protocol):
         """Distance to the next asperity tip along x and y, m; None if smooth."""
 
     @property
-    def rough(self) -> Roughness | None:
+    def rough(self) -> object | None:
         """The roughness of the surfaces, if any."""
 
     @property
-    def indenter(self) -> Indenter:
+    def indenter(self) -> Body:
         """The smooth part of the unworn gap."""
 
     @property
@@ -126,6 +161,43 @@ class CellProblem(Protocol):
 
     def reach(self, approach: float) -> tuple[float, float]:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""
+
+    def half_space(self, geometry: Geometry, parts: Parts) -> HalfSpace:
+        """The elastic bodies on a geometry; ``parts`` are shared between windows."""
+
+    def unworn(self, geometry: Geometry) -> Array:
+        """Gap at zero load and zero approach, m."""
+
+
+Problem = TypeVar("Problem", bound=CellProblem)
+
+
+class LoadedCells(Protocol):
+    """Pressures, as far as the choice of cells depends on them."""
+
+    @property
+    def pressure(self) -> Array:
+        """Pa, shape of the geometry."""
+
+
+class WornContact(Protocol):
+    """The end of a step, as far as cells for the next one depend on it; fields in Pa and m."""
+
+    @property
+    def pressure(self) -> Array:
+        """Pressure, Pa."""
+
+    @property
+    def wear(self) -> Array:
+        """Wear depth, m."""
+
+    @property
+    def plastic(self) -> Array:
+        """Plastic depth, m."""
+
+    @property
+    def reduced(self) -> LoadedCells:
+        """The contact whose pressure sticks."""
 
 
 class Geometry(ABC):
@@ -193,7 +265,7 @@ class Geometry(ABC):
         """The zone of a region: its area, and the cells at its edges."""
 
     @abstractmethod
-    def covered(self, region: Region, plane: Grid) -> Array:
+    def covered(self, region: Region, plane: Plane) -> Array:
         """The fraction of each cell of a grid within a region; together its area by `zone`."""
 
     @abstractmethod
@@ -228,22 +300,22 @@ class Geometry(ABC):
         """These cells, extended to the size of others."""
 
     @abstractmethod
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
         """Cells that suit the next step."""
 
     @abstractmethod
-    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:
+    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Self:
         """These cells, or more if the contact under a pressure, Pa, needs them."""
 
     # Output.
 
     @abstractmethod
-    def plane(self, spacing: tuple[float, float]) -> Grid:
+    def plane(self, spacing: tuple[float, float]) -> Plane:
         """The grid of a spacing, m, on which fields are written."""
 
     @abstractmethod
     def written(
-        self, fields: dict[str, NDArray[Element]], plane: Grid
+        self, fields: dict[str, NDArray[Element]], plane: Plane
     ) -> dict[str, NDArray[Element]]:
         """Fields as means over the cells of that grid."""
 
@@ -272,10 +344,6 @@ class HalfSpace(ABC):
         """
         return self
 
-    def sheared(self, coupling: float) -> ShearSpace[Array]:
-        """The same bodies under shear tractions, of κ = E*/G*, if they have both directions."""
-        raise NotImplementedError(f"{type(self).__name__} has no tractions along two directions")
-
     @abstractmethod
     def around(self, cells: Mask) -> HalfSpace:
         """The same bodies on fewer cells, which hold the given ones and a margin."""
@@ -293,7 +361,7 @@ class HalfSpace(ABC):
 class UnwornBodies:
     """The unworn bodies of a problem on one geometry, computed when needed."""
 
-    def __init__(self, problem: WearProblem, geometry: Geometry, parts: Parts) -> None:
+    def __init__(self, problem: CellProblem, geometry: Geometry, parts: Parts) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
@@ -307,10 +375,10 @@ class UnwornBodies:
         return self._problem.unworn(self.geometry)
 
 
-class Workspace:
+class Workspace(Generic[Problem]):
     """The workspace of a run: the unworn bodies on the two geometries used last."""
 
-    def __init__(self, problem: WearProblem) -> None:
+    def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self._bodies: dict[Geometry, UnwornBodies] = {}
         # Shared by all windows: separate parts would cost each of them an array or two more.
@@ -328,3 +396,165 @@ class Workspace:
     def keep_only(self, geometry: Geometry) -> None:
         """Drop the bodies on all geometries but one."""
         self._bodies = {geometry: self.on(geometry)}
+
+
+class ContactError(RuntimeError):
+    """No pressure distribution was found that satisfies the contact conditions to the tolerance.
+
+    ``convolutions`` is the number of half-space convolutions spent on it.
+    """
+
+    def __init__(self, message: str, convolutions: int = 0) -> None:
+        super().__init__(message)
+        self.convolutions = convolutions
+
+
+class Layer(Protocol):
+    """Local compliance between the bodies: a displacement that depends on its cell's pressure.
+
+    It grows with pressure, so the contact problem stays convex.
+    """
+
+    # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
+    level: float | None = None
+
+    def at(self, approach: float) -> Layer:  # noqa: ARG002 - as a rule
+        """The layer at another approach, m."""
+        return self
+
+    def per_approach(self, pressure: Array) -> Array:
+        """Derivative of the displacement by the approach."""
+        return np.zeros_like(pressure)
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
+        result = np.zeros_like(pressure)
+        self.add_displacement(pressure, result)
+        return result
+
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the displacement under a pressure to a field."""
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the displacement in some unit, m/Pa; not negative."""
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """A normal contact of elastic bodies and a shape, under a load or at an approach."""
+
+    half_space: HalfSpace  #: the elastic bodies on a geometry
+    shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
+    load: float | None  #: normal load P of the whole contact, N; None if the approach is given
+    #: Largest pressure, Pa, of all cells or of each; infinite when elastic.
+    limit: float | Array = np.inf
+    layer: Layer | None = None  #: local compliance
+    approach: float | None = None  #: δ, m, if given instead of a load
+
+    def __post_init__(self) -> None:
+        if (self.load is None) == (self.approach is None):
+            raise ValueError("a contact problem is given either a load or an approach")
+        # A transposed map of heights is not in C order.
+        object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
+
+    @property
+    def total(self) -> float:
+        """Weighted sum of the pressure over the cells that carries the load, Pa."""
+        return (self.load or 0.0) / self.half_space.geometry.unit_area
+
+    def separation(self, pressure: Array, displacement: Array) -> Array:
+        """K p + W(p) + h, m: the gap plus the approach."""
+        result = displacement + self.shape
+        if self.layer is not None:
+            self.layer.add_displacement(pressure, result)
+        return result
+
+    def first_guess(self) -> Array:
+        """A pressure that grows with depth, shape of the geometry.
+
+        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
+        approach on everything below it, scaled to minimal energy.
+        """
+        shape, given, half_space = self.shape, self.approach, self.half_space
+        level = float(np.quantile(shape, 0.2)) if given is None else given
+        guess: Array = np.maximum(level - shape, 0.0)
+        if given is not None:
+            moved = half_space.displacement(guess)
+            stiff = inner(guess, self.weighted(moved))
+            work = inner(guess, self.weighted(guess))
+            return guess * (work / stiff) if stiff > 0 else guess
+        # A flat surface has no lowest fifth.
+        return guess if guess.any() else np.ones_like(shape)
+
+    def weighted(self, values: Real) -> Real:
+        """A field times the weights of the cells."""
+        weights = self.half_space.geometry.weights
+        return values if weights is None else np.multiply(weights, values, dtype=values.dtype)
+
+    def clip_to_load(self, pressure: Array) -> Array:
+        """The pressure clipped to the bounds, its free cells scaled so that it carries the load.
+
+        Scaling leaves open cells open and saturated cells saturated; a shift would free them.
+        """
+        limit, total, result = self.limit, self.total, np.clip(pressure, 0.0, self.limit)
+        for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
+            carried = float(self.weighted(result).sum())
+            missing = total - carried
+            if abs(missing) <= 1e-14 * total:
+                break
+            full: Mask = result >= limit
+            movable = carried - float(self.weighted(result)[full].sum())
+            if movable <= -missing:
+                # Saturated cells must yield too.
+                result = np.clip(result * (total / carried), 0.0, limit)
+            elif movable <= _LEAST_MOVABLE * carried:
+                # All loaded cells are at the limit and still do not carry the load.
+                np.maximum(result, 1e-3 * limit, out=result)
+            else:
+                factor = np.where(full, 1.0, 1.0 + missing / movable)
+                result = np.clip(result * factor, 0.0, limit)
+        return result
+
+    def projected(self, pressure: Array) -> Array:
+        """The nearest pressure (least squares) within the bounds that carries the load."""
+        from scipy.optimize import brentq
+
+        if self.load is None:
+            return np.clip(pressure, 0.0, self.limit)
+        area = float(self.weighted(np.ones_like(pressure)).sum())
+        most = min(float(np.max(self.limit)), 2.0 * self.total / area)
+
+        def excess(shift: float) -> float:
+            carried = self.weighted(np.clip(pressure + shift, 0.0, self.limit)).sum()
+            return float(carried) - self.total
+
+        shift = brentq(excess, -float(pressure.max()), most - float(pressure.min()), maxiter=200)
+        result: Array = np.clip(pressure + shift, 0.0, self.limit)
+        return result
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The solution of a `ContactProblem`; fields have the shape of the geometry."""
+
+    pressure: Array  #: Pa
+    #: m; where the pressure is at its limit, negative: the bodies yield there by its magnitude.
+    gap: Array
+    approach: float  #: δ, m
+    saturated: Mask  #: cells at the pressure limit
+    #: Largest violation of the conditions on the gap, relative to the largest displacement; if
+    #: verified, from a separate convolution.
+    residual: float
+    convolutions: int  #: half-space convolutions spent
+    stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
+
+    @property
+    def yields(self) -> bool:
+        """Whether any cell yields."""
+        return bool(self.gap.min(where=self.saturated, initial=0.0) < 0)
+
+    @property
+    def penetration(self) -> Array:
+        """Depth by which saturated cells yield, m; zero elsewhere."""
+        result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
+        return result

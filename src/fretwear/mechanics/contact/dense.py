@@ -12,7 +12,7 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,27 +24,23 @@ from fretwear.mechanics.contact.cells import (
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
     CellProblem,
+    Contact,
+    ContactError,
+    ContactProblem,
     Geometry,
     HalfSpace,
     Index,
     Parts,
+    Plane,
     Region,
     Way,
     Workspace,
+    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
-from fretwear.mechanics.contact.problem import (
-    Contact,
-    ContactError,
-    ContactProblem,
-    Exchange,
-    projected_gradient,
-)
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.wear.state import Stage
+from fretwear.mechanics.contact.problem import Exchange, projected_gradient
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -161,7 +157,7 @@ class DenseCells(Geometry):
         deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
         return Zone(area, inner, outer, deviations)
 
-    def covered(self, region: Region, plane: Grid) -> Array:
+    def covered(self, region: Region, plane: Plane) -> Array:
         """The fraction of each cell of a grid within a region, which ends at its distance."""
         edges, radius = np.asarray(self.edges), float(np.mean(region.radii))
         cells = region.cells[:, 0] & (edges[:-1] < radius)
@@ -222,11 +218,11 @@ class DenseCells(Geometry):
         """Largest value of a field."""
         return float(field.max())
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self._beyond(problem, stage.pressure, WIDENED)
+        return self._beyond(problem, worn.pressure, WIDENED)
 
-    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:  # noqa: ARG002
+    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Self:  # noqa: ARG002
         """These cells, or more if the contact needs them."""
         return self._beyond(workspace.problem, pressure)
 
@@ -269,7 +265,7 @@ class DenseCells(Geometry):
         return Grid((x, y), spacing)
 
     def written(
-        self, fields: dict[str, NDArray[Element]], plane: Grid
+        self, fields: dict[str, NDArray[Element]], plane: Plane
     ) -> dict[str, NDArray[Element]]:
         """Means of fields over the cells of a grid; of states, the one that covers most of a cell.
 
@@ -303,7 +299,7 @@ class DenseCells(Geometry):
             for name in fields
         }
 
-    def _means(self, parts: Array, values: Array, plane: Grid) -> Array:
+    def _means(self, parts: Array, values: Array, plane: Plane) -> Array:
         """Means over the cells of a grid, shape (fields, nx, ny), of values within parts.
 
         ``parts`` are the inner edges of the parts, m, and ``values`` have shape (parts, fields).
@@ -320,7 +316,7 @@ class DenseCells(Geometry):
 
 @lru_cache(maxsize=4)
 def _beyond(
-    kind: type[DenseCells], radii: tuple[float, ...], plane: Grid
+    kind: type[DenseCells], radii: tuple[float, ...], plane: Plane
 ) -> tuple[Places, csr_matrix]:
     """How distances from the origin, m, cut the cells of a grid.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,23 @@ from fretwear.mechanics.contact.cells import (
     OPEN_PER_SIDE,
     Beside,
     CellProblem,
+    Contact,
+    ContactProblem,
     Even,
     Geometry,
     HalfSpace,
     Index,
     Parts,
+    Plane,
     Region,
     Way,
     Workspace,
+    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.solver import solve_by_active_sets
-from fretwear.mechanics.slip.cerruti import ShearSpace, shear_space
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact.problem import Contact, ContactProblem
-    from fretwear.mechanics.wear.state import Stage
 
 # A window grows by a factor if there is pressure within this many cells of its border, plus this
 # fraction of its cells before a step.
@@ -139,7 +138,7 @@ class Grid(Geometry):
         deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
-    def covered(self, region: Region, plane: Grid) -> Array:  # noqa: ARG002 - these cells
+    def covered(self, region: Region, plane: Plane) -> Array:  # noqa: ARG002 - these cells
         """The fraction of each cell in a region.
 
         A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
@@ -300,14 +299,14 @@ class Grid(Geometry):
     def written(
         self,
         fields: dict[str, NDArray[Element]],
-        plane: Grid,  # noqa: ARG002 - the same
+        plane: Plane,  # noqa: ARG002 - the same
     ) -> dict[str, NDArray[Element]]:
         """Fields on the grid on which they are written."""
         return fields
 
     # How a window grows.
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Grid:  # noqa: ARG002
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
         A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
@@ -315,9 +314,9 @@ class Grid(Geometry):
         """
         nx, ny = self.shape
         ahead = _BORDER + math.ceil(_AHEAD * nx), _BORDER + math.ceil(_AHEAD * ny)
-        return self.grown(self.touched(stage.pressure, ahead))
+        return self.grown(self.touched(worn.pressure, ahead))
 
-    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:
+    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Grid:
         """Itself, or the smallest of a series of larger ones that holds the contact."""
         grid = self
         while True:
@@ -345,7 +344,9 @@ class Grid(Geometry):
         )
         return x, y
 
-    def _beyond(self, workspace: Workspace, pressure: Array, approach: float) -> tuple[bool, bool]:
+    def _beyond(
+        self, workspace: Workspace[Any], pressure: Array, approach: float
+    ) -> tuple[bool, bool]:
         """Whether the surfaces touch beyond the window, along x and along y."""
         if workspace.problem.wavelengths is None:
             return False, False
@@ -432,9 +433,8 @@ class GridHalfSpace(HalfSpace):
         weights: tuple[float, float] = (1.0, 1.0),
     ) -> None:
         self.geometry: Grid = geometry
-        self._modulus, self._weights = composite_modulus, weights
+        self.modulus, self._weights = composite_modulus, weights
         self._parts = {} if parts is None else parts
-        self._sheared: dict[float, ShearSpace[Array]] = {}
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, weights)
         self.self_influence = float(kernel[0, 0])
@@ -457,12 +457,6 @@ class GridHalfSpace(HalfSpace):
         field, unit = scaled(pressure)
         return self.single(field), unit * self.self_influence
 
-    def sheared(self, coupling: float) -> ShearSpace[Array]:
-        """The same bodies under shear tractions, of κ = E*/G*."""
-        if coupling not in self._sheared:
-            self._sheared = {coupling: shear_space(self.geometry, self._modulus, coupling)}
-        return self._sheared[coupling]
-
     def around(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""
         return self._on(self.geometry.around(cells), self._weights)
@@ -477,7 +471,8 @@ class GridHalfSpace(HalfSpace):
             return self
         key = *grid.shape, weights
         kept = self._parts.pop(key, None)
-        part = kept or GridHalfSpace(grid, self._modulus, self._parts, weights)
+        assert kept is None or isinstance(kept, GridHalfSpace)
+        part = kept or GridHalfSpace(grid, self.modulus, self._parts, weights)
         self._parts[key] = part
         if len(self._parts) > _PARTS:
             # Drop the one unused for longest, since zones seldom return to an earlier size.

@@ -14,12 +14,11 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask, Places, Real, Single
-from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.arrays import Array, Places
+from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem
 from fretwear.mechanics.contact.kernels import inner
 
 # A start that carries less than this part of the load is no guess of the pressure.
@@ -27,9 +26,6 @@ _NEGLIGIBLE = 1e-6
 # Largest number of steps of the projected gradient, and number of latest energies: a step must
 # undercut the largest of them.
 _LARGEST_STEPS, _MEMORY = 2000, 10
-# Free cells that carry less than this part of the load cannot be scaled to carry the rest.
-_LEAST_MOVABLE = 1e-12
-_LARGEST_SCALINGS = 100
 
 
 @dataclass(frozen=True)
@@ -67,168 +63,6 @@ class Accuracy:
             "reduced_between": max(self.reduced_between, 1.5e-3 * error),
         }
         return replace(self, **between)
-
-
-class ContactError(RuntimeError):
-    """No pressure distribution was found that satisfies the contact conditions to the tolerance.
-
-    ``convolutions`` is the number of half-space convolutions spent on it.
-    """
-
-    def __init__(self, message: str, convolutions: int = 0) -> None:
-        super().__init__(message)
-        self.convolutions = convolutions
-
-
-class Layer(Protocol):
-    """Local compliance between the bodies: a displacement that depends on its cell's pressure.
-
-    It grows with pressure, so the contact problem stays convex.
-    """
-
-    # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
-    level: float | None = None
-
-    def at(self, approach: float) -> Layer:  # noqa: ARG002 - as a rule
-        """The layer at another approach, m."""
-        return self
-
-    def per_approach(self, pressure: Array) -> Array:
-        """Derivative of the displacement by the approach."""
-        return np.zeros_like(pressure)
-
-    def displacement(self, pressure: Array) -> Array:
-        """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
-        result = np.zeros_like(pressure)
-        self.add_displacement(pressure, result)
-        return result
-
-    def add_displacement(self, pressure: Array, result: Array) -> None:
-        """Add the displacement under a pressure to a field."""
-
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
-        """Derivative of the displacement in some unit, m/Pa; not negative."""
-
-
-@dataclass(frozen=True)
-class ContactProblem:
-    """A normal contact of elastic bodies and a shape, under a load or at an approach."""
-
-    half_space: HalfSpace  #: the elastic bodies on a geometry
-    shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
-    load: float | None  #: normal load P of the whole contact, N; None if the approach is given
-    #: Largest pressure, Pa, of all cells or of each; infinite when elastic.
-    limit: float | Array = np.inf
-    layer: Layer | None = None  #: local compliance
-    approach: float | None = None  #: δ, m, if given instead of a load
-
-    def __post_init__(self) -> None:
-        if (self.load is None) == (self.approach is None):
-            raise ValueError("a contact problem is given either a load or an approach")
-        # A transposed map of heights is not in C order.
-        object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
-
-    @property
-    def total(self) -> float:
-        """Weighted sum of the pressure over the cells that carries the load, Pa."""
-        return (self.load or 0.0) / self.half_space.geometry.unit_area
-
-    def separation(self, pressure: Array, displacement: Array) -> Array:
-        """K p + W(p) + h, m: the gap plus the approach."""
-        result = displacement + self.shape
-        if self.layer is not None:
-            self.layer.add_displacement(pressure, result)
-        return result
-
-    def first_guess(self) -> Array:
-        """A pressure that grows with depth, shape of the geometry.
-
-        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
-        approach on everything below it, scaled to minimal energy.
-        """
-        shape, given, half_space = self.shape, self.approach, self.half_space
-        level = float(np.quantile(shape, 0.2)) if given is None else given
-        guess: Array = np.maximum(level - shape, 0.0)
-        if given is not None:
-            moved = half_space.displacement(guess)
-            stiff = inner(guess, self.weighted(moved))
-            work = inner(guess, self.weighted(guess))
-            return guess * (work / stiff) if stiff > 0 else guess
-        # A flat surface has no lowest fifth.
-        return guess if guess.any() else np.ones_like(shape)
-
-    def weighted(self, values: Real) -> Real:
-        """A field times the weights of the cells."""
-        weights = self.half_space.geometry.weights
-        return values if weights is None else np.multiply(weights, values, dtype=values.dtype)
-
-    def clip_to_load(self, pressure: Array) -> Array:
-        """The pressure clipped to the bounds, its free cells scaled so that it carries the load.
-
-        Scaling leaves open cells open and saturated cells saturated; a shift would free them.
-        """
-        limit, total, result = self.limit, self.total, np.clip(pressure, 0.0, self.limit)
-        for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
-            carried = float(self.weighted(result).sum())
-            missing = total - carried
-            if abs(missing) <= 1e-14 * total:
-                break
-            full: Mask = result >= limit
-            movable = carried - float(self.weighted(result)[full].sum())
-            if movable <= -missing:
-                # Saturated cells must yield too.
-                result = np.clip(result * (total / carried), 0.0, limit)
-            elif movable <= _LEAST_MOVABLE * carried:
-                # All loaded cells are at the limit and still do not carry the load.
-                np.maximum(result, 1e-3 * limit, out=result)
-            else:
-                factor = np.where(full, 1.0, 1.0 + missing / movable)
-                result = np.clip(result * factor, 0.0, limit)
-        return result
-
-    def projected(self, pressure: Array) -> Array:
-        """The nearest pressure (least squares) within the bounds that carries the load."""
-        from scipy.optimize import brentq
-
-        if self.load is None:
-            return np.clip(pressure, 0.0, self.limit)
-        area = float(self.weighted(np.ones_like(pressure)).sum())
-        most = min(float(np.max(self.limit)), 2.0 * self.total / area)
-
-        def excess(shift: float) -> float:
-            carried = self.weighted(np.clip(pressure + shift, 0.0, self.limit)).sum()
-            return float(carried) - self.total
-
-        shift = brentq(excess, -float(pressure.max()), most - float(pressure.min()), maxiter=200)
-        result: Array = np.clip(pressure + shift, 0.0, self.limit)
-        return result
-
-
-@dataclass(frozen=True)
-class Contact:
-    """The solution of a `ContactProblem`; fields have the shape of the geometry."""
-
-    pressure: Array  #: Pa
-    #: m; where the pressure is at its limit, negative: the bodies yield there by its magnitude.
-    gap: Array
-    approach: float  #: δ, m
-    saturated: Mask  #: cells at the pressure limit
-    #: Largest violation of the conditions on the gap, relative to the largest displacement; if
-    #: verified, from a separate convolution.
-    residual: float
-    convolutions: int  #: half-space convolutions spent
-    stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
-
-    @property
-    def yields(self) -> bool:
-        """Whether any cell yields."""
-        return bool(self.gap.min(where=self.saturated, initial=0.0) < 0)
-
-    @property
-    def penetration(self) -> Array:
-        """Depth by which saturated cells yield, m; zero elsewhere."""
-        result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
-        return result
 
 
 def solve_contact(

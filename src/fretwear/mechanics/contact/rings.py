@@ -16,17 +16,14 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import CellProblem
+from fretwear.mechanics.contact.cells import CellProblem, WornContact
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
 from fretwear.theory import LimitingState, share_of_band
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.wear.state import Stage
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
@@ -153,17 +150,17 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Self:
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
         """Rings for the next step, which follow the stick edge and reach far enough."""
-        stick = self._radius(stage.reduced.pressure)
-        touched = self._radius(stage.wear + stage.pressure)
+        stick = self._radius(worn.reduced.pressure)
+        touched = self._radius(worn.wear + worn.pressure)
         radii = stick, touched
         grading, banded = (Grading.of(problem, *radii, yields=yields) for yields in (False, True))
         # A contact with a limit behaves as one without until it nearly yields. A peak that becomes
         # singular is higher on narrower rings.
         finer = max(1.0, grading.narrowest / banded.narrowest)
-        peak = float(stage.pressure.max()) * math.sqrt(finer)
-        if peak > _NEARLY * problem.slip_limit or stage.plastic.any():
+        peak = float(worn.pressure.max()) * math.sqrt(finer)
+        if peak > _NEARLY * problem.slip_limit or worn.plastic.any():
             grading = banded
         edges = self.edges
         if not grading.suits(self):

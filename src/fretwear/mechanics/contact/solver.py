@@ -24,23 +24,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite, sqrt
-from typing import TYPE_CHECKING
+from typing import Protocol, Self
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import Index
+from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, Geometry, Index
 from fretwear.mechanics.contact.convolution import Convolution
 from fretwear.mechanics.contact.kernels import in_single, inner
-from fretwear.mechanics.contact.problem import (
-    Contact,
-    ContactError,
-    ContactProblem,
-    projected_gradient,
-)
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact.grid import GridHalfSpace
+from fretwear.mechanics.contact.problem import projected_gradient
 
 # Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
@@ -75,8 +67,31 @@ _STIFFENING = 3.0
 _HALF_SHARE = 2.0
 
 
+class ConvolvedBodies(Protocol):
+    """Elastic bodies whose displacement is a convolution on a window of equal cells."""
+
+    self_influence: float
+
+    @property
+    def geometry(self) -> Geometry:
+        """The cells."""
+
+    @property
+    def single(self) -> Convolution[Single]:
+        """Displacement in units of `self_influence`, and its inverse, in single precision."""
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, of a pressure, Pa."""
+
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """Displacement in single precision in some unit, m, and the unit."""
+
+    def around(self, cells: Mask) -> Self:
+        """The bodies on the smallest window that holds some cells and a margin."""
+
+
 def solve_by_active_sets(
-    bodies: GridHalfSpace,
+    bodies: ConvolvedBodies,
     problem: ContactProblem,
     start: Array | None,
     tolerance: float,
@@ -117,7 +132,7 @@ class ActiveSet:
 
     _cells: FreeCells
 
-    def __init__(self, problem: ContactProblem, bodies: GridHalfSpace, start: Array) -> None:
+    def __init__(self, problem: ContactProblem, bodies: ConvolvedBodies, start: Array) -> None:
         self.problem, self._bodies = problem, bodies
         self.convolutions = 0
         self.restart(start)
@@ -283,7 +298,9 @@ class ActiveSet:
                     high, last = fraction, middle
 
 
-def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Inverse]:
+def preconditioner(
+    half_space: ConvolvedBodies, tangent: Single | None, free: Mask
+) -> list[Inverse]:
     """Approximate inverses of K + diag c: on the whole window, and on inner cells that differ much.
 
     The tangent c is in units of the influence of a cell on itself, None without a layer. Its values

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -24,17 +24,16 @@ from fretwear.mechanics.contact.cells import (
     WITHIN_A_CELL,
     CellProblem,
     Parts,
+    Plane,
     Region,
     Way,
     Workspace,
+    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.theory import LineContact, share_of_band
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.wear.state import Stage
 
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
 # elastic pressure grows without bound, and the widest; and growth of the width with the distance.
@@ -117,15 +116,15 @@ class Strips(DenseCells):
         outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
         return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Strips:
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Strips:
         """Strips that reach far enough, and wider ones where a contact slides as a whole.
 
         It has no edge of stick, and its scar may become many times wider than the unworn contact.
         """
-        reaching = super().ahead_of(problem, stage)
-        if problem.wavelengths is not None or stage.reduced.pressure.any():
+        reaching = super().ahead_of(problem, worn)
+        if problem.wavelengths is not None or worn.reduced.pressure.any():
             return reaching
-        radius = self._radius(stage.wear + stage.pressure)
+        radius = self._radius(worn.wear + worn.pressure)
         widest = _WIDEST_SLIDING * problem.coarseness * radius
         outermost = reaching.edges[-1] - reaching.edges[-2]
         return reaching if outermost > 0.5 * widest else reaching._merged(widest)
@@ -163,11 +162,11 @@ class Row(Grid):
         row = cls((2, 1), problem.spacing, (False, True), problem.hertz.reference)
         return row._out_to(problem.extent[0] + (problem.wavelengths or (0.0,))[0])
 
-    def ahead_of(self, problem: CellProblem, stage: Stage) -> Row:
+    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Row:
         """Strips that reach far enough for the next step."""
-        return self._holding(problem, stage.pressure, WIDENED)
+        return self._holding(problem, worn.pressure, WIDENED)
 
-    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Row:  # noqa: ARG002
+    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Row:  # noqa: ARG002
         """These strips, or more if the contact needs them."""
         return self._holding(workspace.problem, pressure)
 
@@ -222,7 +221,7 @@ class Row(Grid):
         area = self.integral(self.covered(region, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
-    def covered(self, region: Region, plane: Grid) -> Array:  # noqa: ARG002 - these strips
+    def covered(self, region: Region, plane: Plane) -> Array:  # noqa: ARG002 - these strips
         """The fraction of each strip in a region."""
         fractions, inside = region.cells.astype(np.float64), np.flatnonzero(region.cells)
         if inside.size:

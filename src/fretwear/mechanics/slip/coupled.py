@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.contact.problem import ContactError
-from fretwear.mechanics.slip.cerruti import ShearSpace
+from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.slip.shear import ShearSpace
 
 _LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
 # Residual to which a start is computed on wider cells.

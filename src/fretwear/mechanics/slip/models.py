@@ -30,10 +30,11 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import HalfSpace
-from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
 from fretwear.mechanics.slip.loading import Loading, Normal, Sliding
+from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.quantity import Part
 from fretwear.theory import HertzContact, LineContact
@@ -386,7 +387,7 @@ class Coupled(Jaeger):
             tilted = np.stack([stretched + 0.0 * pressure, 0.0 * pressure])
         bound = friction * pressure
         sheared = shear(
-            half_space.sheared(setup.bodies.coupling),
+            bodies_under_shear(half_space, setup.bodies.coupling),
             bound,
             force,
             displacement,

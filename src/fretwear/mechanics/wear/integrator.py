@@ -25,8 +25,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Geometry, Workspace
-from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
+from fretwear.mechanics.contact.cells import ContactError, Geometry, Workspace
+from fretwear.mechanics.contact.problem import Accuracy, solve_contact
 from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
 
@@ -232,7 +232,7 @@ def evolve(
 def first_loading(
     problem: WearProblem,
     accuracy: Accuracy | None = None,
-    workspace: Workspace | None = None,
+    workspace: Workspace[WearProblem] | None = None,
     before: State | None = None,
     cells: Geometry | None = None,
 ) -> State:

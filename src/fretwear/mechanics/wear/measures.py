@@ -18,8 +18,7 @@ from math import isfinite, nan
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Beside, Region, Workspace
-from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.cells import Beside, Plane, Region, Workspace
 from fretwear.mechanics.slip.coupled import Sheared
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
 from fretwear.mechanics.wear.edges import Lines, deviation, half_width, stick_half_width
@@ -143,7 +142,7 @@ def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
     )
 
 
-def fractions(problem: WearProblem, state: State, plane: Grid) -> tuple[Array, Array]:
+def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
     contact, stick = (state.geometry.covered(r, plane) for r in _regions(problem, state))
     return contact, stick
@@ -252,7 +251,7 @@ class Loop:
     opening: float  # displacement U₀, m, at which the force vanishes
 
 
-def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
+def loop(workspace: Workspace[WearProblem], state: State, contacts: int = _CONTACTS) -> Loop:
     """The loop of a state, whose shape is kept during the cycle.
 
     At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate before
@@ -316,7 +315,7 @@ def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
 
 
 def _curve(
-    workspace: Workspace, problem: WearProblem, state: State, contacts: int
+    workspace: Workspace[WearProblem], problem: WearProblem, state: State, contacts: int
 ) -> tuple[Array, Array, float]:
     """Loads, N, from P to P*, the approaches, m, under them, and the approach under their mean."""
     if not problem.slip_model.follows_shape:

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Places
-from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.grid import Grid, influence_coefficients
-from fretwear.mechanics.contact.problem import ContactError, Exchange
+from fretwear.mechanics.contact.problem import Exchange
 from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import UnwornBodies
-from fretwear.mechanics.contact.problem import Accuracy, Contact, ContactError, Layer, solve_contact
+from fretwear.mechanics.contact.cells import Contact, ContactError, Layer, UnwornBodies
+from fretwear.mechanics.contact.problem import Accuracy, solve_contact
 from fretwear.mechanics.slip.models import ReducedContact, WearLayer
 from fretwear.mechanics.wear.state import Stage, WearProblem, YieldLimit
 

@@ -8,10 +8,18 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import Geometry, HalfSpace, Parts, Workspace
+from fretwear.mechanics.contact.cells import (
+    Contact,
+    ContactProblem,
+    Geometry,
+    HalfSpace,
+    Layer,
+    Parts,
+    Workspace,
+)
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Contact, ContactProblem, Layer, is_finite
+from fretwear.mechanics.contact.problem import is_finite
 from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip.models import ReducedContact, SlipModel
 from fretwear.mechanics.wear.laws import Means
@@ -262,7 +270,7 @@ class State(Stage):
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
     convolutions: int = 0  #: half-space convolutions spent so far, rejected steps included
 
-    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
+    def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
         """The same state on other cells; gaps are computed on cells that are new."""
         old = self.geometry
         if geometry == old:

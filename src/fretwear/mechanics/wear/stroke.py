@@ -68,7 +68,7 @@ class StrokeState(State):
         """Wear depth of the flat, m."""
         return np.asarray(self.worn[0])
 
-    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
+    def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
         """The same state on more cells; its gap is computed on cells that are new."""
         old = self.geometry
         if geometry.shape == old.shape:

@@ -20,19 +20,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
+from typing import Any, Generic, TypeAlias, cast
 
 import numpy as np
 
 from fretwear.arrays import Array, Real, Single
+from fretwear.mechanics.contact.cells import Geometry, HalfSpace
 from fretwear.mechanics.contact.convolution import offsets
+from fretwear.mechanics.contact.grid import Grid, GridHalfSpace
 from fretwear.mechanics.contact.kernels import dct, dst, filtered, whole_spectrum
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact.cells import Geometry
-    from fretwear.mechanics.contact.grid import Grid
 
 Branch = tuple[int, int]
 # Spectra of the influence of x on x, of y on y, and of either on the other.
@@ -289,6 +287,14 @@ def _whole_factors(spectra: Spectra[Real]) -> list[Real]:
     return [whole_spectrum(field, odd=place == 2) for place, field in enumerate(spectra)]
 
 
+def bodies_under_shear(half_space: HalfSpace, coupling: float) -> ShearSpace[Array]:
+    """The bodies of a half-space under shear tractions, of κ = E*/G*; on grids only."""
+    if not isinstance(half_space, GridHalfSpace):
+        raise NotImplementedError("tractions along two directions are computed on grids only")
+    return shear_space(half_space.geometry, half_space.modulus, coupling)
+
+
+@lru_cache(2)
 def shear_space(geometry: Grid, modulus: float, coupling: float) -> GridShear[Array]:
     """The bodies on a window, by the transforms that its symmetry allows."""
     shape = offsets(geometry.shape, geometry.even)
