@@ -14,15 +14,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretwear.data.files import MERGED_PROFILES
 from fretwear.forms import Either, Mapped
-from fretwear.quantity import Parameter, Part, Quantity, WholeNumber, required
-from fretwear.study.case import Case
-from fretwear.study.materials import material_table
 from fretwear.study.members import Inline, PartOf
+
+from fretwear.data.files import MERGED_PROFILES
+from fretwear.quantity import Parameter, Part, Quantity, WholeNumber, required
+from fretwear.study.case import Case, members
+from fretwear.study.materials import material_table
 from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
 from fretwear.study.reading import study_schema
-from fretwear.study.case import members
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CRACKS,

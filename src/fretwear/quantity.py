@@ -203,7 +203,7 @@ class Quantity(Parameter):
     def __get_pydantic_core_schema__(
         self,
         source: Any,
-        handler: GetCoreSchemaHandler,  # noqa: ARG002 - one schema for all types
+        handler: GetCoreSchemaHandler,
     ) -> core_schema.CoreSchema:
         is_optional = type(None) in get_args(source)
 
@@ -563,10 +563,10 @@ class Part:
             value = {"kind": value}
         if not isinstance(value, Mapping):
             such = next(iter(kinds.values())).such()
-            raise Misspelt(f"must be one of {', '.join(kinds)}, such as {such}", kinds)
+            raise MisspeltError(f"must be one of {', '.join(kinds)}, such as {such}", kinds)
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
-            raise located("kind", name, Misspelt(f"must be one of {', '.join(kinds)}", kinds))
+            raise located("kind", name, MisspeltError(f"must be one of {', '.join(kinds)}", kinds))
         content = {**value, "kind": name}
         return adapter(kinds[name]).validate_python(content, context=folder)
 
@@ -642,7 +642,7 @@ class Part:
         return content if len(content) > 1 else content["kind"]
 
 
-class Misspelt(QuantityError):
+class MisspeltError(QuantityError):
     """A word that is none of the valid ones."""
 
     def __init__(self, rule: str, valid: Sequence[str] | Mapping[str, object]) -> None:

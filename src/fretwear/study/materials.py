@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 
-from fretwear.quantity import Misspelt, is_list
+from fretwear.quantity import MisspeltError, is_list
 from fretwear.study.problems import Problems
 from fretwear.units import listed
 
@@ -59,7 +59,7 @@ def with_materials(
         if row is None:
             with problems.at(place, name):
                 rule = "must be a material of the table, or a pair of them"
-                raise Misspelt(rule, [*table, "100Cr6"])
+                raise MisspeltError(rule, [*table, "100Cr6"])
         rows.append(row or next(iter(table.values())))
     columns = {name: [row[name] for row in rows] for name in PROPERTIES}
     constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}

@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fretwear.quantity import Misspelt
+from fretwear.quantity import MisspeltError
 from fretwear.units import QuantityError, did_you_mean
 
 ENDINGS = (".yaml", ".yml")
@@ -97,7 +97,7 @@ class Problems(list[Problem]):
 
 def _of_error(key: str, given: object, error: QuantityError) -> Problem:
     hint = error.hint
-    if isinstance(error, Misspelt):
+    if isinstance(error, MisspeltError):
         hint = hint or did_you_mean(given, error.valid)
     return Problem(key, given, error.rule, hint)
 
@@ -115,7 +115,7 @@ def _problem(key: str, one: Mapping[str, Any]) -> Problem:
             return Problem(place, given, "is not known", "fretwear schema lists all keys")
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
-            return _of_error(place, given, Misspelt(f"must be {context['expected']}", words))
+            return _of_error(place, given, MisspeltError(f"must be {context['expected']}", words))
         case "bool_parsing" | "bool_type":
             return Problem(place, given, "must be true or false")
         case _:
