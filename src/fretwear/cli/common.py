@@ -156,8 +156,9 @@ def say(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Print a message to standard error."""
-    typer.echo(f"fretwear: {printable(text)}", err=True)
+    """Print a message to standard error; no run ends because nobody can read it."""
+    with suppress(OSError, ValueError):
+        typer.echo(f"fretwear: {printable(text)}", err=True)
 
 
 def typed(context: typer.Context) -> str:

@@ -20,6 +20,7 @@ from fretwear.plugins import plugins
 from fretwear.study.problems import StudyError
 
 _WORKFLOW = "Steps of the workflow"
+_STOPPED = "stopped; the same command resumes a run from its checkpoint"
 
 
 class _Commands(Help, TyperGroup):
@@ -36,6 +37,8 @@ class _Commands(Help, TyperGroup):
             status = _told(error, arguments)
             if status is None:
                 raise
+        if status == 128 + signal.SIGINT:  # typer turns Ctrl-C into a status
+            note(_STOPPED)
         sys.exit(status if isinstance(status, int) else Status.DONE)
 
 
@@ -43,10 +46,11 @@ def _told(error: BaseException, arguments: Sequence[str]) -> int | None:
     """Print what ended a command and return its exit status; None if it is a defect."""
     if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
         return Status.WRONG_INPUT
-    if isinstance(error, KeyboardInterrupt | typer.Abort | SystemExit):
-        status = error.code if isinstance(error, SystemExit) else 128 + signal.SIGINT
-        note("stopped; the same command resumes a run from its checkpoint")
-        return int(status or 0)
+    if isinstance(error, OSError) and isinstance(error.__context__, SystemExit):
+        error = error.__context__  # the terminal was closed, and its bar cannot be removed
+    if isinstance(error, SystemExit):
+        note(_STOPPED)
+        return int(error.code or 0)
     if isinstance(error, BrokenPipeError):
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - flushed at exit
         return Status.FAILED
