@@ -14,11 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretwear.forms import Either, Mapped
-from fretwear.study.members import Inline, PartOf
-
 from fretwear.data.files import MERGED_PROFILES
-from fretwear.quantity import Parameter, Part, Quantity, WholeNumber, required
+from fretwear.quantity import Inline, Parameter, Part, PartOf, Quantity, declared, required
 from fretwear.study.case import Case, members
 from fretwear.study.materials import material_table
 from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
@@ -78,30 +75,26 @@ def materials() -> str:
 
 def _example(name: str) -> str:
     about = parameter_of(name)
-    return (
-        next(iter(about.kinds))
-        if isinstance(about, PartOf) and not about.example
-        else about.example
-    )
+    return about.example or (next(iter(about.family.kinds())) if isinstance(about, PartOf) else "")
 
 
 def _range(name: str) -> str:
     match parameter_of(name):
-        case Either(single=Quantity() as quantity) as either:
-            return "; or ".join([quantity.range_text(), *map(_form, either.forms[:-1])])
+        case Quantity(is_whole=True) as number:
+            return f"whole, {_whole(int(number.ge or 0))} to {_whole(int(number.le or 0))}"
         case Quantity() as quantity:
-            return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
-        case WholeNumber() as number:
-            return f"whole, {_whole(number.at_least)} to {_whole(number.at_most)}"
+            fields = (", ".join(form.__dataclass_fields__) for form in quantity.forms)
+            pair = ["a pair"] if quantity.places else []
+            forms = [*pair, *(f"`{{{keys}}}`" for keys in fields)]
+            none = ["`none`"] if quantity.infinite else []
+            return "; or ".join([quantity.range_text(), *none, *forms])
         case PartOf() as part:
             choices = ["none"] if part.none else []
-            return " or ".join(f"`{choice}`" for choice in [*choices, *part.kinds])
+            return " or ".join(f"`{choice}`" for choice in [*choices, *part.family.kinds()])
         case other:
-            return _kinds(other.schema())
-
-
-def _form(form: Parameter) -> str:
-    return f"`{{{', '.join(form.fields)}}}`" if isinstance(form, Mapped) else "a pair"
+            return _kinds(study_schema()["properties"]["base"]["properties"].get(name, {})) or (
+                other.example
+            )
 
 
 def _presence(name: str) -> str:
@@ -109,12 +102,13 @@ def _presence(name: str) -> str:
     about = members()[member]
     if "." in name:
         return "a part of it"
-    kinds = about.kinds.values() if isinstance(about, Inline) else ()
+    kinds = [*about.family.kinds().values()] if isinstance(about, Inline) else []
     if not all(name in kind.parameters() for kind in kinds):
         needed = any(name in required(kind) for kind in kinds)
         return "one of them" if needed else "may be left out"
     if isinstance(about, PartOf) and about.short:
-        others = [member] if name != member else about.keys
+        short = about.family.kinds()[about.short].parameters()
+        others = [member] if name != member else [*short]
         return "needed, or " + ", ".join(f"`{other}`" for other in others)
     if member in required(Case):
         return "needed"
@@ -135,7 +129,9 @@ def sections() -> str:
         (
             f"`{name}`",
             _kinds(part),
-            f"`{part['default']}`" if part.get("default") is not None else "",
+            f"`{part['default']}`"
+            if isinstance(part.get("default"), str) and part["default"]
+            else "",
             part.get("description", ""),
         )
         for name, part in schema["properties"].items()
@@ -182,7 +178,8 @@ def _kinds(part: Mapping[str, Any]) -> str:
     if kind == "string" and "pattern" in part:
         # Numbers written as text are accepted, but not documented.
         return "value with a unit" if "examples" in part else ""
-    return {"object": "section", "string": "text"}.get(kind, kind)
+    names = {"object": "section", "string": "text", "integer": "whole number"}
+    return " or ".join(names.get(one, one) for one in ([kind] if isinstance(kind, str) else kind))
 
 
 def _whole(number: int) -> str:
@@ -211,20 +208,18 @@ def profiles() -> str:
 
 def notation() -> dict[str, list[tuple[str, Parameter | Variable]]]:
     """Return what each symbol stands for: names in files and datasets, with their declarations."""
-    declared: list[tuple[str, Parameter | Variable]] = []
+    listed: list[tuple[str, Parameter | Variable]] = []
     for name in parameter_names():
         about = parameter_of(name)
-        declared.append((name, about))
+        listed.append((name, about))
         for form in getattr(about, "forms", ()):
-            fields = form.fields if isinstance(form, Mapped) else {}
-            declared += fields.items()
-    declared += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]
-    declared += StressOutput.parameters().items()
+            listed += declared(form).items()
+    listed += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]
+    listed += StressOutput.parameters().items()
     variables = (X, Y, CYCLE, DEPTH, *RESULTS.values(), *NOTATION, *LOOP)
-    declared += [(one.name, one) for one in (*variables, *STRESSES, *CRACKS, *FATIGUE)]
+    listed += [(one.name, one) for one in (*variables, *STRESSES, *CRACKS, *FATIGUE)]
     symbols: dict[str, list[tuple[str, Parameter | Variable]]] = {}
-    for name, about in declared:
-        about = getattr(about, "item", about)
+    for name, about in listed:
         if about.symbol.startswith("$"):
             symbols.setdefault(about.symbol, []).append((name, about))
     return symbols
@@ -233,13 +228,13 @@ def notation() -> dict[str, list[tuple[str, Parameter | Variable]]]:
 def notation_table() -> str:
     """Write the table of symbols; the given value of a quantity and its result share one."""
     rows = []
-    for symbol, declared in notation().items():
+    for symbol, meant in notation().items():
         meanings = dict.fromkeys(
             _meaning(about.words, about.comment) if about in NOTATION else about.words
-            for _, about in declared
+            for _, about in meant
         )
-        names = dict.fromkeys(f"`{name}`" for name, about in declared if about not in NOTATION)
-        rows.append((symbol, "; ".join(meanings), declared[0][1].si_unit, ", ".join(names)))
+        names = dict.fromkeys(f"`{name}`" for name, about in meant if about not in NOTATION)
+        rows.append((symbol, "; ".join(meanings), meant[0][1].si_unit, ", ".join(names)))
     return table(("symbol", "meaning", "unit", "in files"), rows)
 
 

@@ -32,7 +32,7 @@ def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
     assert ids[0] == ids[1]
     assert len(ids[0]) == 6
     assert studies.load(short, ["roughness.seed=5"]).size == 2
-    for wrong, keys in ((content | {"seeds": [1, 1, 0.5]}, [1, 2]), (long | {"seeds": [4]}, [""])):
+    for wrong, keys in ((content | {"seeds": [1, 2, 0.5]}, [2]), (long | {"seeds": [4]}, [""])):
         told = [each.key for each in studies.error(wrong).problems]
         assert told == [f"seeds[{key}]" if key else "seeds" for key in keys]
 
@@ -97,7 +97,7 @@ def test_drawn_loads_of_a_cylinder_are_labelled_per_length(studies, content):
     study = studies.load(content | {"design": design, "vary": vary})
     for point in study.points():
         label = point.labels["load"]
-        assert label == f"{point.case.load!r} N/m"
+        assert label == f"{point.case.load / 1e3:.6g} N/mm"
         chosen = select_case(study.file, point.id, [f"load={label}"])
         assert chosen.case_id == point.case.case_id
 

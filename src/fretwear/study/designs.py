@@ -13,11 +13,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from fretwear.quantity import Part, each, is_list, json_text, located, whole_number
+from fretwear.quantity import (
+    Parameter,
+    Part,
+    each,
+    is_list,
+    json_text,
+    located,
+    whole_number,
+)
 from fretwear.study.case import case_keys
 from fretwear.study.parameters import coordinate, member_of, parameter_of
 from fretwear.study.problems import Problems, in_words
-from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit
+from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit, parse_quantity
 
 MAX_POINTS = 200_000
 
@@ -149,11 +157,19 @@ class Axis:
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
-            unit = parameter_of(self.name).in_frame_of(self.drawn_from.low).si_unit
+            about = parameter_of(self.name).in_frame_of(self.drawn_from.low)
             numbers = [self.drawn_from.at(fraction) for fraction in fractions]
-            values = tuple(in_unit(number, unit) for number in numbers)
-            written = tuple(exact_text(number, BY_SI_UNIT[unit]) for number in numbers)
+            values = tuple(in_unit(number, about.si_unit) for number in numbers)
+            written = tuple(_as_typed(number, about) for number in numbers)
         return dataclasses.replace(self, values=values, written=written)
+
+
+def _as_typed(number: float, about: Parameter) -> str:
+    """Write a drawn value in the unit that people type, so that it reads back to the last bit."""
+    dimension = BY_SI_UNIT[about.si_unit]
+    text = f"{number / about.unit.size:.9g} {about.unit.typed or about.unit.name}".strip()
+    is_same = parse_quantity(text, dimension) == number
+    return text if is_same else exact_text(number, dimension)
 
 
 def read_axes(
