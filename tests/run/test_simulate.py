@@ -203,7 +203,7 @@ def test_shear_never_exceeds_what_the_pressure_bears_about_the_onset_of_gross_sl
 
 
 def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
-    case = make(cell=("2.5 um", "2.5 um"), cycles=1, output_cycles=())
+    case = make(cell=("2.5 um", "2.5 um"), cycles=1, output_cycles=(), slip_model="jaeger")
     first = simulate(case, quarter=True).isel(cycle=0)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     theory = PartialSlip(hertz, case.friction, case.tangential_load, case.coupling)
@@ -276,12 +276,13 @@ def test_history_holds_every_step_and_observers_see_each():
 def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     pair = {"youngs_modulus": (208e9, 110e9), "poisson_ratio": (0.3, 0.2)}
     swapped = {key: value[::-1] for key, value in pair.items()}
+    jaeger = {"slip_model": "jaeger"}
     first = make(**pair)
     # Equal bodies with the composite modulus E* and the coupling κ of the pair.
     poisson = (2 * first.coupling - 2) / (2 * first.coupling - 1)
     modulus = 2 * first.composite_modulus * (1 - poisson**2)
     equal = {"poisson_ratio": poisson, "youngs_modulus": modulus}
-    results = [simulate(make(**changes)) for changes in (pair, swapped, equal)]
+    results = [simulate(make(**changes, **jaeger)) for changes in (pair, swapped, equal)]
     assert make(**equal).composite_modulus == near(first.composite_modulus, rel=1e-14)
     for other in results[1:]:
         for key, values in results[0].data_vars.items():
@@ -293,7 +294,7 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     moved = float(results[0].tangential_displacement[0])
     assert moved == pytest.approx(theory.tangential_displacement, rel=2e-3, abs=0)
     assert first.coupling != near(make().coupling, rel=0.02)
-    volumes = [float(ds.wear_volume[-1]) for ds in (results[0], simulate(make()))]
+    volumes = [float(ds.wear_volume[-1]) for ds in (results[0], simulate(make(**jaeger)))]
     assert volumes[0] > 1.1 * volumes[1]
 
 
@@ -320,7 +321,7 @@ def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
 
 
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
-    alone = simulate(make(error_estimate=False))
+    alone = simulate(make(error_estimate=False, slip_model="jaeger"))
     with pytest.warns(DoubtfulResultWarning, match="no estimated errors.*no reduced"):
         dataset = simulate(make(slip_model=SlipOnNarrowCells()))
     assert "no reduced contact: residual 1.0e+00" in dataset.attrs["warnings"]
@@ -368,7 +369,8 @@ def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches():
         given = {"radius": "11 mm", "load": load, "tangential_ratio": 0.631, "friction": 0.31}
         given |= {"plastic_limit": "2984 MPa", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3}
         cell = [0.35e-6 / narrower, 1e-6 / narrower]
-        problem = wear_problem(make_case(**given, roughness=waves, cell=cell))
+        case = make_case(**given, roughness=waves, cell=cell, slip_model="jaeger")
+        problem = wear_problem(case)
         state = first_loading(problem)
         width = measure(problem, state).stick_half_width_x
         return width, 2.0 * scatter(state)["stick_half_width_x"]
@@ -397,7 +399,7 @@ def test_an_estimate_is_no_less_than_what_steps_leave_open():
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
     at = (10, 100, 1000, 3000)
-    given = {"cell": None, "accuracy": "none", "output_cycles": at}
+    given = {"cell": None, "accuracy": "none", "output_cycles": at, "slip_model": "jaeger"}
     case = make_case(load="40 N", friction=0.6, cycles=7000, **given)
     dataset = run(case).dataset
     finer = run(case.replace(tolerance=0.1 * case.tolerance, error_estimate=False)).dataset

@@ -25,6 +25,7 @@ from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip.loading import Loading, SlidingDistance
+from fretwear.mechanics.slip.models import Cerruti
 from fretwear.quantity import (
     AXES,
     Coordinates,
@@ -70,6 +71,8 @@ _UNSAID_AT_DEFAULT = (
     *("counterface", "junction_growth", "frequency", "debris_fraction", "bulk_stress", "blocks"),
     *("error_estimate", "accuracy", "budget", "cell", "cycles"),
 )
+# Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
+_NARROW = 0.05
 # With the default slip model, cases keep the ids that they had when it was another one.
 _SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
@@ -374,11 +377,21 @@ class Case(Setup):
 
     @cached_property
     def geometry(self) -> type[Geometry]:
-        """The kind of cells: rings for rotational symmetry, which friction as a vector breaks."""
+        """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
+
+        Rings remain where a grid would not resolve the edge of the stick zone: where bodies yield,
+        under a pulsating load, and where the slip annulus or the stick zone is narrow; slip is then
+        the mean over all directions.
+        """
         if self.frame is LINE_CONTACT:
             return Row if self.bulk_stress else Strips
-        round_and_plain = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
-        return Rings if round_and_plain and not self.slip_model.couples else Grid
+        is_round = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
+        if not is_round or self.slip_model.couples:
+            return Grid
+        is_narrow = not _NARROW < self.stick_radius / self.hertz_radius < 1.0 - _NARROW
+        fits = math.isinf(self.plastic_limit) and self.normal.pulsating_load == 1.0
+        varies = isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
+        return Grid if varies and fits and not is_narrow else Rings
 
     @cached_property
     def is_graded(self) -> bool:

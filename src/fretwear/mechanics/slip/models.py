@@ -337,11 +337,7 @@ class Cerruti(Jaeger):
         """The bodies and the shape, m, under tractions along x, and under a pressure, Pa."""
         bodies = half_space.along_x(setup.bodies.coupling, setup.coupling)
         if bodies is not half_space:
-            (normal, unit), (tangential, other) = (
-                each.relative_displacement(pressure) for each in (half_space, bodies)
-            )
-            shape = shape + np.multiply(normal, unit, dtype=np.float64)
-            shape -= np.multiply(tangential, other, dtype=np.float64)
+            shape = shape + half_space.displacement(pressure) - bodies.displacement(pressure)
         return bodies, super().family(setup, half_space, shape, pressure)[1]
 
 
