@@ -11,7 +11,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.setup import block_at
+from fretwear.mechanics.slip.models import Cerruti
 from fretwear.study.case import Case
 from fretwear.theory import LineContact
 from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
@@ -85,14 +87,15 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         ):
             fields = [np.split(field, 2, axis)[1] for field in fields]
             even[axis] = True
-    if Y.name not in axes and not even[0]:
-        raise StressError("stresses of line contacts are computed only for even ones")
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
     least = setup.unworn_sliding.of_smooth(hertz)[0]
     stuck = hertz.with_load(least) if least > 0.0 else None
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
     pressure, shear, gap, slip, *of_y = fields
+    # The case has lost its roughness.
+    given = json.loads(snapshot.attrs["parameters"])
+    rough = any(given.get(name) is not None for name in ("roughness", "counterface"))
     surface = LoadedSurface(
         pressure,
         shear,
@@ -106,6 +109,8 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
         across=of_y[0] if of_y else None,
         coupling=setup.bodies.coupling,
+        is_directed=isinstance(setup.slip_model, Cerruti) and (rough or case.geometry is Grid),
+        tilt=setup.tilt,
     )
     return surface, slip
 

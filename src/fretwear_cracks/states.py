@@ -17,7 +17,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even, HalfSpace
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.coupled import shear
 from fretwear.mechanics.slip.models import contact_under
 from fretwear.mechanics.slip.shear import bodies_under_shear
@@ -51,6 +51,9 @@ class LoadedSurface:
     #: Shear along y at +Q, Pa, and κ, of friction in two directions.
     across: Array | None = None
     coupling: float = 1.0
+    #: Whether slip follows from the influence of tractions along x, as of `Cerruti`.
+    is_directed: bool = False
+    tilt: float = 0.0  #: slope along x of the reduced contact at +Q, due to a bulk stress
 
     @property
     def plane_strain(self) -> bool:
@@ -62,6 +65,9 @@ class LoadedSurface:
         """The elastic bodies."""
         shape, spacing = (self.pressure.shape[0], self.pressure.shape[1]), self.spacing
         if self.reference is not None:
+            if not self.even[0]:
+                row = Row((shape[0], 1), spacing, (False, True), self.reference)
+                return row.half_space(self.composite_modulus)
             edges = np.arange(shape[0] + 1.0) * spacing[0]
             return Strips(tuple(edges.tolist()), self.reference).half_space(self.composite_modulus)
         return Grid(shape, spacing, self.even).half_space(self.composite_modulus)
@@ -110,13 +116,18 @@ class LoadedSurface:
             return shears
         integral = self.half_space.geometry.integral
         load, force = integral(self.pressure), integral(self.shear)
-        shape = self.gap - self.half_space.displacement(self.pressure)
+        bodies = self.half_space
+        if self.is_directed:
+            bodies = bodies.along_x(self.coupling, self.coupling)
+        shape = self.gap - bodies.displacement(self.pressure)
+        slope = self.tilt * bodies.geometry.x[:, None]
         limit = self.friction * self.pressure
         below = self.pressure
         for step, part in enumerate(steps, 1):
             reduced = load - force / self.friction * part
             start = below * (reduced / integral(below))
-            contact = contact_under(self.half_space, shape, reduced, None, start, _TOLERANCE)
+            tilted = shape + part * slope
+            contact = contact_under(bodies, tilted, reduced, None, start, _TOLERANCE)
             below = contact.pressure
             fallen = 2.0 * self.friction * (self.pressure - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
