@@ -21,9 +21,15 @@ from fretwear.study.spacing import (
 )
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
-from ..studies import WAVES, near, steel
+from .. import studies
+from ..studies import WAVES, near
 
 SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
+
+
+def steel(**changes):
+    """A case whose slip is alike in all directions, so that smooth spheres are on rings."""
+    return studies.steel(**{"slip_model": "jaeger", **changes})
 
 
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.contact.strips import Strips
+from fretwear.mechanics.contact.strips import Row, Strips
+from fretwear.mechanics.slip.models import Cerruti
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts
@@ -42,7 +43,9 @@ SECONDS_PER_CELL_AND_STEP = 7.5e-7
 SECONDS_PER_CELL_OF_LOOP = 9e-7
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 # A run with friction in two directions over one without, on whole windows and on quarters.
-TIMES_COUPLED = 3.5, 2.5
+TIMES_COUPLED = 5.0, 4.0
+# A run whose slip knows its direction over one whose slip does not.
+TIMES_DIRECTED = 1.7
 SECONDS_PER_SQUARED_STRIP = 2.5e-9
 MEMORY_PER_SQUARED_STRIP = 72
 MEMORY_OF_GRADED = 72 * 500**2
@@ -222,7 +225,7 @@ class _Runs:
         wider = case.times_written(width)
         dx, dy = wider * self._dx, wider * self._dy
         cells_x = sides_x * math.ceil(self._reach_x / dx)
-        cells_y = 1 if geometry is Strips else sides_y * math.ceil(self._reach_y / dy)
+        cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(self._reach_y / dy)
         steps, convolutions = self._work(cells_x * cells_y, case.tolerance_on(width))
         if stroke and geometry is Grid:
             cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
@@ -242,9 +245,9 @@ class _Runs:
                 closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
                 per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
                 arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
-        elif geometry is Strips:
-            # Rough contacts have matrices, for strips of equal width.
-            squared = cells_x**2 if case.rough is not None else 0
+        elif geometry in (Strips, Row):
+            # Rough and uneven contacts have matrices, for strips of equal width.
+            squared = cells_x**2 if case.rough is not None or geometry is Row else 0
             per_convolution = max(
                 SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared
             )
@@ -257,6 +260,8 @@ class _Runs:
             per_step = SECONDS_PER_CELL_AND_STEP * mean
             if case.slip_model.couples:
                 per_convolution *= TIMES_COUPLED[all(case.even)]
+            elif isinstance(case.slip_model, Cerruti) and case.coupling != 1.0:
+                per_convolution *= TIMES_DIRECTED
         if case.normal.pulsating_load < 1.0 and not stroke:
             per_convolution *= TIMES_IF_PULSATING
         if coarseness != 1.0:  # a finer cell narrows rings and strips
