@@ -159,8 +159,8 @@ def test_the_workflow_of_a_new_folder_has_the_whole_study_to_do(desk):
     desk.call("init", "new")
     command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "2"]
     said = subprocess.check_output(command, cwd="new", text=True, stderr=subprocess.STDOUT)
-    assert "Writing the report of demo" in said
-    assert said.count("Simulating ") >= 2
+    assert "rule report:" in said
+    assert said.count("rule simulate:") >= 2
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "merge", "figures", "report"])
@@ -194,11 +194,6 @@ def place(tmp_path_factory):
     (desk.folder / "cut.nc").write_bytes(content[: len(content) // 2])
     text = study.read_text(encoding="utf-8")
     changes = {
-        "tab": ("  radius", "\tradius"),
-        "colon": ("radius:", "radius"),
-        "space": ("radius: ", "radius:"),
-        "quote": ("title: Tiny", "title: 'Tiny"),
-        "comma": ("0.3", "0,3"),
         "unit": ("10 mm", "10"),
         "section": ("vary", "varry"),
     }
@@ -215,13 +210,7 @@ MISTAKES = {
     "a study by its name": ("plan tiny", "did you mean 'studies/tiny.yaml'?"),
     "a misspelt study": ("run studies/tinny.yaml", "did you mean 'studies/tiny.yaml'?"),
     "another folder": ("run elsewhere/tiny.yaml", "did you mean 'studies/tiny.yaml'?"),
-    "a folder for a study": ("run studies", "give one of its files: studies/tiny.yaml"),
     "results for a study": ("plan cut.nc", "fretwear show cut.nc"),
-    "a tab": ("plan tab.yaml", "(line 3)", "use spaces"),
-    "no colon": ("plan colon.yaml", "(line 3)", "a colon and a space must follow the key"),
-    "no space": ("plan space.yaml", "(line 3)", "a colon and a space must follow the key"),
-    "an open quote": ("plan quote.yaml", "a quote opened before is not closed"),
-    "a decimal comma": ("plan comma.yaml", "poisson_ratio = 0,3", "write a decimal point"),
     "no unit": ("plan unit.yaml", "base.radius = 10 ", "did you mean '10 mm'?"),
     "a misspelt section": ("plan section.yaml", "varry", "did you mean 'vary'?"),
     "no choice of a case": ("run studies/tiny.yaml", "give --case ID, one of", "P25N-", "P50N-"),
@@ -250,7 +239,7 @@ MISTAKES = {
     "a study to look at": ("show studies/tiny.yaml", "fretwear plan studies/tiny.yaml"),
     "a misspelt case file": ("show results/tiny/cases/god.nc", "did you mean", "good.nc"),
     "a folder to look at": ("show results/tiny", "results/tiny/cases/good.nc"),
-    "a truncated file": ("show cut.nc", "cut short", "run the case again"),
+    "a truncated file": ("show cut.nc", "cut.nc: it is damaged"),
     "no case file": ("plot note.txt", "not a netCDF-4 file"),
     "nothing to compare": ("compare results/tiny/cases/good.nc no.nc", "no.nc: "),
     "another film": ("animate results/tiny/cases/good.nc -o a.avi", "must end in .gif or .mp4"),
@@ -272,10 +261,3 @@ def test_a_mistake_is_answered_by_one_message_that_tells_what_to_do(place, monke
         assert words in result.stderr
     assert result.stdout == ""
     assert place.files() == before
-
-
-def test_a_call_from_a_folder_without_studies_is_told_where_it_looked(desk):
-    (desk.folder / "tiny.yaml").unlink()
-    result = desk.call("run", "demo.yaml", status=2)
-    assert f"no study lies in {desk.folder}" in result.stderr
-    assert "change to the folder with studies/" in result.stderr

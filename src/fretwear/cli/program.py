@@ -49,8 +49,10 @@ def _told(error: BaseException, arguments: Sequence[str]) -> int | None:
     if isinstance(error, OSError) and isinstance(error.__context__, SystemExit):
         error = error.__context__  # the terminal was closed, and its bar cannot be removed
     if isinstance(error, SystemExit):
-        note(_STOPPED)
-        return int(error.code or 0)
+        status = int(error.code or 0)
+        if status > 128:
+            note(_STOPPED)
+        return status
     if isinstance(error, BrokenPipeError):
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - flushed at exit
         return Status.FAILED
