@@ -57,7 +57,7 @@ class Unknown:
     def is_fraction(self) -> bool:
         """Whether it is a part of a whole, sought on the logarithm of x/(1 − x)."""
         about = self.free.about
-        bounds = getattr(about, "at_least", None), getattr(about, "at_most", None)
+        bounds = about.ge, about.le
         return bounds == (0.0, 1.0) and not self.free.logarithmic
 
     def inner(self, value: float) -> float:
