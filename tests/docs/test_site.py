@@ -14,8 +14,6 @@ from mathml import to_mathml
 from fretwear.cli.program import app
 from fretwear.study.parameters import parameter_names
 
-from ..report.browser import MISSING, Browser
-
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
@@ -60,22 +58,6 @@ def test_no_page_loads_anything_from_outside_and_all_is_in_the_reference(site):
     assert {"run", "plan", "merge"} <= set(commands)
     for command in commands:
         assert f"fretwear {command}" in page
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(bool(MISSING), reason=MISSING or "never")
-def test_axe_finds_nothing_that_hinders_a_keyboard_or_a_screen_reader(site, tmp_path):
-    axe = pytest.importorskip("axe_core_python", reason="axe-core-python is not installed")
-    script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
-    browser = Browser(tmp_path)
-    try:
-        # On a phone code, tables, equations and figures are moved within their frames.
-        browser.resize((390, 844))
-        for page in ("index", "tutorial", "checks", "explanation/mechanics"):
-            browser.driver.get((site / f"{page}.html").as_uri())
-            assert browser.violations(script) == [], page
-    finally:
-        browser.close()
 
 
 @pytest.mark.parametrize("latex", [r"\begin{aligned} a &= b \end{aligned}", r"\nosuchcommand{x}"])

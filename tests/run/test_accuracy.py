@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from fretwear.run.batch import Checkpoint
 
 import fretwear
 from fretwear.mechanics.contact.problem import Accuracy
@@ -21,6 +20,7 @@ from fretwear.run.accuracy import (
     next_width,
     unreached,
 )
+from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from fretwear.run.batch import read_checkpoint, write_checkpoint
 from tests.studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
@@ -18,7 +17,7 @@ from fretwear.figures import scalar_history
 from fretwear.mechanics.contact import rings
 from fretwear.mechanics.contact.cells import OPEN_PER_SIDE
 from fretwear.mechanics.wear.measures import unresolved_peak
-from fretwear.run.simulate import RunRecord, run, steps, wear_problem
+from fretwear.run.simulate import run, steps, wear_problem
 from fretwear.study.reading import load_study
 from fretwear.units import LINE_CONTACT
 
@@ -242,16 +241,6 @@ def test_fractions_of_cells_add_up_to_the_stored_areas(changes):
     # Stored areas and mean pressures give each other exactly, sums over states do not.
     share = found.mean_stick_pressure * found.stick_area / found.normal_force
     np.testing.assert_allclose(share, found.stick_load_share, rtol=1e-9)
-
-
-def test_a_run_in_which_nothing_sticks_resumes_from_its_checkpoint(tmp_path):
-    record = RunRecord()
-    found = run(steel(**GROSS, cycles=50, cell="9 um", error_estimate=False), record=record)
-    assert np.isnan(found.history.mean_stick_pressure).all()
-    write_checkpoint(tmp_path / "checkpoint", record, {})
-    history = read_checkpoint(tmp_path / "checkpoint", {}).history
-    assert math.isnan(history[-1]["mean_stick_pressure"])
-    assert history[-1]["wear_volume"] == record.history[-1]["wear_volume"]
 
 
 @pytest.mark.slow

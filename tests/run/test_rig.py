@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from fretwear.run.batch import read_checkpoint, write_checkpoint
 from tests.studies import WAVES, base, near, refusal, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
@@ -19,7 +18,7 @@ from fretwear.figures.study import study_figures
 from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.report import build_report
-from fretwear.run.simulate import RunRecord, run, steps
+from fretwear.run.simulate import run
 from fretwear.study.plan import Plan, estimate
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study
@@ -94,17 +93,6 @@ def test_every_door_is_open_to(about, tmp_path):
     assert "tangential force amplitude" in compared
     (ratio,) = (line for line in compared.splitlines() if "sliding ratio" in line)
     assert "%" not in ratio
-
-    case = study.cases()[paths[1].stem]
-    record = RunRecord()
-    for step in steps(case):
-        record.add(step, keep_fields=step.state.cycle in case.output_cycles)
-        if step.state.cycle == 20:
-            break
-    write_checkpoint(tmp_path / "half", record, {})
-    resumed = run(case, record=read_checkpoint(tmp_path / "half", {}))
-    with open_case(paths[1]) as whole:
-        np.testing.assert_array_equal(resumed.dataset.wear_depth, whole.wear_depth)
 
     summary = xr.load_dataset(tmp_path / "summary.nc")
     (tmp_path / "figures").mkdir()
@@ -328,10 +316,6 @@ def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop(tmp_path):
     assert energy == near(float(last.dissipated_energy), rel=1e-9)
     assert float(last.regime) == 1.0
     write_case(result.dataset, result.history, tmp_path / "stroke.nc", result.loops)
-    record = RunRecord()
-    run(case, record=record)
-    write_checkpoint(tmp_path / "half", record, {})
-    assert read_checkpoint(tmp_path / "half", {}).last.wear_flat.any()
 
 
 @pytest.mark.parametrize("smooth", [{}, LINE], ids=["sphere", "cylinder"])
