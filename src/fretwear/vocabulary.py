@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -68,7 +68,8 @@ class Variable:
     unit: Unit | None = None  # unit for people; None: one that suits the size of the values
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
-    across: bool = False  # whether it lies along y, which a line contact lacks
+    across: bool = False  # whether it needs the axis y, which a line contact lacks
+    of_line: bool = False  # whether it is a headline of line contacts alone
     from_zero: bool = True  # whether a linear axis starts at zero
     may_be_logarithmic: bool = False  # on the axis of a wide range
     # Whether the value is meaningful by itself. The peak pressure of an elastic contact, which a
@@ -117,9 +118,12 @@ class Variable:
     def in_frame(self, frame: ContactFrame) -> Variable:
         """Return the variable as a line contact has it, where integrals are per length."""
         unit = frame.unit(self.si_unit)
+        about = replace(
+            self, is_headline=self.is_headline or (self.of_line and frame is LINE_CONTACT)
+        )
         if unit == self.si_unit:
-            return self
-        return replace(self, si_unit=unit, words=frame.words(self.words, self.si_unit), unit=None)
+            return about
+        return replace(about, si_unit=unit, words=frame.words(self.words, self.si_unit), unit=None)
 
     @property
     def label(self) -> str:
@@ -148,7 +152,9 @@ _MARKS: dict[str, dict[str, Any]] = {
     "none": {"may_lack": True},
     "log": {"may_be_logarithmic": True},
     "free": {"from_zero": False},
-    "y": {"from_zero": False, "across": True},
+    "point": {"from_zero": False, "across": True},
+    "line": {"from_zero": False, "is_headline": False, "of_line": True},
+    "y": {"from_zero": False, "across": True, "is_headline": False},
     "X": {"cf_axis": "X"},
     "Y": {"cf_axis": "Y"},
     "int8": {"dtype": "int8"},
@@ -239,11 +245,19 @@ sliding_ratio           | 1  | $A$   | 1  | | none |
 sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | none |
     dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop vanishes; at
     the snapshots only
-contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | free | outermost edge
+contact_radius          | m  | $a_\mathrm{c}$ | µm | | point |
+    of a disc as large as the apparent contact: all within the convex outline of the real one
+stick_radius            | m  | $c$   | µm | | point |
+    of a disc as large as all within the convex outline of the stick zone
+scar_half_width_x       | m  | $b_x$ | µm | half-width of the scar along x | free |
+    half the extent over all lines, where the scar is deeper than 1 % of its maximum
+scar_half_width_y       | m  | $b_y$ | µm | half-width of the scar along y | point |
+    half the extent over all lines, where the scar is deeper than 1 % of its maximum
+contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | line | outermost edge
     on the line of cells nearest y = 0
 contact_half_width_y    | m  | $a_y$ | µm | contact half-width along y | y | outermost edge
     on the line of cells nearest x = 0
-stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | outermost edge
+stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | line | outermost edge
     on the line of cells nearest y = 0
 stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | y | outermost edge
     on the line of cells nearest x = 0
@@ -359,7 +373,6 @@ FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
 
 NOTATION = _rows(
     r"""
-stick_radius | m | $c$ | | stick radius | | or half-width, of the unworn smooth contact
 shape | m | $h$ | | height of the surfaces | | gap without load and approach, with all wear
 roughness_height | m | $h_\mathrm{r}$ | | height of the roughness | | a part of $h$
 elastic_displacement | m | $u_z$ | | elastic displacement of the surface | | by the pressure
@@ -384,13 +397,18 @@ wear_time | 1 | $τ$ | | cycles without dimension | | $β p_0 N$
 HEADLINES = (
     "wear_volume",
     "maximum_wear_depth",
-    "contact_half_width_x",
-    "stick_half_width_x",
+    "contact_radius",
+    "stick_radius",
+    "scar_half_width_x",
+    "scar_half_width_y",
     "mean_stick_pressure",
     "stick_load_share",
     "dissipated_energy",
 )
-"""The scalars that answer the question of a study, in the order of a report."""
+"""The scalars that answer the question of a study, in the order of a report; see `headlines`."""
+
+IN_LINE_CONTACTS = {"contact_radius": "contact_half_width_x", "stick_radius": "stick_half_width_x"}
+"""Scalars that take the place of others in line contacts and in files of earlier versions."""
 
 FORCES = {
     "normal_load": ("normal_force",),
@@ -402,6 +420,12 @@ RESULTS: dict[str, Variable] = {
     variable.name: variable for variable in (*_FIELDS, *SCALARS, *BODY_SCALARS)
 }
 """Every field and scalar by name."""
+
+
+def headlines(names: Container[str]) -> list[str]:
+    """Return the `HEADLINES` of results with these names."""
+    there = (name if name in names else IN_LINE_CONTACTS.get(name, name) for name in HEADLINES)
+    return [name for name in there if name in names]
 
 
 def scalars_of(frame: ContactFrame) -> tuple[Variable, ...]:

@@ -216,7 +216,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert " ± " in width[2]
     pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
     assert [*map(str.strip, pressure[-2:])] == [f"{case.hertz_pressure * 1e-9:.4g}", "GPa"]
-    assert mark.startswith("† In a single cell")
+    assert mark.startswith("† In one cell or on one line")
     assert explanation.startswith("Unworn: ")
     assert max(map(len, lines)) <= 80
     first = lines.index("Results") + 2

@@ -12,7 +12,6 @@ import xarray as xr
 
 import fretwear
 from fretwear.data.dataset import (
-    KEY_RESULTS,
     compared_cycles,
     compared_results,
     different_parameters,
@@ -28,6 +27,7 @@ from ..studies import near
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
     "m": "slip wear_depth wear_rate plastic_depth gap approach tangential_displacement "
+    "contact_radius stick_radius scar_half_width_x scar_half_width_y "
     "contact_half_width_x contact_half_width_y stick_half_width_x stick_half_width_y "
     "maximum_wear_depth",
     "m2": "contact_area stick_area",
@@ -142,7 +142,7 @@ def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_pa
 
 def _case(cycles, **parameters):
     growth = np.arange(1.0, len(cycles) + 1.0)
-    results = {variable.name: ("cycle", growth) for variable in KEY_RESULTS}
+    results = {variable.name: ("cycle", growth) for variable in SCALARS}
     return xr.Dataset(results, {"cycle": np.array(cycles, float), **parameters})
 
 

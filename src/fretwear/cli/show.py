@@ -24,20 +24,27 @@ from fretwear.cli.common import (
     say,
 )
 from fretwear.units import cycle_text, in_unit, number_text, readable_unit, with_error
-from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus
+from fretwear.vocabulary import (
+    FORCES,
+    RESULTS,
+    SYMMETRIES,
+    PointStatus,
+    contact_frame,
+    headlines,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_WIDTHS = "contact_radius stick_radius scar_half_width_x scar_half_width_y"
-_MORE_RESULTS = "contact_half_width_y stick_half_width_y contact_area stick_area approach"
+_MORE_RESULTS = "contact_half_width_x contact_half_width_y stick_half_width_x stick_half_width_y"
+_MORE_RESULTS += " contact_area stick_area approach"
 _MORE_RESULTS += " tangential_displacement plastic_volume central_pressure peak_pressure"
-_CASE_RESULTS = (*HEADLINES[:2], *_WIDTHS.split(), *HEADLINES[2:], *_MORE_RESULTS.split())
-_MARK = "† In a single cell; ± ∞: at the edge of a worn stick zone it grows as cells get narrower."
+_MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 _BOTH = "Draw both cases superimposed into this file: .png, .svg or .pdf."
 _LESS_ACCURATE = 0.02
 _MOST_POINTS = 100
+_KEY_RESULTS = 4  # of a point of a study: volume, depth, contact and stick zone
 _DIGITS = 4
 
 
@@ -94,7 +101,8 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
     forces = [name for given, names in FORCES.items() if given not in case.coords for name in names]
     results = {}
-    for name in (name for name in (*_CASE_RESULTS, *forces) if name in case):
+    names = dict.fromkeys((*headlines(case), *_MORE_RESULTS.split(), *forces))
+    for name in (name for name in names if name in case):
         errors = case.get(RESULTS[name].error.name)
         results[name] = {
             "values": case[name].values.tolist(),
@@ -132,8 +140,9 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield from aligned([_in_words(name, **about) for name, about in shown.items()])
     yield from ("", "Results")
     cycles, rows, loose = content["cycle"], [], []
+    frame = contact_frame(content["results"])
     for name, result in content["results"].items():
-        about, values = RESULTS[name].in_units(result["units"]), result["values"]
+        about, values = RESULTS[name].in_frame(frame), result["values"]
         errors = result["errors"] or [0.0] * len(values)
         ends = [values[0], values[-1], content["unworn"].get(name, math.nan)]
         rows.append((about.marked, *_texts(ends, about, [errors[0], errors[-1], 0.0])))
@@ -154,9 +163,8 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
     """Return the points and results of a merged study, in SI units."""
     from fretwear.data.effects import final_results, point_values, varied_names
-    from fretwear.figures.datasets import width_names
 
-    final, key = final_results(summary), [*HEADLINES[:2], *width_names(summary)]
+    final, key = final_results(summary), headlines(summary)[:_KEY_RESULTS]
     names = [n for name in key for n in (name, RESULTS[name].error.name) if n in final]
     columns = {
         "case_id": point_values(summary, "case_id").tolist(),

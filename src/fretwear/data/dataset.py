@@ -17,22 +17,17 @@ from fretwear.units import cycle_text, is_readable, listed, readable_unit
 from fretwear.vocabulary import (
     CYCLE,
     FORCES,
-    HEADLINES,
     RESULTS,
     SYMMETRIES,
     VECTOR_FIELDS,
     Variable,
     X,
     Y,
+    headlines,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-KEY_RESULTS: tuple[Variable, ...] = tuple(
-    RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
-)
-"""Results in which two cases are compared."""
 
 _SAME = 1e-12
 
@@ -286,13 +281,15 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return `KEY_RESULTS` of two cases at `compared_cycles`, and forces if they are results."""
+    """Return key results of two cases at `compared_cycles`, and forces if they are results."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
     given = first.coords.keys() & second.coords.keys()
-    forces = [RESULTS[name] for key, names in FORCES.items() if key not in given for name in names]
-    for variable in (*KEY_RESULTS, *forces):
+    forces = [name for key, names in FORCES.items() if key not in given for name in names]
+    others = "plastic_volume", "central_pressure", "peak_pressure"
+    for name in (*headlines(first.keys() & second.keys()), *others, *forces):
+        variable = RESULTS[name]
         if all(variable.name in state for state in states):
             units = states[0][variable.name].attrs.get("units", variable.si_unit)
             a, b = (float(state[variable.name]) for state in states)

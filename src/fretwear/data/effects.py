@@ -25,12 +25,12 @@ from fretwear.vocabulary import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
-    HEADLINES,
     POINT,
     RESULTS,
     STATUS,
     PointStatus,
     Variable,
+    headlines,
 )
 
 if TYPE_CHECKING:
@@ -297,15 +297,16 @@ class Points:
         return best
 
 
-def effects_table(points: Points, results: Sequence[str] = HEADLINES) -> pd.DataFrame:
+def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.DataFrame:
     """Return by how much results change from the first to the last level of each parameter.
 
-    A row compares pairs of cases that differ in one parameter alone: all of them, then those at
-    each level, ``where``, of the parameter on which the change depends most. Factors are ratios of
-    the result at level ``to`` over that at ``from``, undefined where one of them is zero or
-    undefined; ``factor`` is their geometric mean. A result appears in a pair where it is zero at
-    ``from`` alone, and vanishes where it is zero at ``to`` alone. Seeds have no order: their levels
-    are undefined, and their factors relate the result of each to the mean over the seeds.
+    The results are by default the `headlines`. A row compares pairs of cases that differ in one
+    parameter alone: all of them, then those at each level, ``where``, of the parameter on which the
+    change depends most. Factors are ratios of the result at level ``to`` over that at ``from``,
+    undefined where one of them is zero or undefined; ``factor`` is their geometric mean. A result
+    appears in a pair where it is zero at ``from`` alone, and vanishes where it is zero at ``to``
+    alone. Seeds have no order: their levels are undefined, and their factors relate the result of
+    each to the mean over the seeds.
 
     Returns
     -------
@@ -317,7 +318,7 @@ def effects_table(points: Points, results: Sequence[str] = HEADLINES) -> pd.Data
         others = [other for other in points.levels if other != name]
         pairs = _seeds(points, others) if name == SEED else _pairs(points, name, others)
         change = (None, None) if name == SEED else (levels[0], levels[-1])
-        for result in results:
+        for result in results or headlines(points.results):
             if not len(pairs) or result not in points.results:
                 continue
             values = pairs[[*others, f"{result}_from", f"{result}_to"]].set_axis(

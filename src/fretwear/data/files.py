@@ -24,6 +24,7 @@ from fretwear.vocabulary import (
     CYCLE,
     FIELDS,
     HEADLINES,
+    IN_LINE_CONTACTS,
     RESULTS,
     STATUS,
     STEP,
@@ -49,7 +50,7 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
 
-MERGED_HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
+MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
 """Histories in a merged study."""
 
 _FILTERS: Mapping[str, Any] = {

@@ -34,7 +34,7 @@ from fretwear.figures.style import (
 )
 from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import in_unit, readable_unit, with_unit
-from fretwear.vocabulary import HEADLINES
+from fretwear.vocabulary import headlines
 
 _ROW, _HEAD = 48.0, 16.0
 _UNCHANGED = 5e-3
@@ -57,15 +57,16 @@ def is_changing(points: Points, result: str) -> bool:
 
 @styled
 def effects(
-    points: Points, quantities: Sequence[str] = HEADLINES, *, columns: Columns = 2
+    points: Points, quantities: Sequence[str] | None = None, *, columns: Columns = 2
 ) -> JournalFigure:
     """Draw final results of a study, each over the two parameters that change it most.
 
-    The first is on the x axis, at its values; the colour shows the second. A line is the median
-    over all other parameters, a faint band their range. The points of a sampled study are dots.
-    Results that are the same in all cases are left out.
+    The results are by default the `headlines`. The first parameter is on the x axis, at its values;
+    the colour shows the second. A line is the median over all other parameters, a faint band their
+    range. The points of a sampled study are dots. Results that are the same in all cases are left
+    out.
     """
-    names = [name for name in quantities if is_changing(points, name)]
+    names = [name for name in quantities or headlines(points.results) if is_changing(points, name)]
     figure, panels = make_panels(columns, [""] * len(names), columns, (2.0, _ROW), "none", "none")
     what = points.variables[names[0]].label if len(names) == 1 else "Results"
     caption(figure, f"{what} after the last cycle over the parameters that matter most.")

@@ -43,7 +43,7 @@ from fretwear.figures.maps import compare_wear_maps
 from fretwear.figures.profiles import compare_bearing_areas, compare_loops, compare_profiles
 from fretwear.figures.style import JournalFigure, save_figure
 from fretwear.study.case import Case
-from fretwear.vocabulary import HEADLINES, PointStatus
+from fretwear.vocabulary import PointStatus, headlines
 
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
 # Profiles of every study, and of one with a surface that is measured or random.
@@ -128,13 +128,6 @@ def _effects(summary: xr.Dataset) -> Iterator[Drawing]:
     good = [n for n in changing if n in points.indices and points.indices[n].quality >= GOOD]
     if good:
         yield Drawing("sobol_indices", category, sensitivity, (points, good))
-
-
-def headlines(summary: xr.Dataset) -> list[str]:
-    """Return the results that answer the question of a study, with the widths that it has."""
-    half_widths = ("contact_half_width_x", "stick_half_width_x")
-    replaced = dict(zip(half_widths, width_names(summary), strict=True))
-    return [name for n in HEADLINES if (name := replaced.get(n, n)) in summary]
 
 
 def _histories(summary: xr.Dataset, history: xr.Dataset | None) -> Iterator[Drawing]:

@@ -45,7 +45,7 @@ from fretwear.units import (
     span,
     with_error,
 )
-from fretwear.vocabulary import CASE_ID, HEADLINES, RESULTS, STATUS, PointStatus
+from fretwear.vocabulary import CASE_ID, RESULTS, STATUS, PointStatus, headlines
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
 _MOST_ROWS = 2000
@@ -179,9 +179,9 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
     facts = [f"{finished} case{'s' * (count != 1)}"]
     facts.append(f"{span({case.cycles for case in cases}, cycle_text)} cycles")
     shares = []
-    for name in HEADLINES:
-        values, error = points.results.get(name), points.results.get(f"{name}_error")
-        if values is not None and error is not None:
+    for name in headlines(points.results):
+        values, error = points.results[name], points.results.get(f"{name}_error")
+        if error is not None:
             kept = np.abs(values) > _TRACE * np.nanmax(np.abs(values), initial=0.0)
             shares += (error[kept] / np.abs(values[kept])).tolist()
     known = [100.0 * share for share in shares if math.isfinite(share)]
@@ -206,8 +206,8 @@ def _key_results(summary: xr.Dataset) -> pd.DataFrame:
         units = summary[name].attrs.get("units", "")
         values = point_values(summary, name).tolist()
         frame[_upper(parameter(name).words)] = [value_text(name, in_unit(v, units)) for v in values]
-    for name in HEADLINES:
-        if name not in final or not np.isfinite(final[name]).any():
+    for name in headlines(final):
+        if not np.isfinite(final[name]).any():
             continue
         values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
         about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))

@@ -13,7 +13,7 @@ from fretwear.arrays import Array
 from fretwear.data.effects import GOOD, SEED, Indices, Points, rank_correlations
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import Unit, in_unit, number_text, readable_unit, with_unit
-from fretwear.vocabulary import HEADLINES, Variable
+from fretwear.vocabulary import Variable, headlines
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""
@@ -64,8 +64,8 @@ def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
         effects[kind].set_index(["result", "parameter"]) for kind in (is_whole, ~is_whole)
     )
     rows = []
-    for result in HEADLINES:
-        values = points.results.get(result, np.array([]))
+    for result in headlines(points.results):
+        values = points.results[result]
         if not np.nan_to_num(values).any():
             continue
         if points.drawn:

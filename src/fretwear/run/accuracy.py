@@ -25,7 +25,7 @@ _TRACE = 0.01
 # in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
 # or jumps by a row of asperities: half the upper quartile over all of these scalars is the least
 # difference that counts.
-_OF_EDGES, _OF_OTHERS = ("area", "half_width", "stick"), 0.5
+_OF_EDGES, _OF_OTHERS = ("area", "half_width", "radius", "stick"), 0.5
 # Words in the names of scalars that add up over steps or follow from the worn shape, and their
 # standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
 # grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
@@ -36,10 +36,10 @@ _OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
 ASKED = (
     "wear_volume",
     "maximum_wear_depth",
-    "contact_half_width_x",
-    "contact_half_width_y",
-    "stick_half_width_x",
-    "stick_half_width_y",
+    "contact_radius",
+    "stick_radius",
+    "scar_half_width_x",
+    "scar_half_width_y",
     "contact_area",
     "stick_area",
     "dissipated_energy",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fretwear.study.case import Case
 from fretwear.theory import HertzContact, LineContact, gross_slip_energy
 
@@ -24,9 +26,11 @@ def unworn(case: Case) -> dict[str, float]:
         "approach": hertz.approach,
     }
     if is_even:
-        results["contact_half_width_x"], results["contact_half_width_y"] = sizes(hertz)
+        along_x, along_y = sizes(hertz)
+        results |= {"contact_half_width_x": along_x, "contact_half_width_y": along_y}
+        results["contact_radius"] = math.sqrt(along_x * along_y)
     if case.tangential_ratio >= 1.0:
-        results |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
+        results |= {"stick_half_width_x": 0.0, "stick_radius": 0.0, "stick_area": 0.0}
         if stroke := case.loading.stroke:
             results["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
             return {**results, "tangential_displacement": stroke}
@@ -43,7 +47,8 @@ def unworn(case: Case) -> dict[str, float]:
         moved = 0.5 * (moved + hertz.with_load(case.load_at(-1.0)).approach)
     results["tangential_displacement"] = friction * coupling * (moved - stick.approach)
     if is_even:
-        results["stick_half_width_x"], _ = sizes(stick)
+        results["stick_half_width_x"], along_y = sizes(stick)
+        results["stick_radius"] = math.sqrt(results["stick_half_width_x"] * along_y)
     if is_hertzian and not pulsates:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
         results["stick_load_share"] = share = sliding.stick_load_share

@@ -1,4 +1,4 @@
-"""Edges of contact and stick on an axis: where they cut cells, and how well that is known.
+"""Edges of contact, stick and scar: where they cut cells, and how well that is known.
 
 The edge of a smooth contact lies between the last cell inside and the first one outside. Rough
 contacts end at a tip, whose lowest point lies somewhere in its cell.
@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Way
+from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Even, Way
 
 # Cells on an axis or a part of it: places, and distances from the origin, m.
 Lines: TypeAlias = Sequence[tuple[Way, Array]]
@@ -23,6 +23,8 @@ Lines: TypeAlias = Sequence[tuple[Way, Array]]
 _NO_GAP = 1e-2
 # How well the gap at a tip is known, over the bend of the surface within its cell.
 _OF_BEND = 0.25
+# Depth of a scar over its maximum at which a profilometer sees its end.
+_SHALLOW = 0.01
 
 
 def half_width(
@@ -187,3 +189,72 @@ def _border(distance: Array, last: int) -> float:
     """Outer border of a cell on an axis, halfway to the next one, m."""
     inner, outer = (last, last + 1) if last + 1 < distance.size else (last - 1, last)
     return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))
+
+
+def open_within_outline(inside: Mask, x: Array, y: Array, even: Even) -> int:
+    """Number of cells within the outline of a zone that do not belong to it, of those kept.
+
+    The outline is the convex hull of the centres of the zone's cells and of their images where the
+    zone is ``even``: valleys between tips and the middle of a ring count, and a tip that touches
+    outside moves it little. ``x`` and ``y`` are the centres of the cells, m.
+    """
+    columns = np.flatnonzero(inside.any(axis=1))
+    if not columns.size:
+        return 0
+    at, zone = x[columns], inside[columns]
+    top = y[y.size - 1 - zone[:, ::-1].argmax(axis=1)]
+    bottom = -top if even[1] else y[zone.argmax(axis=1)]
+    if even[0]:
+        at = np.concatenate([-at[::-1], at])
+        top, bottom = (np.concatenate([ends[::-1], ends]) for ends in (top, bottom))
+    between = x[np.searchsorted(x, at[0]) : columns[-1] + 1]
+    slack = 1e-6 * float(at[-1] - at[0])
+    highest = np.interp(between, *_highest_chords(at, top)) + slack
+    lowest = -np.interp(between, *_highest_chords(at, -bottom)) - slack
+    within = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
+    return int(within.sum()) - int(inside.sum())
+
+
+def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]:
+    """The corners of the upper convex hull of points in ascending x."""
+    corners: list[tuple[float, float]] = []
+    for place, height in zip(x.tolist(), heights.tolist(), strict=True):
+        while len(corners) > 1:
+            (first, low), (middle, high) = corners[-2:]
+            if (high - low) * (place - first) > (height - low) * (middle - first):
+                break
+            corners.pop()
+        corners.append((place, height))
+    places, hull = zip(*corners, strict=True)
+    return [*places], [*hull]
+
+
+def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
+    """Half the extent of a scar along an axis, m: between the outermost places on either side.
+
+    Beyond them, the scar is nowhere deeper than `_SHALLOW` of its maximum. ``depth``, m, is the
+    largest on each line of cells across the axis at ``x``, m; 0 if nothing is worn.
+    """
+    if not depth.any():
+        return 0.0
+    end = _scar_end(x, depth)
+    return end if is_even else 0.5 * (end + _scar_end(-x[::-1], depth[::-1]))
+
+
+def _scar_end(x: Array, depth: Array) -> float:
+    """The outermost place at which a scar is as deep as `_SHALLOW` of its maximum, m.
+
+    Beside a cell that is not worn, the depth goes on to fall linearly, if it does so fast enough to
+    end there. At the edge of an unworn contact it falls faster, anywhere in the cell.
+    """
+    level = _SHALLOW * float(depth.max())
+    last = int(np.flatnonzero(depth > level)[-1])
+    if last + 1 == x.size:
+        return float(x[last])
+    near, beyond, part = float(depth[last]), float(depth[last + 1]), 0.5
+    before = float(depth[last - 1]) if last else near
+    if beyond > 0.0:
+        part = (near - level) / (near - beyond)
+    elif near - level < before - near:
+        part = (near - level) / (before - near)
+    return float(x[last] + part * (x[last + 1] - x[last]))

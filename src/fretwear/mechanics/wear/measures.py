@@ -13,15 +13,30 @@ at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import isfinite, nan
+from math import isfinite, nan, pi, sqrt
 
 import numpy as np
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Beside, Plane, Region, Workspace
+from fretwear.arrays import Array, Mask
+from fretwear.mechanics.contact.cells import (
+    WITHIN_A_CELL,
+    Beside,
+    Geometry,
+    Plane,
+    Region,
+    Workspace,
+)
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.coupled import Sheared
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
-from fretwear.mechanics.wear.edges import Lines, deviation, half_width, stick_half_width
+from fretwear.mechanics.wear.edges import (
+    Lines,
+    deviation,
+    half_extent,
+    half_width,
+    open_within_outline,
+    stick_half_width,
+)
 from fretwear.mechanics.wear.state import Pulse, State, WearProblem, in_contact
 from fretwear.theory import HertzContact
 
@@ -48,6 +63,10 @@ class Measures:
     tangential_force: float  # N
     regime: float  # 0 in partial, 1 in gross slip
     sliding_ratio: float  # 1
+    contact_radius: float  # m
+    stick_radius: float  # m
+    scar_half_width_x: float  # m
+    scar_half_width_y: float  # m
     contact_half_width_x: float  # m
     contact_half_width_y: float  # m
     stick_half_width_x: float  # m
@@ -68,7 +87,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
     """The scalars of a state.
 
     A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
-    the mean of both sides if the contact is not even.
+    the mean of both sides if the contact is not even. A radius is that of a disc as large as all
+    within the outline of a zone; in a line contact it is the half-width.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     integral, stick = geometry.integral, reduced.stick
@@ -76,8 +96,9 @@ def measure(problem: WearProblem, state: State) -> Measures:
     (contact_x, stick_x), (contact_y, stick_y) = (
         half_widths(state, geometry.along(axis)) for axis in (0, 1)
     )
+    scar_x, scar_y = scar_half_widths(state)
     contact, stuck = _regions(problem, state)
-    zone = geometry.zone(stuck)
+    contact_area, zone = geometry.zone(contact).area, geometry.zone(stuck)
     # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
     # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
     # worn the surface beside.
@@ -103,11 +124,15 @@ def measure(problem: WearProblem, state: State) -> Measures:
         tangential_force=force,
         regime=0.0 if stick.any() else 1.0,
         sliding_ratio=energy / work if work else nan,
+        contact_radius=_radius(geometry, contact.cells, contact_area, contact_x),
+        stick_radius=_radius(geometry, stick, zone.area, stick_x),
+        scar_half_width_x=scar_x,
+        scar_half_width_y=scar_y,
         contact_half_width_x=contact_x,
         contact_half_width_y=contact_y,
         stick_half_width_x=stick_x,
         stick_half_width_y=stick_y,
-        contact_area=geometry.zone(contact).area,
+        contact_area=contact_area,
         stick_area=zone.area,
         mean_stick_pressure=stick_load / zone.area if zone.area else nan,
         stick_load_share=stick_load / carried if zone.area and carried else nan,
@@ -130,6 +155,28 @@ def half_widths(state: State, lines: Lines) -> tuple[float, float]:
         stick = half_width(lines, reduced.stick, reduced.gap, plane_strain=plane_strain)
         return contact, stick
     return contact, stick_half_width(lines, reduced.pressure)
+
+
+def scar_half_widths(state: State) -> tuple[float, float]:
+    """Half the extents of the scar along x and y, m; those of rings and strips are the same."""
+    geometry, depth = state.geometry, state.wear
+    if not isinstance(geometry, Grid):
+        return (half_extent(geometry.x, depth[:, 0], is_even=True),) * 2
+    along_x = half_extent(geometry.x, depth.max(axis=1), is_even=geometry.even[0])
+    if geometry.plane_strain:
+        return along_x, along_x
+    return along_x, half_extent(geometry.y, depth.max(axis=0), is_even=geometry.even[1])
+
+
+def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> float:
+    """Radius of a zone of an area, m², on cells that are no finer at its edge, or its half-width.
+
+    The area within its outline is that of the zone and of the open cells within it.
+    """
+    if not isinstance(geometry, Grid) or geometry.plane_strain:
+        return half_width
+    within = open_within_outline(cells, geometry.x, geometry.y, geometry.even)
+    return sqrt(max(area + within * geometry.unit_area, 0.0) / pi)
 
 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
@@ -189,6 +236,16 @@ def scatter(state: State) -> dict[str, float]:
         for axis, axis_name in enumerate("xy"):
             name = f"{zone_name}_half_width_{axis_name}"
             deviations[name] = deviation(geometry.along(axis), cells, gap)
+        along_x = deviations[f"{zone_name}_half_width_x"]
+        radius = _radius(geometry, cells, zone.area, 0.0)
+        by_area = deviations[f"{zone_name}_area"] / (2.0 * pi * radius) if radius else along_x
+        deviations[f"{zone_name}_radius"] = by_area
+    for axis, extent in enumerate(scar_half_widths(state)):
+        if isinstance(geometry, Grid):
+            width = geometry.spacing[axis]
+        else:
+            width = float(np.interp(extent, geometry.x, np.ravel(geometry.widths)))
+        deviations[f"scar_half_width_{'xy'[axis]}"] = WITHIN_A_CELL * width * (extent > 0.0)
     inside, outside = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
     at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
