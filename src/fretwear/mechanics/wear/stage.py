@@ -117,7 +117,7 @@ class ImplicitStage:
         problem = self.problem
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         if reduced.follows_pressure:
-            exposure = exposure.limited(pressure)
+            exposure = exposure.limited(np.maximum(pressure, self.base.pressure))
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
