@@ -17,11 +17,11 @@ from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
-from fretwear.mechanics.wear.measures import measure, scatter
+from fretwear.mechanics.wear.measures import measure, next_tips
+from fretwear.run.accuracy import GridRun, estimated_errors, without_jumps
 from fretwear.run.simulate import (
     DoubtfulResultWarning,
     Step,
-    estimated_errors,
     run,
     simulate,
     wear_problem,
@@ -154,6 +154,9 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
     # some hundred cells, whose edge lies anywhere in a fifth of them, within 1.5 % or twice that.
     # A cell that the edge of contact cuts on rings counts as closed, as below.
     for found, zone in ((closed, ds.contact_state != ContactState.OPEN), (stick, sticks)):
+        if name == "simple slip" and zone is sticks:  # the disc of Cattaneo and Mindlin
+            assert found == near(np.pi * ds.fretwear.case.stick_radius**2, rel=0.01)
+            continue
         np.testing.assert_allclose(found, area(ds, zone), rtol=0.08 if "smooth" in name else 0.035)
     stuck = integral(ds.assign(pressure=ds.pressure.where(sticks, 0)), "pressure")
     covered = integral(ds.assign(zone=sticks.astype(float)), "zone") - stick
@@ -363,23 +366,19 @@ def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
     assert grows[2] < 0.5 * grows[1]
 
 
-def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches():
-    """At 16 N a tip does on cells half as wide; at 10 % less none does on either."""
-
-    def stuck(load, narrower=1):
-        waves = {"amplitude": "0.18 um", "slope_x": "3.4 deg", "slope_y": "1.5 deg"}
-        given = {"radius": "11 mm", "load": load, "tangential_ratio": 0.631, "friction": 0.31}
-        given |= {"plastic_limit": "2984 MPa", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3}
-        cell = [0.35e-6 / narrower, 1e-6 / narrower]
-        case = make_case(**given, roughness=waves, cell=cell, slip_model="jaeger")
-        problem = wear_problem(case)
+@pytest.mark.parametrize(("load", "jump"), [("16 N", 0.0), ("17 N", 23e-6), ("17.1 N", 23e-6)])
+def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches(load, jump):
+    """On cells half as wide, a tip has gaps of 15 and 0.6 nm at the first two loads, then none."""
+    waves = {"amplitude": "0.18 um", "slope_x": "3.4 deg", "slope_y": "1.5 deg"}
+    given = {"radius": "11 mm", "load": load, "tangential_ratio": 0.6, "roughness": waves}
+    runs = []
+    for width in (1.4, 1.0):
+        problem = wear_problem(make_case(**given, cell=[0.5e-6 * width, 1.4e-6 * width]))
         state = first_loading(problem)
-        width = measure(problem, state).stick_half_width_x
-        return width, 2.0 * scatter(state)["stick_half_width_x"]
-
-    (width, error), (finer, _) = stuck("16 N"), stuck("16 N", 2)
-    assert 10e-6 < finer - width < error < 12e-6
-    assert stuck("14.4 N")[1] < 0.1e-6
+        rows = [vars(measure(problem, state))]
+        runs.append(GridRun(width, rows, [next_tips(state)], {}))
+    _, jumps = without_jumps(runs[1], runs[0], problem.wavelengths)
+    assert jumps["contact_half_width_y"] == near(jump, rel=0.05)
 
 
 def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():

@@ -25,9 +25,11 @@ from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.measures import (
     Loop,
     Measures,
+    NextTips,
     fractions,
     loop,
     measure,
+    next_tips,
     scatter,
     share_beyond_friction,
     unresolved_peak,
@@ -39,12 +41,10 @@ from fretwear.run.accuracy import (
     GridRun,
     columns_of,
     estimated_errors,
-    lower_orders,
-    measured_order,
     next_width,
-    on_same_tips,
     relative_errors,
     unreached,
+    without_jumps,
 )
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
@@ -246,10 +246,12 @@ def _run_on_cells(
     """
     case = asked.on_cells(width)
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
-    twin = iter(record.rounds[-1].rows if record.rounds else ())
-    if case.error_estimate and not record.rounds:
+    wider = record.rounds[-1:]
+    twin = (pair for run in wider for pair in zip(run.rows, run.tips, strict=True))
+    # Spots on a grid call for a run on default cells in any case, which has this one as its twin.
+    if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_spots):
         twin = _scalars_of_twin(asked, times * width)
-    coarser: list[dict[str, float]] = []
+    coarser: list[tuple[dict[str, float], NextTips]] = []
     trouble = ""
 
     def follow() -> None:
@@ -274,22 +276,20 @@ def _run_on_cells(
         rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
     scalars = columns_of(rows)
     errors: dict[str, NDArray[np.float64]] = {}
-    wider = record.rounds
+    finished = GridRun(width, rows, [next_tips(state) for state in snapshots], {}, record.work)
     if coarser and not (trouble or wider):
-        wider = [GridRun(times * width, coarser, {})]
-    rounds = [*wider, finished := GridRun(width, rows, {}, record.work)]
+        wide_rows, wide_tips = zip(*coarser, strict=True)
+        wider = [GridRun(times * width, [*wide_rows], [*wide_tips], {})]
     if wider and not trouble:
         spread = columns_of([scatter(state) for state in snapshots])
-        # A run alongside has a larger tolerance, and tells no order.
-        whole = [run for run in rounds if run.work]
-        of_order = measured_order(whole), lower_orders(whole)
-        of_case = times, spread, case.tolerance, *of_order
-        comparable = on_same_tips(scalars, columns_of(coarser), problem.wavelengths)
-        errors = estimated_errors(scalars, comparable, *of_case)
+        comparable, jumps = without_jumps(finished, wider[-1], problem.wavelengths)
+        errors = estimated_errors(scalars, comparable, times, spread, case.tolerance)
+        errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
         states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
         missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
-    rounds[-1] = replace(finished, errors=relative_errors(scalars, errors))
+    finished = replace(finished, errors=relative_errors(scalars, errors))
+    rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, loops, trouble)
 
 
@@ -364,14 +364,15 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     return evolve(problem, stops, case.tolerance, start, accuracy)
 
 
-def _scalars_of_twin(asked: Case, width: float) -> Iterator[dict[str, float]]:
-    """Yield every scalar of a case on cells of some width over the default at each snapshot."""
+def _scalars_of_twin(asked: Case, width: float) -> Iterator[tuple[dict[str, float], NextTips]]:
+    """Yield scalars and tips of a case on cells of some width over the default at each snapshot."""
     case = asked.on_cells(width)
     problem = wear_problem(case, None, width * asked.coarseness)
     workspace = Workspace(problem)
     for state in _states(case, problem):
         if state.cycle in case.output_cycles:
-            yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
+            scalars = _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
+            yield scalars, next_tips(state)
 
 
 def _scalars(workspace: Workspace[WearProblem], state: State, opening: float) -> dict[str, float]:

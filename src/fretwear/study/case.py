@@ -51,6 +51,7 @@ from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
     LEAST_RATIO,
+    RATIO_OF_ROUGH,
     STEPS_PER_ACCURACY,
     WIDEST,
     default_spacing,
@@ -427,12 +428,25 @@ class Case(Setup):
         return self.accuracy if self.cell is None and math.isfinite(self.accuracy) else None
 
     @property
+    def has_spots(self) -> bool:
+        """Whether the contact consists of spots on equal cells, some of which may be small."""
+        return self.rough is not None and self.geometry is Grid and not self.loading.stroke
+
+    @property
+    def first_width(self) -> float:
+        """Width of the first cells over the default where an accuracy is asked for."""
+        return RATIO_OF_ROUGH if self.has_spots else WIDEST
+
+    @property
     def times_coarser(self) -> float:
         """How many times wider the cells of the coarser run are, from which errors are estimated.
 
-        Details to be resolved and scars of a stroke allow cells only twice as wide, and cells that
-        are wide already because an accuracy allows it `LEAST_RATIO` times.
+        Details to be resolved and scars of a stroke allow cells only twice as wide, cells that
+        are wide already because an accuracy allows it `LEAST_RATIO` times, and spots on a grid
+        `RATIO_OF_ROUGH` times.
         """
+        if self.has_spots:
+            return RATIO_OF_ROUGH
         if self.asked_accuracy is not None:
             return LEAST_RATIO
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())

@@ -6,20 +6,16 @@ Each comes with the numbers of the case and a remedy.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import starmap
 
-from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.loading import Displacement
 from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.spacing import (
-    LEAST_COARSENESS,
-    cell_text,
     narrowest_cell,
     narrowest_graded,
-    rounded_down,
     yielding_ring_width,
     zones_of_tip,
 )
@@ -34,6 +30,8 @@ GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small sl
 # Relative errors of results: above the first, results are marked; above the second, doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
+_ERRORS_STAND = "the error of each result stands beside it"
+
 # Beyond anything measured: two bodies of diamond have a composite modulus of 580 GPa, and the
 # published wear coefficients of `coefficients.csv` lie between 6e-17 and 3e-11 / Pa.
 _STIFFEST, _MOST_FRICTION, _WEAR_COEFFICIENTS = 7e11, 3.0, (1e-19, 1e-10)
@@ -44,15 +42,6 @@ _TO_SINGULAR = 2.5
 # Energy of the first cycle of unlike bodies, relative to later cycles: β/µ of 1 gives 4 at
 # Q/µP = 0.3 and 1 at 0.6, larger β/µ hardly more.
 _MOST_OF_FIRST_CYCLE = 6.0
-
-# Least factor on the width of cells: narrower ones would take a hundred times longer. The second is
-# for a point contact over a stroke, whose matrices are dense.
-LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = LEAST_COARSENESS, 0.5
-LEAST_TOLERANCE = 1e-5
-# Relative error beyond which narrower cells are not worth their time.
-_USELESS_ERROR = 0.5
-# Largest budget that is worth writing to reach an accuracy.
-GREATEST_BUDGET = 300.0
 
 
 @dataclass(frozen=True)
@@ -74,31 +63,18 @@ class Unreached:
     accuracy: float  # asked for
     result: str  # words of the result with the largest estimated error
     error: float  # this error, relative
-    times: float  # time of a run that would reach it, over the time on default cells
-    # Results whose errors narrower cells have not reduced.
-    unfallen: Sequence[str] = ()
-    # Cells that would reach it, m, unless the budget is what lacks.
-    cell: tuple[float, float] | None = None
+    relative_to: str  # words for what it is relative to; empty for the value itself
+    cycle: int  # at which it is so large
 
     def doubt(self) -> Doubt:
-        """Say what was reached, and how to go on."""
-        reached = f"{self.result}: {number_text(100.0 * self.error, 2)} %"
-        accept = f"accept an accuracy of {math.ceil(100.0 * self.error)} %"
-        if self.unfallen:
-            reached += f"; narrower cells have not reduced the error of the {self.unfallen[0]}"
-        elif self.cell is not None:
-            reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
-            cell = cell_text([rounded_down(side) for side in self.cell])
-            accept = f"write cell: {cell}, or {accept}"
-        elif self.times < GREATEST_BUDGET:
-            reached += f"; reaching it would take about {self.times:.0f} times as long as usual"
-            accept = f"write budget: {math.ceil(1.1 * self.times)}, or {accept}"
-        else:
-            most = f"more than {GREATEST_BUDGET:.0f} times as long as usual"
-            reached += f"; reaching it would take {most}"
-        asked = number_text(100.0 * self.accuracy, 2)
-        what = f"is computed less accurately than the {asked} % asked for"
-        return Doubt(what, reached, accept)
+        """Say what was reached."""
+        percent = number_text(100.0 * self.error, 2)
+        return Doubt(
+            f"is computed less accurately than the {number_text(100.0 * self.accuracy, 2)} % "
+            "asked for",
+            f"{self.result}: {percent} %{self.relative_to} at cycle {self.cycle}",
+            _ERRORS_STAND,
+        )
 
 
 def _lengths(**lengths: float) -> str:
@@ -146,10 +122,7 @@ def _of_cells(case: Case) -> Iterator[Doubt]:
         yield Doubt(
             "touches on asperities whose contacts, slip zones or yielding bands span too few cells",
             detail,
-            "rely on the estimated errors; if they are large, a warning after the run states how "
-            "to reduce them"
-            if case.error_estimate
-            else finer(case, coarsest * SMALL_ERROR),
+            "rely on the estimated errors" if case.error_estimate else "choose a finer cell",
         )
     radius, cell = case.stick_radius, max(cells)
     if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
@@ -353,29 +326,5 @@ def doubts(
         reasons.append(unreached.doubt())
     elif error > LARGE_ERROR and not measured:
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
-        reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", finer(case, error)))
+        reasons.append(Doubt(what, f"{words}: {100 * error:.0f} %", _ERRORS_STAND))
     return tuple(reasons)
-
-
-def finer(case: Case, error: float) -> str:
-    """Return what to write into a study file to reduce a relative error to `SMALL_ERROR`.
-
-    Errors are estimated from a run with wider cells and a tolerance larger by the square of that
-    factor, so both are reduced alike. If that would take too long, the text states the error left,
-    and advises against the result where little is gained. A case that asks for an accuracy has
-    chosen its cells within its budget.
-    """
-    if case.asked_accuracy is not None:
-        return "the warning of the case, which fretwear show prints, states what can be done"
-    of_scar = case.loading.stroke and case.geometry is Grid
-    least = LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT
-    smaller = max(SMALL_ERROR / error, least)
-    cell = cell_text([rounded_down(smaller * width) for width in case.grid_spacing])
-    tolerance = max(smaller**2 * case.tolerance, LEAST_TOLERANCE)
-    keys, left = f"cell: {cell} and tolerance: {tolerance:.1g}", smaller * error
-    if left <= 1.1 * SMALL_ERROR:
-        return f"write {keys}"
-    leaves = f"leaves an error of about {100.0 * left:.0f} %"
-    if left > _USELESS_ERROR:
-        return f"take this result as unknown: even {keys} {leaves}"
-    return f"write {keys}, which {leaves}, or accept it"

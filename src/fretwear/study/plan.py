@@ -25,8 +25,6 @@ from fretwear.study.parameters import value_text
 from fretwear.study.problems import as_cell
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
-    LEAST_RATIO,
-    WIDEST,
     greatest_contact_radius,
     stick_shrinks,
 )
@@ -133,15 +131,18 @@ def estimate(case: Case) -> Estimate:
     """
     runs, start = _Runs(case), SECONDS_TO_START + SECONDS_PER_CASE
     if case.asked_accuracy is not None:
-        least, wide, usual = (runs.on_cells(width) for width in (LEAST_RATIO * WIDEST, WIDEST, 1.0))
+        wide = case.first_width
+        widths = case.times_coarser * wide, wide, 1.0
         budget = case.budget or USUAL_BUDGET
         largest = runs.on_cells(runs.affordable_width(budget))
-        beside, first, default = (run.seconds - start for run in (least, wide, usual))
-        ends = beside + first, max(budget * default, beside + first + default)
+        beside, first, default = (runs.on_cells(width).seconds - start for width in widths)
+        both = first + (default if case.has_spots else beside)
+        most = both if case.has_spots else both + default
+        ends = both, max(budget * default, most)
         is_smooth = case.is_graded and math.isinf(case.slip_limit)
         ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
-        return usual._replace(
-            seconds=start + (ends[0] if ends_early else beside + first + default),
+        return runs.on_cells(1.0)._replace(
+            seconds=start + (both if ends_early else most),
             ends=tuple(start + end for end in ends),
             memory_bytes=largest.memory_bytes,
             snapshot_bytes=largest.snapshot_bytes,

@@ -66,6 +66,7 @@ class Beside:
     pressure: Array  #: pressure in the zone, Pa, zero beside, shape of the geometry
     gap: Array  #: gap that opens from the edge, m
     worn: Array | None = None  #: how far wear has opened it, m; None if it has not beside the edge
+    by_pressure: bool = False  #: whether the pressure tells it, not the gap
 
 
 @dataclass(frozen=True)

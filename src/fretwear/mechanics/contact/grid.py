@@ -49,6 +49,8 @@ _GROWTH = 1.12
 # Cells around the zone of a part of the half-space, and how many parts are kept.
 _MARGIN = 4
 _PARTS = 6
+# Fall of a square of the pressure from one cell to the next, over it, below which it is none.
+_FLAT, _LEAST = 1e-6, np.finfo(np.float64).tiny
 # Number of influence coefficients computed at a time.
 _BLOCK = 2**15
 
@@ -162,7 +164,12 @@ class Grid(Geometry):
         surface; the wear of the next cell inside, over the rise of the gap from the first to the
         second cell outside, is the weight of this law.
 
-        Without a gap, or if it does not grow, a side takes off its mean. A cell counts
+        Wear beside a stick zone leaves no law of the gap: the square of its pressure falls linearly
+        to zero at the edge, here through the last two cells inside. An edge beyond the first cell
+        outside would be in it; wear and plastic flow there, over its gap, which make pressure fall
+        more steeply, are the weight of the mean instead.
+
+        Without a law, or if the gap does not grow, a side takes off its mean. A cell counts
         completely as soon as a part of it belongs to the zone, so a count of cells is too
         large by a fraction of a cell for each side (Yastrebov, Anciaux and Molinari 2017, "On the
         accurate computation of the true contact-area in mechanical contact of random rough
@@ -184,17 +191,27 @@ class Grid(Geometry):
             row, column = np.clip(places, 0, shape - 1)
             return np.where(within, field[row, column], 0.0)
 
-        gaps = [at(beside.gap, beyond) for beyond in (1, 2, 3)]
-        roots = [np.cbrt(gap) ** 2 for gap in gaps]
-        bend = roots[2] - 2.0 * roots[1] + roots[0]
-        fall = roots[1] - roots[0] - 0.5 * bend
-        grows = (roots[0] > 0.0) & (roots[1] > 0.0) & (fall > 0.0)
-        near, rise = gaps[0][grows], (gaps[1] - gaps[0])[grows]
-        root, bend, fall = roots[0][grows], bend[grows], fall[grows]
-        edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
-        if beside.worn is not None:
-            worn, rise = at(beside.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
-            edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
+        if beside.by_pressure:
+            last, before = (at(beside.pressure, beyond) ** 2 for beyond in (0, -1))
+            grows = before > 0.0
+            edge = 1.0 - last[grows] / np.maximum(before - last, _FLAT * before)[grows]
+            if beside.worn is not None:
+                cut = at(beside.worn, 0) + at(beside.worn, 1)
+                part = np.minimum(cut / np.maximum(at(beside.gap, 1), _LEAST), 1.0)
+                edge = np.where(edge < 0.0, part[grows] * (0.5 + OPEN_PER_SIDE), edge)
+        else:
+            gaps = [at(beside.gap, beyond) for beyond in (1, 2, 3)]
+            roots = [np.cbrt(gap) ** 2 for gap in gaps]
+            bend = roots[2] - 2.0 * roots[1] + roots[0]
+            fall = roots[1] - roots[0] - 0.5 * bend
+            grows = (roots[0] > 0.0) & (roots[1] > 0.0) & (fall > 0.0)
+            near, rise = gaps[0][grows], (gaps[1] - gaps[0])[grows]
+            root, bend, fall = roots[0][grows], bend[grows], fall[grows]
+            edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
+            if beside.worn is not None:
+                worn, rise = at(beside.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
+                edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
+        # The edge is so many cells away from the first one outside.
         along_x, along_y = self._slopes(beside.pressure, inner[grows])
         squares = np.where((here[0] != there[0])[grows], along_x, along_y), along_x + along_y
         share = np.divide(*squares, out=np.full(edge.size, 0.5), where=squares[1] > 0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import nan, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -21,8 +21,6 @@ Lines: TypeAlias = Sequence[tuple[Way, Array]]
 
 # Gap, over the gap of the first cell outside, above which a cell is not in contact.
 _NO_GAP = 1e-2
-# How well the gap at a tip is known, over the bend of the surface within its cell.
-_OF_BEND = 0.25
 # Depth of a scar over its maximum at which a profilometer sees its end.
 _SHALLOW = 0.01
 
@@ -115,27 +113,27 @@ def stick_half_width(lines: Lines, pressure: Array) -> float:
     return sum(edges) / len(edges)
 
 
-def deviation(lines: Lines, inside: Mask, gap: Array) -> float:
-    """Standard deviation of the half-width of a zone on the lines of an axis, m.
+def deviation(lines: Lines, inside: Mask) -> float:
+    """Standard deviation of the half-width of a zone on the lines of an axis, m."""
+    ends = [(at, np.flatnonzero(inside[line])) for line, at in lines]
+    widths = [np.diff(at)[zone[-1:]].sum() for at, zone in ends]
+    return WITHIN_A_CELL * float(np.mean(widths))
 
-    A tip beyond the last cell touches if its lowest point lies below the other surface. If that is
-    not sure, either is as likely as not, and the standard deviation is half the jump.
+
+def next_tip(lines: Lines, inside: Mask, gap: Array) -> tuple[float, float]:
+    """The tip beyond a zone that is next to touching: jump of the half-width, m, and its gap, m.
+
+    The half-width on the lines of an axis jumps so far where the tip touches, or does not after
+    all. The gap is at the top of the tip, below zero where it touches; 0 and NaN if there is none.
     """
-    deviations = []
-    for line, at in lines:
-        zone = np.flatnonzero(inside[line])
-        if not zone.size or zone[-1] == at.size - 1:
-            deviations.append(0.0)
-            continue
-        near, far = at[zone[-1] : zone[-1] + 2]
-        sure = unsure = near
-        for tip in _tips_beyond(line, at, inside, gap):
-            if tip.lowest < -tip.doubt:
-                sure = tip.edge
-            elif tip.lowest < tip.doubt:
-                unsure = tip.edge
-        deviations.append(max(0.5 * (unsure - sure), WITHIN_A_CELL * (far - near)))
-    return float(sum(deviations) / len(deviations))
+    tips = [
+        (abs(tip.lowest), (tip.edge - float(at[last])) / len(lines), tip.lowest)
+        for line, at in lines
+        if (zone := np.flatnonzero(inside[line])).size
+        for last in zone[-1:]
+        for tip in _tips_beyond(line, at, inside, gap)
+    ]
+    return min(tips)[1:] if tips else (0.0, nan)
 
 
 @dataclass(frozen=True)
@@ -143,7 +141,6 @@ class _Tip:
     """A tip beyond a zone, on the line of an axis."""
 
     lowest: float  # gap at its lowest point, m
-    doubt: float  # how well that is known, m
     edge: float  # outer edge of its contact, or its place, m from the origin
 
 
@@ -165,11 +162,11 @@ def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[_
     tips = []
     for tip in minima.tolist():
         place, bend, fall = _vertex(here[tip - 1 : tip + 2])
-        _, beside, deeper = _vertex(across[tip, rows])
+        *_, deeper = _vertex(across[tip, rows])
         lowest = float(here[tip]) - fall - deeper
         radius = sqrt(max(-lowest, 0.0) / bend)
         edge = distance[tip] + (place + min(radius, 0.5)) * (distance[tip + 1] - distance[tip])
-        tips.append(_Tip(lowest, _OF_BEND * 0.125 * (bend + beside), float(edge)))
+        tips.append(_Tip(lowest, float(edge)))
     return tips
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isfinite, nan, pi, sqrt
+from typing import TypeAlias
 
 import numpy as np
 
@@ -34,11 +35,15 @@ from fretwear.mechanics.wear.edges import (
     deviation,
     half_extent,
     half_width,
+    next_tip,
     open_within_outline,
     stick_half_width,
 )
 from fretwear.mechanics.wear.state import Pulse, State, WearProblem, in_contact
 from fretwear.theory import HertzContact
+
+# Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
+NextTips: TypeAlias = dict[str, tuple[float, float]]
 
 # Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
 # its next point.
@@ -182,11 +187,15 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
     """The regions of contact and of stick."""
     contact, stick = np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
-    beside = _beside_stick(state, follows_shape=problem.slip_model.follows_shape)
     return (
-        Region(in_contact(state), contact, _beside_contact(state)),
-        Region(state.reduced.stick, stick, beside),
+        Region(in_contact(state), contact, Beside(state.pressure, state.gap, state.opening)),
+        Region(state.reduced.stick, stick, _beside_stick(problem, state)),
     )
+
+
+def _beside_stick(problem: WearProblem, state: State) -> Beside:
+    worn = state.opening + state.plastic if problem.slip_model.follows_shape else None
+    return Beside(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
 
 
 def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, Array]:
@@ -195,25 +204,17 @@ def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, 
     return contact, stick
 
 
-def _beside_contact(state: State) -> Beside:
-    return Beside(state.pressure, state.gap, state.opening)
-
-
-def _beside_stick(state: State, *, follows_shape: bool) -> Beside | None:
-    """Gap of the reduced contact without the wear since a cell slips, if it is known.
-
-    It opens as beside any contact, wherever wear has opened it further, so that the edge of an
-    elastic run stays where it is. Bodies that yield do so in a band at the edge hardly wider than a
-    cell, beside which no such law holds.
-    """
-    reduced, opening = state.reduced, state.opening
-    if reduced.sheared is not None or state.plastic.any():
-        return None
-    if not follows_shape:
-        return Beside(reduced.pressure, reduced.gap)
-    if opening[reduced.stick].any():
-        return Beside(reduced.pressure, reduced.gap, opening)
-    return Beside(reduced.pressure, np.maximum(reduced.gap - opening, 0.0))
+def next_tips(state: State) -> NextTips:
+    """The tips next to touching, by the name of the half-width, m, that would jump to them."""
+    zones = {
+        "contact": (in_contact(state), state.gap),
+        "stick": (state.reduced.stick, state.reduced.gap),
+    }
+    return {
+        f"{zone}_half_width_{axis_name}": next_tip(state.geometry.along(axis), *fields)
+        for zone, fields in zones.items()
+        for axis, axis_name in enumerate("xy")
+    }
 
 
 def scatter(state: State) -> dict[str, float]:
@@ -221,21 +222,19 @@ def scatter(state: State) -> dict[str, float]:
 
     The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
     The load in a stick zone changes by the pressure at its edge, and its mean pressure by the
-    difference of this from the mean. The edge that sets a half-width jumps to another tip where one
-    hardly touches within its cell, or nearly does.
+    difference of this from the mean.
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
-    of_stick = _beside_stick(state, follows_shape=True)
     zones = {
-        "contact": (in_contact(state), state.gap, _beside_contact(state)),
-        "stick": (state.reduced.stick, state.reduced.gap, of_stick),
+        "contact": (in_contact(state), Beside(state.pressure, state.gap, state.opening)),
+        "stick": (state.reduced.stick, Beside(state.reduced.pressure, state.reduced.gap)),
     }
-    for zone_name, (cells, gap, beside) in zones.items():
+    for zone_name, (cells, beside) in zones.items():
         zone = geometry.zone(Region(cells, geometry.extent[0], beside))
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis, axis_name in enumerate("xy"):
             name = f"{zone_name}_half_width_{axis_name}"
-            deviations[name] = deviation(geometry.along(axis), cells, gap)
+            deviations[name] = deviation(geometry.along(axis), cells)
         along_x = deviations[f"{zone_name}_half_width_x"]
         radius = _radius(geometry, cells, zone.area, 0.0)
         by_area = deviations[f"{zone_name}_area"] / (2.0 * pi * radius) if radius else along_x
