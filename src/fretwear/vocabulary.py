@@ -249,9 +249,9 @@ contact_radius          | m  | $a_\mathrm{c}$ | µm | | point |
     of a disc as large as the apparent contact: all within the convex outline of the real one
 stick_radius            | m  | $c$   | µm | | point |
     of a disc as large as all within the convex outline of the stick zone
-scar_half_width_x       | m  | $b_x$ | µm | half-width of the scar along x | free |
+scar_half_width_x       | m  | $b_x$ | µm | scar half-width along x | free |
     half the extent over all lines, where the scar is deeper than 1 % of its maximum
-scar_half_width_y       | m  | $b_y$ | µm | half-width of the scar along y | point |
+scar_half_width_y       | m  | $b_y$ | µm | scar half-width along y | point |
     half the extent over all lines, where the scar is deeper than 1 % of its maximum
 contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | line | outermost edge
     on the line of cells nearest y = 0
