@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array, Mask
 from fretwear.data.effects import point_values
 from fretwear.data.files import open_case, open_history
-from fretwear.mechanics.slip.loading import NormalLoad
 from fretwear.mechanics.surfaces.indenters import Ellipsoid
 from fretwear.mechanics.surfaces.materials import ElasticBodies
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.vocabulary import ContactState, PointStatus
 from fretwear_source_study.parameters import ROUGH, SHARED, TITLES, title_of

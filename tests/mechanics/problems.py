@@ -11,10 +11,11 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.cells import ContactProblem, Even, HalfSpace, Layer
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
-from fretwear.mechanics.slip.loading import NormalLoad, Sliding, TangentialRatio
-from fretwear.mechanics.slip.models import Jaeger, ReducedContact
+from fretwear.mechanics.slip.loading import Sliding, TangentialRatio
+from fretwear.mechanics.slip.models import Jaeger, Pressed, ReducedContact
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.surfaces.materials import Bodies, Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import Roughness
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.state import WearProblem
@@ -107,8 +108,8 @@ def reduced(
 ) -> ReducedContact:
     """The reduced contact of a shape at a reduced load, N, as Jäger has it."""
     start = None if guess is None else ReducedContact(guess, guess, 0.0, load)
-    whole = ReducedContact(shape, shape, 0.0, LOAD)  # of no effect
-    return Jaeger().reduced(fretting(), bodies, shape, whole, Sliding(load), start, tolerance)
+    whole = Pressed(bodies, shape, shape, shape, 0.0)  # its own fields have no effect
+    return Jaeger().reduced(fretting(), whole, Sliding(load), start, tolerance)
 
 
 def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:

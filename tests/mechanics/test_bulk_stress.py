@@ -6,10 +6,10 @@ import pytest
 import fretwear
 from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.strips import Row
-from fretwear.mechanics.slip.loading import NormalLoad
 from fretwear.mechanics.slip.models import Cerruti, Coupled
 from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.study.case import CaseError
 from fretwear.theory import LineContact

@@ -10,10 +10,11 @@ from scipy.interpolate import PchipInterpolator
 from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import influence_coefficients
 from fretwear.mechanics.contact.strips import Strips
-from fretwear.mechanics.slip.loading import DisplacementAmplitude, NormalLoad
+from fretwear.mechanics.slip.loading import DisplacementAmplitude
 from fretwear.mechanics.slip.models import Cerruti, Coupled, Jaeger
 from fretwear.mechanics.slip.shear import shear_influence
 from fretwear.mechanics.surfaces.indenters import Cylinder
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.measures import loop
 from fretwear.theory import coupling_ratio

@@ -16,9 +16,10 @@ from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.contact.strips import Strips
-from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad, TangentialRatio
+from fretwear.mechanics.slip.loading import DisplacementRatio, TangentialRatio
 from fretwear.mechanics.surfaces.indenters import Cylinder, FlatPunch
 from fretwear.mechanics.surfaces.materials import ElasticBodies
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.edges import half_width
 from fretwear.mechanics.wear.integrator import evolve, first_loading

@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 
 from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import Grid, fast_shape, influence_coefficients
-from fretwear.mechanics.slip.loading import NormalLoad
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.run.simulate import wear_problem
 

@@ -11,10 +11,11 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Strips
-from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad, SlidingAmplitude
+from fretwear.mechanics.slip.loading import DisplacementRatio, SlidingAmplitude
 from fretwear.mechanics.slip.models import CattaneoMindlin, Coupled, Jaeger
 from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.laws import Archard

@@ -12,13 +12,14 @@ from fretwear import Case, simulate
 from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Strips, influence_of_cell
-from fretwear.mechanics.slip.loading import NormalLoad, TangentialRatio
+from fretwear.mechanics.slip.loading import TangentialRatio
 from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.measures import loop, measure
-from fretwear.mechanics.wear.pulsating import pulsate, pulse_of
+from fretwear.mechanics.wear.pulsating import evolve_pulsating, load_cycle
 
 from ..studies import near, steel
 from . import oracles
@@ -105,7 +106,7 @@ def test_a_cycle_wears_what_coulombs_law_says_step_by_step(least, ratio):
     problem = line(least, ratio)
     state = first_loading(problem)
     bodies = Workspace(problem).on(state.geometry)
-    pulse = pulse_of(problem, bodies.half_space, bodies.unworn, state, 1e-8)
+    pulse = load_cycle(problem, bodies.half_space, bodies.unworn, state, 1e-8)
     reference = Reference(problem, 1.3 * HALF_WIDTH, 120, 40)
     worn = reference.cycle(0.0)
     assert state.geometry.integral(pulse.rate) == near(worn.sum() * reference.width, rel=0.01)
@@ -118,7 +119,7 @@ def test_a_cycle_wears_what_coulombs_law_says_step_by_step(least, ratio):
 def test_wear_over_many_cycles_is_that_of_small_explicit_steps():
     """Each with contacts and friction of their own; the deepest wear is a tenth of the approach."""
     problem, cycles, steps = line(0.7, 0.45, coarseness=2.0), 68500.0, 30
-    *_, last = pulsate(problem, (cycles,))
+    *_, last = evolve_pulsating(problem, (cycles,))
     reference = Reference(problem, 1.6 * HALF_WIDTH, 80, 20)
     wear = np.zeros_like(reference.x)
     for _ in range(steps):
@@ -130,7 +131,8 @@ def test_wear_over_many_cycles_is_that_of_small_explicit_steps():
 
 def test_a_load_that_hardly_pulsates_under_a_force_is_constant():
     (*_, plain), (*_, other) = (
-        march(sphere(least, 0.4), (2000.0,)) for march, least in ((evolve, 1.0), (pulsate, 0.9999))
+        march(sphere(least, 0.4), (2000.0,))
+        for march, least in ((evolve, 1.0), (evolve_pulsating, 0.9999))
     )
     usual, found = (measure(sphere(1.0, 0.4), state) for state in (plain, other))
     for name in ("wear_volume", "maximum_wear_depth", "dissipated_energy", "approach"):
@@ -141,7 +143,7 @@ def test_the_stick_zone_the_loop_and_the_energy_of_a_sphere():
     """The contact of (1 + r)/2 P − Q/µ sticks; the loop has Q as it is, and the area of D."""
     problem = sphere(0.7, 0.4)
     stops = (500.0, 2000.0)
-    states = [state for state in pulsate(problem, stops) if state.cycle in (0.0, *stops)]
+    states = [state for state in evolve_pulsating(problem, stops) if state.cycle in (0.0, *stops)]
     for state in states:
         found, curve = measure(problem, state), loop(Workspace(problem), state)
         assert found.stick_half_width_x == near(A * 0.45 ** (1 / 3), rel=2e-3)
@@ -152,9 +154,9 @@ def test_the_stick_zone_the_loop_and_the_energy_of_a_sphere():
         area = abs(trapezoid(curve.force, curve.displacement))
         assert area == near(found.dissipated_energy, rel=0.01)
         assert 0.0 < curve.opening < 0.2 * found.tangential_displacement
-    *_, resumed = pulsate(problem, stops, start=states[1])
+    *_, resumed = evolve_pulsating(problem, stops, start=states[1])
     np.testing.assert_array_equal(resumed.wear, states[-1].wear)
-    *_, kept = pulsate(replace(problem, debris_fraction=0.5), (500.0,))
+    *_, kept = evolve_pulsating(replace(problem, debris_fraction=0.5), (500.0,))
     np.testing.assert_allclose(kept.opening, 0.5 * kept.wear, rtol=1e-9, atol=1e-18)
 
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from fretwear.mechanics.contact.cells import Beside, ContactProblem, Region
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.slip.models import CattaneoMindlin, ReducedContact, WearLayer
+from fretwear.mechanics.slip.models import CattaneoMindlin, Pressed, WearLayer
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.edges import half_width, next_tip, stick_half_width
 from fretwear.mechanics.wear.integrator import first_loading
@@ -136,8 +136,7 @@ def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
     problem, cells = fretting(load_ratio=0.6), window((40, 40))
     model = CattaneoMindlin()
     shape = shape_of(cells, ROUGH)
-    whole = ReducedContact(shape, shape, 0.0, LOAD)  # of no effect
-    gap = model.reduced(problem, cells.half_space(MODULUS), shape, whole).gap
+    gap = model.reduced(problem, Pressed(cells.half_space(MODULUS), shape, shape, shape, 0.0)).gap
     worn = np.ones(cells.shape)
     np.testing.assert_array_equal(model.gap_after(gap, worn), gap)
     layer = model.wear_layer(worn, gap, None, 0.2 * worn, 0.5)

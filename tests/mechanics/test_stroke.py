@@ -12,10 +12,11 @@ from fretwear import Case, simulate
 from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import Strips, influence_of_cell
-from fretwear.mechanics.slip.loading import NormalLoad, SlidingAmplitude
+from fretwear.mechanics.slip.loading import SlidingAmplitude
 from fretwear.mechanics.slip.models import CattaneoMindlin, Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
@@ -230,8 +231,9 @@ def test_ridges_that_all_yield_have_the_area_that_carries_the_load_and_wear_on(p
 class Uniform(SlipModel):
     """The same slip everywhere: a contact that does not see its bodies move."""
 
-    def reduced(self, problem, half_space, shape, *start, **tolerance):
-        del half_space, start, tolerance
+    def reduced(self, problem, pressed, *start, **tolerance):
+        del start, tolerance
+        shape = pressed.shape
         gap = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
         return ReducedContact(np.zeros_like(shape), np.full_like(shape, gap), 0.0, 0.0)
 

@@ -8,7 +8,6 @@ import pytest
 
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.slip.loading import NormalLoad
 from fretwear.mechanics.surfaces.indenters import (
     CrossedCylinders,
     Cylinder,
@@ -17,6 +16,7 @@ from fretwear.mechanics.surfaces.indenters import (
     RoundPunch,
     Sphere,
 )
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import BothRough, SelfAffineRoughness, WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure

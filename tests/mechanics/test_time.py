@@ -6,9 +6,10 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from fretwear.mechanics.slip.loading import Loading, NormalLoad, TangentialRatio
+from fretwear.mechanics.slip.loading import Loading, TangentialRatio
 from fretwear.mechanics.slip.models import CattaneoMindlin
 from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.laws import Archard, PowerLaw, WearLaw

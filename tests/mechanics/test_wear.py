@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem, Workspace
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.slip.loading import DisplacementRatio, NormalLoad
-from fretwear.mechanics.slip.models import Jaeger, WearLayer
+from fretwear.mechanics.slip.loading import DisplacementRatio
+from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear import stage as stages
 from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve, first_loading
 from fretwear.mechanics.wear.laws import Archard
@@ -135,7 +136,8 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name):
     problem, states = runs[name]
     for state in states:
         shape = problem.unworn(state.geometry) + state.wear + state.plastic
-        own = problem.slip_model.reduced(problem, problem.half_space(state.geometry), shape, state)
+        pressed = Pressed.of(problem.half_space(state.geometry), shape, state)
+        own = problem.slip_model.reduced(problem, pressed)
         np.testing.assert_array_equal(state.reduced.stick, own.stick)
         # Steps without flow add wear to the gap; the contacts behind it were solved to 1e-8.
         np.testing.assert_allclose(state.reduced.gap, own.gap, atol=1e-6 * HERTZ.approach)
@@ -283,9 +285,9 @@ def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_g
     shape = problem.unworn(state.geometry) + state.plastic
     again = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
     np.testing.assert_allclose(again.pressure, state.pressure, atol=1e-4 * P0)
-    reduced = Jaeger().reduced(problem, bodies, shape, state)
+    reduced = Jaeger().reduced(problem, Pressed.of(bodies, shape, state))
     np.testing.assert_allclose(state.reduced.gap, reduced.gap, atol=3e-8 * HERTZ.approach)
-    unyielding = Jaeger().reduced(problem, bodies, shape - state.plastic, state)
+    unyielding = Jaeger().reduced(problem, Pressed.of(bodies, shape - state.plastic, state))
     assert not np.allclose(reduced.gap, unyielding.gap, atol=1e-4 * HERTZ.approach)
 
 

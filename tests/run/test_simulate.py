@@ -307,10 +307,10 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
 class SlipOnNarrowCells(Jaeger):
     """The slip model of the tests, except that cells wider than usual break it."""
 
-    def reduced(self, problem, half_space, *others, **options):
+    def reduced(self, problem, *others, **options):
         if problem.coarseness > 1.0:
             raise ContactError("no reduced contact: residual 1.0e+00")
-        return super().reduced(problem, half_space, *others, **options)
+        return super().reduced(problem, *others, **options)
 
 
 @pytest.mark.parametrize(("amplitude", "times"), [("0 um", 3.0), ("0.2 um", 2.0)])

@@ -17,10 +17,11 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
-from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Normal, Sliding
+from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
+from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
 from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.quantity import Inline, Part, PartOf, Quantity
@@ -218,9 +219,9 @@ class Setup:
         sliding = self.loading.sliding(friction, self.coupling, load, approach, series)
         if sliding.load is None:
             return sliding
-        return dataclasses.replace(sliding, load=sliding.load - self.pulsation(load))
+        return dataclasses.replace(sliding, load=sliding.load - self.load_amplitude(load))
 
-    def pulsation(self, load: float) -> float:
+    def load_amplitude(self, load: float) -> float:
         """Amplitude, N, of the change of a largest load in phase with a force; else zero."""
         return 0.5 * (1.0 - self.normal.pulsating_load) * load * self.loading.is_force
 
@@ -238,7 +239,7 @@ class Setup:
     def stick_load(self) -> float:
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; it sets the stick zone."""
         stuck = self.loading.stick_load(self.friction_law.coefficient, self.coupling, self.hertz)
-        return max(0.0, stuck - self.pulsation(self.hertz.load))
+        return max(0.0, stuck - self.load_amplitude(self.hertz.load))
 
     @cached_property
     def tilt(self) -> float:
@@ -296,7 +297,7 @@ class Setup:
 
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
         """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
-        return self.friction_law.coefficient * (load - self.pulsation(load) - reduced.load)
+        return self.friction_law.coefficient * (load - self.load_amplitude(load) - reduced.load)
 
     # Wear.
 

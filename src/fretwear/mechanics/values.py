@@ -13,11 +13,11 @@ from fretwear.quantity import (
     Coordinates,
     Plain,
     Quantity,
-    QuantityError,
     each,
     located,
     whole_number,
 )
+from fretwear.units import QuantityError
 
 _CYCLE = whole_number("$N$", "cycle", 0, 10**9, 500)
 

@@ -34,7 +34,7 @@ from fretwear.mechanics.wear.measures import (
     share_beyond_friction,
     unresolved_peak,
 )
-from fretwear.mechanics.wear.pulsating import pulsate
+from fretwear.mechanics.wear.pulsating import evolve_pulsating
 from fretwear.mechanics.wear.state import State, WearProblem, in_contact
 from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.run.accuracy import (
@@ -357,7 +357,7 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
         assert start is None or isinstance(start, StrokeState)
         return slide(problem, stops, case.tolerance, start)
     if problem.normal.pulsating_load < 1.0:
-        return pulsate(problem, stops, case.tolerance, start)
+        return evolve_pulsating(problem, stops, case.tolerance, start)
     accuracy = Accuracy()
     if problem.geometry is Grid and math.isfinite(case.accuracy):
         accuracy = accuracy.within(case.accuracy)

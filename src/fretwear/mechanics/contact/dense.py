@@ -23,7 +23,6 @@ from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
-    CellProblem,
     Contact,
     ContactError,
     ContactProblem,
@@ -31,16 +30,15 @@ from fretwear.mechanics.contact.cells import (
     HalfSpace,
     Index,
     Parts,
-    Plane,
     Region,
     Way,
     Workspace,
-    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
+from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -214,10 +212,6 @@ class DenseCells(Geometry):
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
-        """Largest value of a field."""
-        return float(field.max())
-
     def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
         return self._beyond(problem, worn.pressure, WIDENED)
@@ -341,32 +335,10 @@ def _edges(cells: Geometry) -> tuple[float, ...]:
 
 
 def interpolated(places: Array, values: Array, others: Array) -> Array:
-    """Values at other positions, by monotone cubics: Fritsch and Carlson (1980).
+    """Values at other positions, by monotone cubics."""
+    from scipy.interpolate import PchipInterpolator
 
-    "Monotone piecewise cubic interpolation", SIAM J. Numer. Anal. 17; slopes are the harmonic means
-    of Fritsch and Butland (1984). scipy has them too, but takes longer to import than a short run.
-    """
-    steps, rises = np.diff(places), np.diff(values) / np.diff(places)
-    before, after = 2.0 * steps[1:] + steps[:-1], steps[1:] + 2.0 * steps[:-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = (before / rises[:-1] + after / rises[1:]) / (before + after)
-        inner = np.where(rises[:-1] * rises[1:] > 0.0, 1.0 / inverse, 0.0)
-    ends = [_slope_at_end(steps[i], steps[j], rises[i], rises[j]) for i, j in ((0, 1), (-1, -2))]
-    slopes = np.concatenate([ends[:1], inner, ends[1:]])
-    bend = (slopes[:-1] + slopes[1:] - 2.0 * rises) / steps
-    at = np.clip(np.searchsorted(places, others, "right") - 1, 0, steps.size - 1)
-    beyond = others - places[at]
-    square = beyond * beyond
-    linear = values[at] + slopes[at] * beyond + ((rises - slopes[:-1]) / steps - bend)[at] * square
-    return np.asarray(linear + (bend / steps)[at] * (square * beyond))
-
-
-def _slope_at_end(step: float, following: float, rise: float, next_rise: float) -> float:
-    """Slope of the parabola through three values, as far as this is monotone."""
-    slope = ((2.0 * step + following) * rise - step * next_rise) / (step + following)
-    if slope * rise <= 0.0:
-        return 0.0
-    return 3.0 * rise if rise * next_rise < 0.0 and abs(slope) > 3.0 * abs(rise) else slope
+    return np.asarray(PchipInterpolator(places, values)(others))
 
 
 class DenseHalfSpace(HalfSpace):

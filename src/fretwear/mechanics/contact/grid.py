@@ -22,24 +22,21 @@ from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     Beside,
-    CellProblem,
     Contact,
     ContactProblem,
     Even,
     Geometry,
-    HalfSpace,
     Index,
     Parts,
-    Plane,
     Region,
     Way,
     Workspace,
-    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import scaled
-from fretwear.mechanics.contact.solver import solve_by_active_sets
+from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
+from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
 
 # A window grows by a factor if there is pressure within this many cells of its border, plus this
 # fraction of its cells before a step.
@@ -96,18 +93,14 @@ class Grid(Geometry):
         """The spacing."""
         return self.spacing
 
-    @property
-    def weights(self) -> None:
-        """None: all cells are equal."""
-
     @cached_property
     def x(self) -> Array:
-        """Cell centers along x, m, shape (nx,)."""
+        """Cell centres along x, m, shape (nx,)."""
         return self._centers(0)
 
     @cached_property
     def y(self) -> Array:
-        """Cell centers along y, m, shape (ny,)."""
+        """Cell centres along y, m, shape (ny,)."""
         return self._centers(1)
 
     def _centers(self, axis: int) -> Array:
@@ -228,10 +221,6 @@ class Grid(Geometry):
             # In a row of one cell the pressure falls to both sides.
             slopes.append(np.where(before + after > 0.0, 0.5 * (after - before), here) ** 2)
         return slopes[0], slopes[1]
-
-    def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
-        """Largest value of a field."""
-        return float(field.max())
 
     def _sides(self, cells: Mask) -> tuple[Places, ...]:
         """Sides at the edge of a zone: cells inside, those outside, and cells at the border.
@@ -434,7 +423,7 @@ def influence_coefficients(
     return coefficients
 
 
-class GridHalfSpace(HalfSpace):
+class GridHalfSpace(ConvolvedBodies):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. The

@@ -21,8 +21,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import CellProblem, WornContact
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
+from fretwear.mechanics.contact.protocols import CellProblem, WornContact
 from fretwear.theory import LimitingState, share_of_band
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic

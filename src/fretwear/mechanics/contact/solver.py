@@ -21,15 +21,15 @@ each cell with weights that depend on its own c: an additive Schwarz method whos
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite, sqrt
-from typing import Protocol, Self
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, Geometry, Index
+from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, HalfSpace, Index
 from fretwear.mechanics.contact.convolution import Convolution
 from fretwear.mechanics.contact.kernels import in_single, inner
 from fretwear.mechanics.contact.problem import projected_gradient
@@ -67,26 +67,16 @@ _STIFFENING = 3.0
 _HALF_SHARE = 2.0
 
 
-class ConvolvedBodies(Protocol):
+class ConvolvedBodies(HalfSpace):
     """Elastic bodies whose displacement is a convolution on a window of equal cells."""
 
-    self_influence: float
-
     @property
-    def geometry(self) -> Geometry:
-        """The cells."""
-
-    @property
+    @abstractmethod
     def single(self) -> Convolution[Single]:
         """Displacement in units of `self_influence`, and its inverse, in single precision."""
 
-    def displacement(self, pressure: Array) -> Array:
-        """Displacement, m, of a pressure, Pa."""
-
-    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
-        """Displacement in single precision in some unit, m, and the unit."""
-
-    def around(self, cells: Mask) -> Self:
+    @abstractmethod
+    def around(self, cells: Mask) -> ConvolvedBodies:
         """The bodies on the smallest window that holds some cells and a margin."""
 
 

@@ -22,17 +22,15 @@ from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     WITHIN_A_CELL,
-    CellProblem,
     Parts,
-    Plane,
     Region,
     Way,
     Workspace,
-    WornContact,
     Zone,
 )
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
 from fretwear.theory import LineContact, share_of_band
 
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the

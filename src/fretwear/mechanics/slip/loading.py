@@ -1,4 +1,4 @@
-"""The loading of a contact: normally, and along x."""
+"""The tangential loading of a contact."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic.dataclasses import dataclass
 
-from fretwear.quantity import Part, Quantity
+from fretwear.mechanics.surfaces.pressing import Imposed
+from fretwear.quantity import Quantity
 from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import ContactFrame
 
 SMALL_STROKE = 0.05
 """Largest sliding amplitude, over a length of the contact, at which to neglect the motion."""
-
-# Units in the ids of cases, by SI unit: the number per SI unit, and its name.
-_IN_IDS = {"N": (1.0, "N"), "N m-1": (1e-3, "N_mm"), "m": (1e6, "um"), "1": (1.0, "")}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,93 +44,6 @@ class Sliding:
             most *= 2.0
         load = find_root(missing, 0.0, most)
         return load, hertz.with_load(load).approach
-
-
-class Imposed(Part):
-    """An imposed quantity: the parameter with the name of its kind.
-
-    Loads are forces or, in a line contact, forces per length.
-    """
-
-    letter: ClassVar[str] = ""  # stands for it in the id of a case
-
-    def slug_in(self, frame: ContactFrame) -> str:
-        """Letter and value: ``P50N``, in a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
-        if not self.letter:
-            return self.kind
-        size, unit = _IN_IDS[frame.unit(self.parameters()[self.kind].si_unit)]
-        return f"{self.letter}{vars(self)[self.kind] * size:.4g}{unit}"
-
-
-class Normal(Imposed):
-    """The normal loading."""
-
-    @property
-    def given(self) -> tuple[float | None, float | None]:
-        """Load P, N, and approach d, m: one is held while the bodies wear, the other is None."""
-        raise NotImplementedError
-
-    @property
-    def holds_load(self) -> bool:
-        """Whether the load is held."""
-        return self.given[0] is not None
-
-    pulsating_load: float = 1.0  # least load over the largest, in phase with the motion
-
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact, from the same contact under any load."""
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class NormalLoad(Normal):
-    """A load that is constant or changes in phase with the motion."""
-
-    load: Annotated[
-        float,
-        Quantity("N", "$P$", "normal load", "N", gt=0.0),
-        "Normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
-    ]
-    pulsating_load: Annotated[
-        float,
-        Quantity("1", "$R_P$", "load ratio", like="0.3", ge=0.0, le=1.0, omitted_value=1.0),
-        "Least load over the largest, for a load that pulsates in phase with the motion: largest, "
-        "and equal to load, at +Q or one end of the stroke, least at the other; 0: the contact "
-        "opens. Default: constant.",
-    ] = 1.0
-    kind: Literal["load"] = "load"
-    letter: ClassVar[str] = "P"
-
-    @property
-    def given(self) -> tuple[float, None]:
-        """The load P."""
-        return self.load, None
-
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact under the load."""
-        return smooth.with_load(self.load)
-
-
-@dataclass(frozen=True)
-class Indentation(Normal):
-    """A constant approach; the load falls as the bodies wear."""
-
-    indentation: Annotated[
-        float,
-        Quantity("m", "$δ$", "indentation", "um", like="2.2 um", gt=0.0),
-        "Constant approach d of the bodies, instead of load.",
-    ]
-    kind: Literal["indentation"] = "indentation"
-    letter: ClassVar[str] = "d"
-
-    @property
-    def given(self) -> tuple[None, float]:
-        """The approach d."""
-        return None, self.indentation
-
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact at the approach."""
-        return smooth.with_approach(self.indentation)
 
 
 class Loading(Imposed):

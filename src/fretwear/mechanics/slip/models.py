@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -33,9 +33,10 @@ from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
-from fretwear.mechanics.slip.loading import Loading, Normal, Sliding
+from fretwear.mechanics.slip.loading import Loading, Sliding
 from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
+from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import Part
 from fretwear.theory import HertzContact, LineContact
 
@@ -71,63 +72,55 @@ class ReducedContact:
         return np.asarray(self.pressure > 0)
 
 
-class Pressed(Protocol):
-    """The contact under the whole load, as a slip model sees it."""
+class _Solved(Protocol):
+    """A contact by its solution."""
 
     @property
-    def pressure(self) -> Array:
-        """p, Pa, shape of the geometry."""
-
+    def pressure(self) -> Array: ...
     @property
-    def gap(self) -> Array:
-        """g, m, same shape."""
-
+    def gap(self) -> Array: ...
     @property
-    def approach(self) -> float:
-        """δ, m."""
+    def approach(self) -> float: ...
 
 
-class Conditions(Protocol):
+class Pressed(NamedTuple):
+    """The contact under the whole load; fields have the shape of the geometry."""
+
+    half_space: HalfSpace
+    shape: Array  #: gap at zero load and zero approach, m
+    pressure: Array  #: p, Pa
+    gap: Array  #: g, m
+    approach: float  #: δ, m
+
+    @classmethod
+    def of(cls, half_space: HalfSpace, shape: Array, contact: _Solved) -> Pressed:
+        """A solved contact of a shape, m."""
+        return cls(half_space, shape, contact.pressure, contact.gap, contact.approach)
+
+
+class _Setup(Protocol):
     """The part of a setup that a slip model sees."""
 
     @property
-    def hertz(self) -> HertzContact:
-        """The unworn smooth contact."""
-
+    def hertz(self) -> HertzContact: ...  # the unworn smooth contact
     @property
-    def normal(self) -> Normal:
-        """The load or approach that presses the bodies together."""
-
+    def normal(self) -> Normal: ...
     @property
-    def friction_law(self) -> Friction:
-        """The resistance to slip."""
-
+    def friction_law(self) -> Friction: ...
     @property
-    def bodies(self) -> Bodies:
-        """The elastic bodies."""
-
+    def bodies(self) -> Bodies: ...
     @property
-    def unworn_sliding(self) -> Sliding:
-        """The condition on the reduced contact of the unworn smooth contact."""
-
+    def unworn_sliding(self) -> Sliding: ...  # condition on the unworn reduced contact
     @property
-    def coupling(self) -> float:
-        """κ of a single direction in this contact."""
-
+    def coupling(self) -> float: ...  # κ of a single direction in this contact
     @property
-    def tilt(self) -> float:
-        """Slope along x of the reduced contact, due to a bulk stress."""
-
+    def tilt(self) -> float: ...  # slope along x of the reduced contact, due to a bulk stress
     @property
-    def flexibility(self) -> float:
-        """Flexibility in series with the contact, m/N."""
-
+    def flexibility(self) -> float: ...  # in series with the contact, m/N
     @property
-    def loading(self) -> Loading:
-        """The force, displacement or sliding imposed along x."""
-
-    def sliding(self, load: float, approach: float) -> Sliding:
-        """The condition on the reduced contact at a load, N, and an approach, m."""
+    def loading(self) -> Loading: ...
+    # The condition on the reduced contact at a load, N, and an approach, m.
+    def sliding(self, load: float, approach: float) -> Sliding: ...
 
 
 class SlipModel(Part):
@@ -143,15 +136,13 @@ class SlipModel(Part):
 
     def reduced(
         self,
-        setup: Conditions,
-        half_space: HalfSpace,
-        shape: Array,
+        setup: _Setup,
         pressed: Pressed,
         sliding: Sliding | None = None,
         start: ReducedContact | None = None,
         tolerance: float = 1e-8,
     ) -> ReducedContact:
-        """The reduced contact of a shape, m, and of the whole contact that presses it.
+        """The reduced contact of a contact under the whole load.
 
         ``sliding`` is the condition on it, by default that on the unworn contact; ``start`` is a
         first guess, and ``tolerance`` is passed to `solve_contact`.
@@ -159,12 +150,7 @@ class SlipModel(Part):
         raise NotImplementedError
 
     def wear_layer(
-        self,
-        wear: Array,
-        gap: Array,
-        shift: Array | None,
-        exponent: Array,
-        rate: float | Array,
+        self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float | Array
     ) -> Layer:
         """Wear depth at the end of a stage against pressure, all fields as in `WearLayer`.
 
@@ -175,7 +161,7 @@ class SlipModel(Part):
         mean = gap if shift is None else gap + 0.5 * shift
         return WinklerLayer(rate * mean, wear + exponent * mean)
 
-    def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:
+    def still_holds(self, reduced: ReducedContact, setup: _Setup, load: float) -> bool:
         """Whether a reduced contact that has worn on still meets the condition of a setup.
 
         Wear outside the stick zone does not change the contact under a reduced load. A contact at
@@ -231,9 +217,7 @@ class Jaeger(SlipModel):
 
     def reduced(
         self,
-        setup: Conditions,
-        half_space: HalfSpace,
-        shape: Array,
+        setup: _Setup,
         pressed: Pressed,
         sliding: Sliding | None = None,
         start: ReducedContact | None = None,
@@ -244,7 +228,8 @@ class Jaeger(SlipModel):
         If the shape lies above the reduced approach nothing sticks, and the bodies slide by their
         gap.
         """
-        bodies, changed = self.family(setup, half_space, shape, pressed.pressure)
+        half_space = pressed.half_space
+        bodies, changed = self.family(setup, half_space, pressed.shape, pressed.pressure)
         result = self._solved(setup, bodies, changed, sliding, start, tolerance)
         if setup.tilt and (result.pressure > 2.0 * pressed.pressure).any():
             raise ContactError(
@@ -256,7 +241,7 @@ class Jaeger(SlipModel):
 
     def family(
         self,
-        setup: Conditions,
+        setup: _Setup,
         half_space: HalfSpace,
         shape: Array,
         pressure: Array,  # noqa: ARG002 - of any
@@ -268,7 +253,7 @@ class Jaeger(SlipModel):
 
     def _solved(
         self,
-        setup: Conditions,
+        setup: _Setup,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding | None,
@@ -332,7 +317,7 @@ class Cerruti(Jaeger):
     caption: ClassVar[str] = "slip of the worn shape, along x"
 
     def family(
-        self, setup: Conditions, half_space: HalfSpace, shape: Array, pressure: Array
+        self, setup: _Setup, half_space: HalfSpace, shape: Array, pressure: Array
     ) -> tuple[HalfSpace, Array]:
         """The bodies and the shape, m, under tractions along x, and under a pressure, Pa."""
         bodies = half_space.along_x(setup.bodies.coupling, setup.coupling)
@@ -355,9 +340,7 @@ class Coupled(Jaeger):
 
     def reduced(
         self,
-        setup: Conditions,
-        half_space: HalfSpace,
-        shape: Array,
+        setup: _Setup,
         pressed: Pressed,
         sliding: Sliding | None = None,
         start: ReducedContact | None = None,
@@ -367,9 +350,9 @@ class Coupled(Jaeger):
 
         Its slip, unused friction, displacement and force are stated as those of a normal contact.
         """
-        geometry, pressure = half_space.geometry, pressed.pressure
+        geometry, pressure = pressed.half_space.geometry, pressed.pressure
         if geometry.plane_strain:
-            return super().reduced(setup, half_space, shape, pressed, sliding, start, tolerance)
+            return super().reduced(setup, pressed, sliding, start, tolerance)
         friction, compliance = setup.friction_law.coefficient, setup.coupling
         sliding, load = sliding or setup.unworn_sliding, geometry.integral(pressure)
         force, displacement = None, 0.0
@@ -383,7 +366,7 @@ class Coupled(Jaeger):
             tilted = np.stack([stretched + 0.0 * pressure, 0.0 * pressure])
         bound = friction * pressure
         sheared = shear(
-            bodies_under_shear(half_space, setup.bodies.coupling),
+            bodies_under_shear(pressed.half_space, setup.bodies.coupling),
             bound,
             force,
             displacement,
@@ -418,16 +401,14 @@ class CattaneoMindlin(SlipModel):
 
     def reduced(
         self,
-        setup: Conditions,
-        half_space: HalfSpace,
-        shape: Array,  # noqa: ARG002 - of any shape
-        pressed: Pressed,  # noqa: ARG002
+        setup: _Setup,
+        pressed: Pressed,
         sliding: Sliding | None = None,  # noqa: ARG002 - as for the unworn contact
         start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
         tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the contact whose radius or half-width is c."""
-        geometry = half_space.geometry
+        geometry = pressed.half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
         load, approach = setup.unworn_sliding.of_smooth(setup.hertz)
         if not load > 0.0:
@@ -436,7 +417,7 @@ class CattaneoMindlin(SlipModel):
         hertz = setup.hertz.with_load(load)
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
-    def still_holds(self, reduced: ReducedContact, setup: Conditions, load: float) -> bool:  # noqa: ARG002
+    def still_holds(self, reduced: ReducedContact, setup: _Setup, load: float) -> bool:  # noqa: ARG002
         """Whether the unworn contact, on which alone it depends, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 

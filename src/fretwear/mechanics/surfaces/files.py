@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -58,19 +58,40 @@ class Source:
         return f"{self.name} sha256:{self.checksum}"
 
 
-@dataclass(frozen=True)
-class SourceFile(Plain):
-    """The name of a file, relative to the study file; its checksum is the value."""
+class Readable(Plain):
+    """A parameter whose `read` takes a value and the folder of the study file, None elsewhere."""
+
+    schema: ClassVar[Schema]
+
+    def read(self, value: object, folder: Path | None = None) -> Any:
+        """Return the value, or raise a `QuantityError`."""
+        raise NotImplementedError
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         del source, handler
 
-        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> Source | None:
+        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
             return self.read(value, info.context)
 
         return core_schema.with_info_plain_validator_function(validated)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        del schema, handler
+        return {**self.schema, **self.described}
+
+
+@dataclass(frozen=True)
+class SourceFile(Readable):
+    """The name of a file, relative to the study file; its checksum is the value."""
+
+    @property
+    def schema(self) -> Schema:  # type: ignore[override]
+        """A name."""
+        return {"type": "string", "minLength": 1, "examples": [self.example]}
 
     def read(self, value: object, folder: Path | None = None) -> Source | None:
         """Return the file's name and checksum; names are relative to a folder."""
@@ -99,8 +120,7 @@ class SourceFile(Plain):
             raise QuantityError("is empty")
         if not checksum:
             raise QuantityError(
-                f"has {size_text(size)}, more than the {size_text(MOST_BYTES)} allowed",
-                _REMEDY,
+                f"has {size_text(size)}, more than the {size_text(MOST_BYTES)} allowed", _REMEDY
             )
         return Source(path.name, checksum, str(path))
 
@@ -111,13 +131,6 @@ class SourceFile(Plain):
     def text(self, value: object) -> str:
         """Return the name."""
         return str(value).partition(" sha256:")[0]
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
-        text = {"type": "string", "minLength": 1, "examples": [self.example]}
-        return {**text, **self.described}
 
 
 @lru_cache(maxsize=256)
@@ -150,19 +163,20 @@ def read_once(most: int) -> Callable[[Callable[Arguments, Content]], Callable[Ar
 
 
 @dataclass(frozen=True)
-class FileKey(Plain):
+class FileKey(Readable):
     """A key beside the name of a file, as text; empty: as the file says it."""
 
     options: tuple[str, ...] = ()  # all that it may be
     omitted_value: Any = ""
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        del source, handler
-        return core_schema.no_info_plain_validator_function(self.read)
+    @property
+    def schema(self) -> Schema:  # type: ignore[override]
+        """One of the options, or any text, number or list."""
+        if self.options:
+            return {"enum": [*self.options]}
+        return {"type": ["string", "integer", "array"], "examples": [self.example]}
 
-    def read(self, value: object) -> str:
+    def read(self, value: object, folder: Path | None = None) -> str:  # noqa: ARG002
         """Return the text; a list becomes a text with commas."""
         if value is None or value == "":
             return ""
@@ -172,13 +186,6 @@ class FileKey(Plain):
         if self.options and value not in self.options:
             raise QuantityError(f"must be {listed(self.options, 'or')}")
         return ", ".join(str(one) for one in values)
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
-        text = {"type": ["string", "integer", "array"], "examples": [self.example]}
-        return {**({"enum": [*self.options]} if self.options else text), **self.described}
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
-from fretwear.mechanics.slip.loading import Normal
 from fretwear.mechanics.surfaces.materials import Bodies
+from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import (
     EllipticContact,
@@ -174,8 +174,7 @@ class Cylinder(_Straight):
 
 
 _EdgeRadius = Annotated[
-    float,
-    Quantity("m", r"$R_\mathrm{e}$", "radius of the edge", "mm", like="10 mm", gt=0.0),
+    float, Quantity("m", r"$R_\mathrm{e}$", "radius of the edge", "mm", like="10 mm", gt=0.0)
 ]
 _HalfWidth = Annotated[
     float,
@@ -346,15 +345,7 @@ class CrossedCylinders(_Elliptic):
     ]
     angle: Annotated[
         float,
-        Quantity(
-            "rad",
-            "$ϑ$",
-            "angle of the axes",
-            "deg",
-            like="90 deg",
-            gt=0.0,
-            le=0.5 * math.pi,
-        ),
+        Quantity("rad", "$ϑ$", "angle of the axes", "deg", like="90 deg", gt=0.0, le=0.5 * math.pi),
         "Angle between the axes; slip is along the axis of the second cylinder.",
     ] = 0.5 * math.pi
     kind: Literal["crossed_cylinders"] = "crossed_cylinders"

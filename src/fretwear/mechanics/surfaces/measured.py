@@ -7,18 +7,18 @@ import math
 import re
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.dataclasses import dataclass
-from pydantic_core import core_schema
 
 from fretwear.arrays import Array
 from fretwear.mechanics.surfaces.files import (
     FORMS,
     UNKNOWN,
     FileKey,
+    Readable,
     Rectangle,
     Source,
     SourceFile,
@@ -30,16 +30,7 @@ from fretwear.mechanics.surfaces.files import (
 )
 from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, Indenter, RoundIndenter
 from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
-from fretwear.quantity import (
-    Coordinates,
-    Part,
-    Plain,
-    Quantity,
-    Schema,
-    each,
-    is_list,
-    means_none,
-)
+from fretwear.quantity import Coordinates, Part, Plain, Quantity, Schema, each, is_list, means_none
 from fretwear.theory import Reduced
 from fretwear.units import QuantityError
 
@@ -52,31 +43,24 @@ _MOST_MISSING = 0.05  # of the points within the contact
 _SIDE = Quantity("m", "", "", "mm", like="0.5 mm", ge=0.0)
 
 
-class Patch(Plain):
+class Patch(Readable):
     """A rectangle [x, y, width, height]; None for the whole map."""
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> Rectangle | None:
-            if value is None or means_none(value):
-                return None
-            if not is_list(value) or len(value) != 4:
-                raise QuantityError("must be [x, y, width, height]", self.like)
-            x, y, width, height = each(value, lambda one: _SIDE.read(one, info.context))
-            if 0.0 in (width, height):
-                raise QuantityError("must have a width and a height larger than 0")
-            return x, y, width, height
+    _sides: ClassVar[Schema] = {"type": "array", "items": {"type": ["string", "number"]}}
+    schema: ClassVar[Schema] = {
+        "anyOf": [{"const": "none"}, {**_sides, "minItems": 4, "maxItems": 4}]
+    }
 
-        return core_schema.with_info_plain_validator_function(validated)
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
-        length = {"type": ["string", "number"]}
-        sides = {"type": "array", "items": length, "minItems": 4, "maxItems": 4}
-        return {"anyOf": [{"const": "none"}, sides], **self.described}
+    def read(self, value: object, folder: Path | None = None) -> Rectangle | None:
+        """Return the lengths, m."""
+        if value is None or means_none(value):
+            return None
+        if not is_list(value) or len(value) != 4:
+            raise QuantityError("must be [x, y, width, height]", self.like)
+        x, y, width, height = each(value, lambda one: _SIDE.read(one, folder))
+        if 0.0 in (width, height):
+            raise QuantityError("must have a width and a height larger than 0")
+        return x, y, width, height
 
     def canonical(self, value: Rectangle | None) -> object:
         """Return a list of lengths, m, or ``none``."""

@@ -27,6 +27,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import ContactError, Geometry, Workspace
 from fretwear.mechanics.contact.problem import Accuracy, solve_contact
+from fretwear.mechanics.slip.models import Pressed
 from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
 
@@ -268,9 +269,7 @@ def first_loading(
         load = now.load_of(geometry, contact)
         reduced = now.slip_model.reduced(
             now,
-            bodies.half_space,
-            bodies.unworn + plastic + opening,
-            contact,
+            Pressed.of(bodies.half_space, bodies.unworn + plastic + opening, contact),
             now.sliding(load, contact.approach),
             tolerance=accuracy.first_reduced,
         )
@@ -446,12 +445,7 @@ class Evolution(Integrator[State]):
             self._convolutions += stage.convolutions
 
     def _assess(
-        self,
-        step: float,
-        problem: WearProblem,
-        rates: Sequence[float],
-        first: Stage,
-        second: Stage,
+        self, step: float, problem: WearProblem, rates: Sequence[float], first: Stage, second: Stage
     ) -> tuple[float, float, bool]:
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 

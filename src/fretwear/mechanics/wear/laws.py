@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -41,6 +41,14 @@ class Means(NamedTuple):
         return Means(*(max(now + times * change, _LEAST_LEFT * now) for now, change in changes))
 
 
+_PerEnergy = partial(Quantity, "Pa-1", shown_in="mm^3/J", gt=0.0, places=BODIES, record=OfBodies)
+_Exponent = partial(Quantity, "1", omitted_value=0.0)
+_ReferenceFrequency = Annotated[
+    float,
+    Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", ge=0.0, omitted_value=0.0),
+]
+
+
 class Coefficient(Part):
     """A coefficient that follows the conditions; its ``float`` is its value for estimates."""
 
@@ -61,37 +69,24 @@ class Coefficient(Part):
         raise NotImplementedError
 
 
-_ReferenceFrequency = Annotated[
-    float,
-    Quantity("s-1", "$f_r$", "reference frequency", "Hz", "1 Hz", ge=0.0, omitted_value=0.0),
-]
-
-
 @dataclass(frozen=True)
 class PowerLaw(Coefficient):
     """A coefficient K (p/p_r)^n (s/s_r)^m (f/f_r)^k of mean pressure, mean slip and frequency."""
 
     value: Annotated[
-        float,
-        Quantity("Pa-1", "$K_r$", "wear coefficient in reference conditions", "/ Pa", gt=0.0),
+        float, Quantity("Pa-1", "$K_r$", "wear coefficient in reference conditions", "/ Pa", gt=0.0)
     ]
-    pressure_exponent: Annotated[
-        float, Quantity("1", "$n$", "pressure exponent", like="0.6", omitted_value=0.0)
-    ] = 0.0
+    pressure_exponent: Annotated[float, _Exponent("$n$", "pressure exponent", like="0.6")] = 0.0
     reference_pressure: Annotated[
         float,
         Quantity("Pa", "$p_r$", "reference pressure", "MPa", "100 MPa", ge=0.0, omitted_value=0.0),
     ] = 0.0
-    sliding_exponent: Annotated[
-        float, Quantity("1", "$m$", "sliding exponent", like="0.7", omitted_value=0.0)
-    ] = 0.0
+    sliding_exponent: Annotated[float, _Exponent("$m$", "sliding exponent", like="0.7")] = 0.0
     reference_sliding: Annotated[
         float,
         Quantity("m", "$s_r$", "reference sliding", "um", "100 um", ge=0.0, omitted_value=0.0),
     ] = 0.0
-    frequency_exponent: Annotated[
-        float, Quantity("1", "$k$", "frequency exponent", like="-0.3", omitted_value=0.0)
-    ] = 0.0
+    frequency_exponent: Annotated[float, _Exponent("$k$", "frequency exponent", like="-0.3")] = 0.0
     reference_frequency: _ReferenceFrequency = 0.0
 
     may_be_of_one_body = True
@@ -135,33 +130,53 @@ class PowerLaw(Coefficient):
         return coefficient
 
 
+class _Two(Coefficient):
+    """A coefficient between two values, both of the bodies together or of each."""
+
+    @property
+    def _values(self) -> tuple[float | OfBodies, float | OfBodies]:
+        first, second, *_ = (vars(self)[name] for name in self.parameters())
+        return first, second
+
+    @property
+    def is_of_each(self) -> bool:
+        """Whether it has a value for each body."""
+        return isinstance(self._values[0], OfBodies)
+
+    @property
+    def _pairs(self) -> list[tuple[float, float]]:
+        """Both values, of indenter and flat or of the sum."""
+        first, second = self._values
+        if isinstance(first, OfBodies) and isinstance(second, OfBodies):
+            return [*zip(first, second, strict=True)]
+        return [(float(first), float(second))]
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """Both must be of both bodies together, or of each."""
+        first, second, *_ = self.parameters()
+        one, other = self._values
+        if isinstance(one, OfBodies) == isinstance(other, OfBodies):
+            return None
+        pair = "[2e-4 mm^3/J, 2e-4 mm^3/J]"
+        rule = f"must have pairs [indenter, flat] for {first} and {second}, or for neither"
+        return rule, f"{first}: {pair}, {second}: {pair}"
+
+    def __float__(self) -> float:
+        return float(self._values[0])
+
+
 @dataclass(frozen=True)
-class FallingCoefficient(Coefficient):
+class FallingCoefficient(_Two):
     """Wear per energy that falls with the density φ of friction power: (α₀ − α₁) e^(−εφ) + α₁."""
 
     slow: Annotated[
         float | OfBodies,
-        Quantity(
-            "Pa-1",
-            "$α_0$",
-            "wear per energy at low power",
-            "mm^3/J",
-            gt=0.0,
-            places=BODIES,
-            record=OfBodies,
-        ),
+        _PerEnergy(symbol="$α_0$", words="wear per energy at low power"),
     ]
     fast: Annotated[
         float | OfBodies,
-        Quantity(
-            "Pa-1",
-            "$α_1$",
-            "wear per energy at high power",
-            "mm^3/J",
-            gt=0.0,
-            places=BODIES,
-            record=OfBodies,
-        ),
+        _PerEnergy(symbol="$α_1$", words="wear per energy at high power"),
     ]
     decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", gt=0.0)]
     frequency: Annotated[
@@ -171,41 +186,20 @@ class FallingCoefficient(Coefficient):
     ] = 0.0
 
     @property
-    def problem(self) -> tuple[str, str] | None:
-        """Both coefficients must be of both bodies together, or of each."""
-        if self.is_of_each == isinstance(self.fast, OfBodies):
-            return None
-        return (
-            "must have pairs [indenter, flat] for slow and fast, or for neither",
-            "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]",
-        )
-
-    @property
     def needs_frequency(self) -> bool:  # type: ignore[override]
         """Whether it has no frequency of its own."""
         return not self.frequency
-
-    @property
-    def is_of_each(self) -> bool:
-        """Whether it has a value for each body."""
-        return isinstance(self.slow, OfBodies)
-
-    def __float__(self) -> float:
-        return float(self.slow)
 
     def under(self, means: Means, frequency: float | None) -> float | OfBodies:
         """α, 1/Pa, at the power of the contact per area."""
         power = means.energy_density * (self.frequency or frequency or 0.0)
         fading = math.exp(-self.decay * power)
-        if isinstance(self.slow, OfBodies) and isinstance(self.fast, OfBodies):
-            pairs = zip(self.slow, self.fast, strict=True)
-            return OfBodies((slow - fast) * fading + fast for slow, fast in pairs)
-        slow, fast = float(self.slow), float(self.fast)
-        return (slow - fast) * fading + fast
+        values = [(slow - fast) * fading + fast for slow, fast in self._pairs]
+        return OfBodies(values) if self.is_of_each else values[0]
 
 
 @dataclass(frozen=True)
-class RimAndCore(Coefficient):
+class RimAndCore(_Two):
     """A coefficient of a rim along the edge of contact, which oxygen reaches, and one of the core.
 
     The width of the rim is b_rim (f/f_r)^l at the frequency f. The contact in the middle of the
@@ -214,34 +208,16 @@ class RimAndCore(Coefficient):
 
     rim: Annotated[
         float | OfBodies,
-        Quantity(
-            "Pa-1",
-            "$α_r$",
-            "wear per energy in the rim",
-            "mm^3/J",
-            gt=0.0,
-            places=BODIES,
-            record=OfBodies,
-        ),
+        _PerEnergy(symbol="$α_r$", words="wear per energy in the rim"),
     ]
     core: Annotated[
         float | OfBodies,
-        Quantity(
-            "Pa-1",
-            "$α_c$",
-            "wear per energy in the core",
-            "mm^3/J",
-            gt=0.0,
-            places=BODIES,
-            record=OfBodies,
-        ),
+        _PerEnergy(symbol="$α_c$", words="wear per energy in the core"),
     ]
     rim_width: Annotated[
         float, Quantity("m", r"$b_\mathrm{rim}$", "width of the rim", "mm", gt=0.0)
     ]
-    width_exponent: Annotated[
-        float, Quantity("1", "$l$", "width exponent", like="-0.71", omitted_value=0.0)
-    ] = 0.0
+    width_exponent: Annotated[float, _Exponent("$l$", "width exponent", like="-0.71")] = 0.0
     reference_frequency: _ReferenceFrequency = 0.0
 
     @property
@@ -249,25 +225,14 @@ class RimAndCore(Coefficient):
         """Both coefficients must be of both bodies together, or of each, and both must wear."""
         if self.width_exponent and not self.reference_frequency:
             return "needs reference_frequency for its width_exponent", "such as 1 Hz"
-        if self.is_of_each != isinstance(self.core, OfBodies):
-            rule = "must have pairs [indenter, flat] for rim and core, or for neither"
-            return rule, "rim: [2e-4 mm^3/J, 2e-4 mm^3/J]"
-        if self.is_of_each and 0.0 in (*self.rim, *self.core):  # type: ignore[misc]
+        if super().problem is None and any(0.0 in pair for pair in self._pairs):
             return "must be larger than 0 for each body", "rim: [2e-4 mm^3/J, 2e-4 mm^3/J]"
-        return None
+        return super().problem
 
     @property
     def needs_frequency(self) -> bool:  # type: ignore[override]
         """Whether the width of the rim follows the frequency."""
         return bool(self.width_exponent)
-
-    @property
-    def is_of_each(self) -> bool:
-        """Whether it has a value for each body."""
-        return isinstance(self.rim, OfBodies)
-
-    def __float__(self) -> float:
-        return float(self.rim)
 
     def under(self, means: Means, frequency: float | None) -> float | OfBodies:  # noqa: ARG002
         """α of the rim, 1/Pa; `zones` has the core."""
@@ -278,10 +243,7 @@ class RimAndCore(Coefficient):
         width = self.rim_width
         if self.width_exponent and frequency is not None:
             width *= (frequency / self.reference_frequency) ** self.width_exponent
-        pairs = ((self.rim, self.core),)
-        if isinstance(self.rim, OfBodies) and isinstance(self.core, OfBodies):
-            pairs = zip(self.rim, self.core, strict=True)  # type: ignore[assignment]
-        core = tuple(float(core) / float(rim) for rim, core in pairs)
+        core = tuple(core / rim for rim, core in self._pairs)
         return RimZones(core, width, (means.half_width_x, means.half_width_y))
 
 

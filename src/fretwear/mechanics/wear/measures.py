@@ -23,11 +23,11 @@ from fretwear.mechanics.contact.cells import (
     WITHIN_A_CELL,
     Beside,
     Geometry,
-    Plane,
     Region,
     Workspace,
 )
 from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.protocols import Plane
 from fretwear.mechanics.slip.coupled import Sheared
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
 from fretwear.mechanics.wear.edges import (

@@ -49,7 +49,7 @@ StageT = TypeVar("StageT", bound=Stage)
 _BELOW, _ABOVE, _PHASES = 5, 6, 96
 
 
-def pulse_of(
+def load_cycle(
     problem: WearProblem, half_space: HalfSpace, shape: Array, stage: Stage, tolerance: float
 ) -> Pulse:
     """The cycle of a shape, m, from its contacts under some loads from P₀ to P₂.
@@ -132,17 +132,17 @@ class _Layer(Layer):
         return (slope / unit).astype(np.float32)
 
 
-def pulsate(
+def evolve_pulsating(
     problem: WearProblem,
     stops: Sequence[float],
     tolerance: float = TOLERANCE,
     start: State | None = None,
 ) -> Iterator[State]:
     """Integrate wear under a pulsating load; parameters and errors as for `evolve`."""
-    return march(problem, stops, start, partial(_Pulsation, tolerance=tolerance))
+    return march(problem, stops, start, partial(_PulsatingEvolution, tolerance=tolerance))
 
 
-class _Pulsation(Evolution):
+class _PulsatingEvolution(Evolution):
     """The steps of partial slip under a pulsating load, on graded cells of elastic bodies."""
 
     def load(self) -> None:
@@ -155,7 +155,7 @@ class _Pulsation(Evolution):
         bodies = self.workspace.on(self.state.geometry)
         shape, tolerance = bodies.unworn + stage.opening, self.accuracy.reduced
         return replace(
-            stage, pulse=pulse_of(self.problem, bodies.half_space, shape, stage, tolerance)
+            stage, pulse=load_cycle(self.problem, bodies.half_space, shape, stage, tolerance)
         )
 
     def _mean(self, stage: Stage) -> tuple[Array, Array, Array]:

@@ -18,7 +18,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Contact, ContactError, Layer, UnwornBodies
 from fretwear.mechanics.contact.problem import Accuracy, solve_contact
-from fretwear.mechanics.slip.models import ReducedContact, WearLayer
+from fretwear.mechanics.slip.models import Pressed, ReducedContact, WearLayer
 from fretwear.mechanics.wear.state import Stage, WearProblem, YieldLimit
 
 _LARGEST_SWEEPS = 12
@@ -177,10 +177,7 @@ class ImplicitStage:
         """The contact of the shape at the start of the stage with its wear as a layer."""
         base, problem = self.base, self.problem
         layer = problem.slip_model.wear_layer(
-            base.opening,
-            base.reduced.gap,
-            drift.shift,
-            *exposure.opening(problem.debris_fraction),
+            base.opening, base.reduced.gap, drift.shift, *exposure.opening(problem.debris_fraction)
         )
         sunk = self._unworn + base.plastic
         contact_problem = problem.contact(self._half_space, sunk, drift.on(layer), limit)
@@ -213,9 +210,7 @@ class ImplicitStage:
             accuracy = self.accuracy
             reduced = model.reduced(
                 problem,
-                self._half_space,
-                self._unworn + opening + plastic,
-                contact,
+                Pressed.of(self._half_space, self._unworn + opening + plastic, contact),
                 problem.sliding(load, contact.approach),
                 reduced,
                 accuracy.reduced if self.output_step else accuracy.reduced_between,

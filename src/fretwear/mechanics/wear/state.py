@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import is_finite
 from fretwear.mechanics.setup import Setup, block_at
-from fretwear.mechanics.slip.models import ReducedContact, SlipModel
+from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
 from fretwear.mechanics.wear.laws import Means
 from fretwear.theory import find_root
 
@@ -184,14 +184,6 @@ def in_contact(stage: Stage) -> Mask:
     return np.asarray((stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach)))
 
 
-class Moved(NamedTuple):
-    """A contact on other cells."""
-
-    pressure: Array  #: Pa
-    gap: Array  #: m
-    approach: float  #: m
-
-
 @dataclass(frozen=True)
 class Pulse:
     """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
@@ -311,8 +303,8 @@ class State(Stage):
             start = replace(reduced, pressure=np.maximum(stuck, 0.0), sheared=sheared)
             now = problem.at(self.cycle)
             sliding = now.sliding(self.load, self.approach)
-            pressed = Moved(fields["pressure"], opened, self.approach)
-            reduced = now.slip_model.reduced(now, bodies.half_space, shape, pressed, sliding, start)
+            pressed = Pressed(bodies.half_space, shape, fields["pressure"], opened, self.approach)
+            reduced = now.slip_model.reduced(now, pressed, sliding, start)
             spent += reduced.convolutions
         return replace(
             self,
