@@ -345,7 +345,7 @@ class _OfCoefficient(WearLaw):
         value, (name,) = self._value, self.parameters()
         one = constant(value)
         if isinstance(value, OfBodies):
-            one = OfBodies(tuple(map(constant, value)))  # type: ignore[arg-type]
+            one = OfBodies(tuple(map(constant, value)))
         law = self.unchecked(**{name: one})
         if isinstance(value, RimAndCore):
             vars(law)["zones"] = value.zones(means, frequency)
