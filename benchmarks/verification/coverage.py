@@ -18,7 +18,7 @@ from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.measures import measure, scatter
 from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import estimated_errors, wear_problem
-from fretwear.study.doubts import LARGE_ERROR, doubts
+from fretwear.study.case_warnings import LARGE_ERROR, case_warnings
 from fretwear.study.plan import estimate
 from fretwear.vocabulary import RESULTS, SCALARS, scalars_of
 
@@ -219,7 +219,7 @@ def judged(entry: Data, case: Case) -> Data:
         largest[name] = float((estimate[counts] / size).max(initial=0.0))
         worst[name] = float((np.abs(own - right)[counts] / size).max(initial=0.0))
     # That an ellipsoid may be elongated is no doubt of a round one.
-    told = [each for each in doubts(case, largest) if "elongated" not in each.what]
+    told = [each for each in case_warnings(case, largest) if "elongated" not in each.what]
     missed = max(worst, key=lambda name: worst[name])
     silence = f"{RESULTS[missed].words} {worst[missed]:.1%} off, estimated as {largest[missed]:.1%}"
     return {**found, "told": bool(told), "silence": silence}

@@ -466,13 +466,8 @@ class PartOf(Parameter):
         kinds = self.family.kinds()
         if isinstance(value, str) and value in kinds:
             return kinds[value].caption or value
-        content = dict(
-            (key.strip(), text.strip())
-            for key, colon, text in (
-                one.partition(":") for one in str(value).strip("{}").split(",")
-            )
-            if colon
-        )
+        pairs = (one.partition(":") for one in str(value).strip("{}").split(","))
+        content = {key.strip(): text.strip() for key, colon, text in pairs if colon}
         named = [kinds[content["kind"]]] if content.get("kind") in kinds else kinds.values()
         about = {key: one for kind in named for key, one in kind.parameters().items()}
         texts = [

@@ -13,7 +13,8 @@ from pydantic.dataclasses import dataclass
 from fretwear.arrays import Array
 from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity, adapter, inlined
-from fretwear.study.case import Case, read_snapshots
+from fretwear.study.case import Case
+from fretwear.study.contact import read_snapshots
 from fretwear.units import QuantityError
 from fretwear.vocabulary import Variable
 

@@ -26,9 +26,10 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
-from fretwear.study.case import MAX_CYCLES, Case
+from fretwear.study.case import Case
+from fretwear.study.contact import MAX_CYCLES
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
-from fretwear.study.problems import Problems, Several
+from fretwear.study.problems import NestedError, Problems
 from fretwear.study.study import as_mapping
 from fretwear.tables import Layout
 from fretwear.units import (
@@ -426,7 +427,7 @@ def _read_range(name: str, given: object) -> FreeParameter:
 def _raise(problems: Problems) -> None:
     """Raise the problems as one error that keeps their places, if there are any."""
     if problems:
-        raise Several(problems)
+        raise NestedError(problems)
 
 
 def _closed(properties: Mapping[str, object], needed: Sequence[str] = ()) -> Schema:

@@ -10,7 +10,7 @@ import pytest
 from fretwear.mechanics.surfaces.files import SourceFile, read_profile, read_topography
 from fretwear.mechanics.surfaces.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.study.case import Case, CaseError
-from fretwear.study.doubts import doubts
+from fretwear.study.case_warnings import case_warnings
 from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
 
@@ -233,7 +233,7 @@ def test_doubtful_maps_are_told(library, tmp_path):
         file = str(tmp_path / "map.nc")
         library.Topography(heights, (600.0, 600.0), unit="um").to_netcdf(file)
         roughness = {"kind": "measured", "file": file, **keys}
-        return " ".join(map(str, doubts(steel(cycles=100, roughness=roughness))))
+        return " ".join(map(str, case_warnings(steel(cycles=100, roughness=roughness))))
 
     assert "curvature of its indenter twice" in told(ball, body="indenter")
     assert "curvature" not in told(ball, body="indenter", form="sphere")
@@ -251,7 +251,7 @@ def test_units_that_are_hardly_right_are_told(library, tmp_path):
     for unit in ("um", "mm", "nm"):
         library.Topography(heights, (480.0, 480.0), unit=unit).to_netcdf(str(file))
         case = steel(cycles=100, roughness={"kind": "measured", "file": str(file)})
-        told[unit] = " ".join(map(str, doubts(case)))
+        told[unit] = " ".join(map(str, case_warnings(case)))
     assert "units" not in told["um"]
     assert "side 480 mm, distance of points 6 mm, height" in told["mm"]
     assert "side 480 nm, distance of points 6 nm" in told["nm"]

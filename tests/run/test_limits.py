@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear.run.simulate import steps
-from fretwear.study.doubts import doubts
+from fretwear.study.case_warnings import case_warnings
 
 from ..studies import WAVES, near, steel
 
@@ -88,7 +88,7 @@ def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_i
     assert lost[0] > lost[1] > lost[2] > 0.75 * lost[0]
     unseen = case.replace(plastic_limit=45.0 * case.hertz_pressure)
     assert worn(unseen)[at] == near(stick, rel=1e-3)
-    assert any("narrower than a cell" in each.what for each in doubts(unseen))
+    assert any("narrower than a cell" in each.what for each in case_warnings(unseen))
 
 
 def test_a_peak_that_stays_below_its_limit_is_measured_as_that_of_elastic_bodies():

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.study.case import Case
 from fretwear.study.parameters import base_names
-from fretwear.study.rules import GREATEST_CONTACT
 from fretwear.study.spacing import rounded_down
 
 from ..studies import WAVES, near, refusal, steel
@@ -174,7 +173,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"wear_coefficient": 0}, ["wear_coefficient = 0: must be larger than 0"]),
         (
             {"roughness": MEASURED, "counterface": MEASURED},
-            ["counterface.body = flat: is also the body of roughness", "write body: indenter"],
+            ["counterface.body = flat: is also the body of roughness"],
         ),
         ({"rig_stiffness": "28 N/um"}, ["has no meaning with tangential_ratio"]),
         ({"displacement_amplitude": "1 um"}, ["is redundant"]),
@@ -194,33 +193,6 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
 def test_each_body_may_have_a_surface_of_its_own():
     turned = {**MEASURED, "body": "indenter"}
     assert steel(roughness=MEASURED, counterface=turned).counterface.body == "indenter"
-
-
-# Below it 50 N would need a larger contact than half-space theory describes.
-LEAST_LIMIT = 50.0 / (math.pi * (GREATEST_CONTACT * 0.01) ** 2)
-
-
-@pytest.mark.parametrize(
-    ("changes", "part", "before", "after"),
-    [
-        ({"plastic_limit": 0.999 * LEAST_LIMIT}, "carry the load 50 N", "at least ", ";"),
-        ({"load": 1e6}, "half-space theory", "up to ", " would"),
-        ({"cell": "50 um"}, "too coarse for the contact", "\n    [", "]"),
-        ({"roughness": WAVES, "cell": (2e-6, 4e-6)}, "along x is 8.01 um long", "\n    [", "]"),
-    ],
-)
-def test_what_is_refused_comes_with_a_value_that_would_do(changes, part, before, after):
-    message = refusal(**changes)
-    assert part in message
-    offered = message.split(before)[1].split(after)[0]
-    *_, name = changes
-    mended = steel(**{**changes, name: offered.split(", ") if name == "cell" else offered})
-    assert mended.hertz_radius <= GREATEST_CONTACT * 0.01
-    if "roughness" in changes:
-        assert "along y" not in message
-        assert mended.cell == (1e-6, 4e-6)
-    elif name == "cell":
-        assert max(mended.cell) <= mended.hertz_radius / 8
 
 
 def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves():

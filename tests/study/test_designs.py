@@ -71,7 +71,7 @@ def test_points_are_planned_while_their_rules_are_checked(studies, content, desi
     assert 0 < len(study.invalid) < study.size
     assert visited == [point.id for point in study.points() if point.id]
     assert load_plan(path).estimates == Plan(study).estimates
-    assert load_plan(path).doubts == Plan(study).doubts
+    assert load_plan(path).warnings == Plan(study).warnings
 
 
 def test_a_job_checks_the_rules_of_its_points_only(studies, content):
@@ -257,7 +257,7 @@ def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):
     assert float(rough["youngs_modulus_2"]) == 70e9
 
 
-def test_invalid_points_are_in_the_table_with_the_reason_and_doubts_once_each(studies, content):
+def test_invalid_points_are_in_the_table_with_the_reason_and_warnings_once_each(studies, content):
     content["invalid"] = "skip"
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}
     good, bad = table(studies.load(content))
@@ -267,6 +267,6 @@ def test_invalid_points_are_in_the_table_with_the_reason_and_doubts_once_each(st
     assert list(Plan(studies.load(content)).rows())[1][0] == "(invalid)"
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}
     plan = Plan(studies.load(content))
-    ((doubt, cases),) = plan.doubts.items()
-    assert doubt.what.startswith("yields all over")
+    ((what, cases),) = plan.warnings.items()
+    assert what.startswith("yields all over")
     assert list(cases) == [plan.points[0].id]

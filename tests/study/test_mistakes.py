@@ -202,7 +202,7 @@ def test_what_is_no_study_file_is_refused_in_a_sentence(tmp_path, text, parts):
 
 def test_a_file_that_is_not_there_or_has_a_bad_name_is_told_with_what_is(studies, content):
     studies.write(content)
-    with pytest.raises(StudyError, match="did you mean '.*study.yaml'"):
+    with pytest.raises(StudyError, match=r"did you mean '.*study\.yaml'"):
         load_study(studies.folder / "stduy.yaml")
     with pytest.raises(StudyError, match="is a folder"):
         load_study(studies.folder)

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Rows = NDArray[np.intp]
-Value = Any
-"""A value of a parameter: a float, or text such as a slip model's name."""
 
 # An ensemble has at least this many seeds: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
@@ -136,7 +134,7 @@ class Points:
     """The n finished points of a study as rows."""
 
     # The distinct values of each varied parameter: numbers increasing, text as in the study.
-    levels: Mapping[str, tuple[Value, ...]]
+    levels: Mapping[str, tuple[Any, ...]]
     places: Rows  # shape (n, k): index of the level of each parameter at each point
     variables: Mapping[str, Variable]  # of the results; in a line contact some are per length
     # Every scalar after the last cycle, SI units, shape (n,). It is NaN if its estimated error is

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from fretwear.study.doubts import Unreached, doubts
+from fretwear.study.case_warnings import Unreached, case_warnings
 from fretwear.units import ContactFrame
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
@@ -110,7 +110,7 @@ def case_dataset(
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     of_run = trouble, beyond_friction, unreached
     measured = case.asked_accuracy is not None
-    reasons = doubts(computed or case, relative, *of_run, measured=measured)
+    reasons = case_warnings(computed or case, relative, *of_run, measured=measured)
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
         **FORMAT,

@@ -133,8 +133,8 @@ def build_report(
         for cell in row.cells
     }
     warnings = [*remarks_on_summary(summary)]
-    for doubt, numbers in plan.doubts.items():
-        warnings.append(f"{len(numbers)} of {len(points.ids)} cases: the contact {doubt.what}")
+    for what, numbers in plan.warnings.items():
+        warnings.append(f"{len(numbers)} of {len(points.ids)} cases: the contact {what}")
     for warning in warnings:
         tell(f"warning: {warning}")
     images = _images(folder / "figures", read_figure_index(folder / "figures"))

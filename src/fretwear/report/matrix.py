@@ -33,7 +33,7 @@ class Cell(NamedTuple):
     is_clear: bool = False  # whether it does so on that one alone
 
 
-class Row(NamedTuple):
+class MatrixRow(NamedTuple):
     """A result."""
 
     label: str
@@ -45,7 +45,7 @@ class Matrix(NamedTuple):
     """Rows of results over columns of parameters."""
 
     columns: Sequence[tuple[str, str]]  # words of a parameter, its first and last level
-    rows: Sequence[Row]
+    rows: Sequence[MatrixRow]
     is_sampled: bool
 
     @property
@@ -76,7 +76,7 @@ def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
                 for name in names
             ]
         about = points.variables[result]
-        rows.append(Row(about.label, range_text(about, values), cells))
+        rows.append(MatrixRow(about.label, range_text(about, values), cells))
     columns = [(parameter(name).words, _ends(points, name)) for name in names]
     return Matrix(columns, rows if names else [], bool(points.drawn))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fretwear.mechanics.wear.measures import NextTips
 from fretwear.study.case import Case
-from fretwear.study.doubts import Unreached
+from fretwear.study.case_warnings import Unreached
 from fretwear.study.plan import USUAL_BUDGET, affordable_width
 from fretwear.vocabulary import RESULTS
 
@@ -100,7 +100,7 @@ def next_width(case: Case, rounds: Sequence[GridRun]) -> float | None:
         return None
     narrowest = max(
         (_left(case, rounds) / last.work) ** (-1.0 / _growth(rounds)),
-        affordable_width(case, math.inf),
+        affordable_width(case),
         1.0 / _MOST_RATIO,
     )
     width = min(_AIM * accuracy / last.error, 1.0 / case.times_coarser)

@@ -206,7 +206,7 @@ def transform_seconds() -> float:
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
-    """Iterate over likely problems of a study on this machine, with remedies.
+    """Iterate over likely problems of a study on this machine.
 
     The memory, bytes, defaults to what is available now.
     """
@@ -225,9 +225,9 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
             f"{size_text(available)} of memory available, {cores()} at once\n    to run fewer at "
             f"once, start snakemake with --resources mem_mb={available // 1_000_000}"
         )
-    for doubt, numbers in plan.doubts.items():
+    for what, numbers in plan.warnings.items():
         listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]
-        yield f"in {_cases(listed)} the contact {doubt.what}:{_listed(listed)}\n    {doubt.remedy}"
+        yield f"in {_cases(listed)} the contact {what}:{_listed(listed)}"
 
 
 def _cases(lines: Sequence[str]) -> str:

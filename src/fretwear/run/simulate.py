@@ -48,7 +48,7 @@ from fretwear.run.accuracy import (
 )
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
-from fretwear.study.doubts import doubts
+from fretwear.study.case_warnings import case_warnings
 from fretwear.vocabulary import (
     BODY_FIELDS,
     FIELDS,
@@ -159,8 +159,8 @@ def simulate(
 
     require_memory(case)
 
-    def warn(doubt: str) -> None:
-        warnings.warn(doubt, DoubtfulResultWarning, stacklevel=4)
+    def warn(text: str) -> None:
+        warnings.warn(text, DoubtfulResultWarning, stacklevel=4)
 
     with Progress(disable=not progress) as bar:
         task = bar.add_task(case.case_id, total=case.cycles)
@@ -201,9 +201,9 @@ def run(
     checkpoints: a resumed run starts its twin anew.
     """
     record = record or RunRecord()
-    before = doubts(case) if case.asked_accuracy is None else ()
-    for doubt in before:
-        warn(str(doubt))
+    before = case_warnings(case) if case.asked_accuracy is None else ()
+    for warning in before:
+        warn(str(warning))
     if record.width is None:
         record.width = next_width(case, ())
     while True:
@@ -301,7 +301,7 @@ def _labelled(
     warn: Callable[[str], None],
     warned: int,
 ) -> Result:
-    """Label the results of a finished run, and warn of doubts but those that it was `warned` of."""
+    """Label the results of a finished run, and warn of what it was not `warned` of."""
     case, problem, snapshots = computed.case, computed.workspace.problem, record.snapshots
     fields = _snapshot_fields(computed.workspace, snapshots)
     scalars, errors, columns = computed.scalars, computed.errors, columns_of(record.history)

@@ -22,7 +22,7 @@ from fretwear.quantity import (
     located,
     whole_number,
 )
-from fretwear.study.case import case_keys
+from fretwear.study.contact import case_keys
 from fretwear.study.parameters import coordinate, member_of, parameter_of
 from fretwear.study.problems import Problems, in_words
 from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit, parse_quantity

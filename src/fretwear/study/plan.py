@@ -1,13 +1,9 @@
-"""The plan of a study: its points and what each will cost, before anything is run.
-
-The cost of a case follows from a model with its constants in one place.
-"""
+"""The plan of a study: its points and what each will cost, before anything is run."""
 
 from __future__ import annotations
 
 import csv
 import math
-from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +16,7 @@ from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.models import Cerruti
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.study.case import Case
-from fretwear.study.doubts import Doubt, doubts
+from fretwear.study.case_warnings import case_warnings
 from fretwear.study.parameters import value_text
 from fretwear.study.problems import as_cell
 from fretwear.study.spacing import (
@@ -31,69 +27,47 @@ from fretwear.study.spacing import (
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
-# Calibrated by `python -m benchmarks.cost`, which reports how well they hold.
-SECONDS_TO_START = 1.3
-SECONDS_PER_CASE = 0.1
-SECONDS_PER_CONVOLUTION = 2.7e-4
-SECONDS_PER_CELL_AND_CONVOLUTION = 9e-9
+# Fitted to runs: times hold within half, memory within half as much again.
+SECONDS_TO_START, SECONDS_PER_CASE = 1.3, 0.1
+SECONDS_PER_CONVOLUTION, SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-4, 9e-9
 # For the work between convolutions, and for the loop of forces at a snapshot.
-SECONDS_PER_CELL_AND_STEP = 7.5e-7
-SECONDS_PER_CELL_OF_LOOP = 9e-7
-SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
-# A run with friction in two directions over one without, on whole windows and on quarters.
-TIMES_COUPLED = 5.0, 4.0
-# A run whose slip knows its direction over one whose slip does not.
-TIMES_DIRECTED = 1.7
-SECONDS_PER_SQUARED_STRIP = 2.5e-9
-MEMORY_PER_SQUARED_STRIP = 72
-MEMORY_OF_GRADED = 72 * 500**2
-SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
-SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
-
-STEPS_PER_ROOT_OF_SLIP_AND_WEAR = 10.7
-STEPS_PER_SNAPSHOT = 2.5
-STEPS_ROUGH = 1.15
-STEPS_PER_YIELDING_TIME = 1.3
-
-# Contacts of a yielding step, if shear lowers the limit, over those if it does not: at least, and
-# for each unit of junction growth.
-CONTACTS_UNDER_SHEAR, CONTACTS_PER_JUNCTION_GROWTH = 1.8, 0.2
-
-# For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
-CONVOLUTIONS_PER_STEP = (17.5, 23.0)
-CONVOLUTIONS_AS_YIELDING_BEGINS = (105.0, 165.0)
-GROWTH_WITH_CELLS = 0.05
-
-# Steps on rings keep to a quarter of the tolerance.
-TIGHTER_ON_RINGS = 4.0
-STEPS_PER_YIELDING_TIME_ON_RINGS = 0.93
-SOLUTIONS_PER_STEP = 4.9
-SOLUTIONS_PER_YIELDING_TIME = 4.4
-SOLUTIONS_PER_NARROWNESS = 5.6
-SECONDS_PER_SOLUTION = 5.3e-4
-SECONDS_PER_STEP_ON_RINGS = 2.6e-3
+SECONDS_PER_CELL_AND_STEP, SECONDS_PER_CELL_OF_LOOP = 7.5e-7, 9e-7
+SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP = 2e-3, 2.5e-9
+SECONDS_PER_CUBED_CELL_OF_STROKE, SECONDS_PER_CUBED_CELL_OF_SCAR = 1e-9, 1.3e-12
+# A solution and a step on rings, and writing means of rings over cells.
+SECONDS_PER_SOLUTION, SECONDS_PER_STEP_ON_RINGS = 5.3e-4, 2.6e-3
+SECONDS_PER_CELL_OF_SNAPSHOT = 1.9e-6
 POWER_OF_NARROW_RINGS = 2.3
-# The same of a step under a load that changes within a cycle, of which contacts are solved.
-TIMES_IF_PULSATING = 20.0
-
-# Cost of a solution on a third or half of the rings or strips, relative to all of them.
+# Friction in two directions, on whole windows and on quarters; slip that knows its direction; a
+# load that changes within a cycle, of which contacts are solved.
+TIMES_COUPLED, TIMES_DIRECTED, TIMES_IF_PULSATING = (5.0, 4.0), 1.7, 20.0
+# A solution on a third or half of the rings or strips, relative to all of them.
 DENSE_COARSER = 0.35
 
+STEPS_PER_ROOT_OF_SLIP_AND_WEAR, STEPS_ROUGH = 10.7, 1.15
+STEPS_PER_SNAPSHOT = 2.5
+STEPS_PER_YIELDING_TIME, STEPS_PER_YIELDING_TIME_ON_RINGS = 1.3, 0.93
+# Steps on rings keep to a quarter of the tolerance.
+TIGHTER_ON_RINGS = 4.0
+# For a smooth and a rough window of ten thousand cells; iterations grow slowly with the cells.
+CONVOLUTIONS_PER_STEP = 17.5, 23.0
+CONVOLUTIONS_AS_YIELDING_BEGINS = 105.0, 165.0
+GROWTH_WITH_CELLS = 0.05
+SOLUTIONS_PER_STEP, SOLUTIONS_PER_YIELDING_TIME, SOLUTIONS_PER_NARROWNESS = 4.9, 4.4, 5.6
+# Contacts of a yielding step if shear lowers the limit: at least, and per unit of junction growth.
+CONTACTS_UNDER_SHEAR, CONTACTS_PER_JUNCTION_GROWTH = 1.8, 0.2
+
 WINDOW_MARGIN = 1.15
-MEMORY_TO_START = 110_000_000
-ARRAYS_OF_PADDED_WINDOW = 18
-MEMORY_PER_CELL_OF_SNAPSHOT = 110
-# Means of rings over cells, and writing them.
-SECONDS_PER_CELL_OF_SNAPSHOT = 1.9e-6
-# Of a file: the fields of a snapshot, compressed, twice as many if friction has two directions.
+MEMORY_TO_START, MEMORY_OF_GRADED = 110_000_000, 72 * 500**2
+MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
+MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
+# Fields of a snapshot are compressed, and twice as many if friction has two directions.
 BYTES_OF_FILE, BYTES_PER_CELL_OF_SNAPSHOT = 200_000, 10
 
 USUAL_ACCURACY, USUAL_BUDGET = 0.02, 10.0
 MOST_MEMORY = 2 * 1024**3
-NARROWER = 2.0**0.25  # ratio of widths between which a budget decides
-_WIDTHS = [1.0]
-while _WIDTHS[-1] > LEAST_COARSENESS:
-    _WIDTHS.append(max(_WIDTHS[-1] / NARROWER, LEAST_COARSENESS))
+_WORK_BY_WIDTH = 2.5  # power of the inverse width of cells by which work grows
+_WIDTHS = [LEAST_COARSENESS * 2.0 ** (n / 4.0) for n in range(13)]
 
 
 class Estimate(NamedTuple):
@@ -108,7 +82,6 @@ class Estimate(NamedTuple):
     seconds: float  # time on one core
     memory_bytes: int  # memory while it runs
     snapshots: int
-    snapshot_bytes: int  # memory that each of them takes
     file_bytes: int  # size of its file
     # Least and most time, s, of a case that asks for an accuracy; empty if its cells are known.
     ends: tuple[float, ...] = ()
@@ -122,209 +95,161 @@ class Estimate(NamedTuple):
 def estimate(case: Case) -> Estimate:
     """Estimate the cost of a case.
 
-    The window ends a little outside the largest contact of the run, plus the reach of the
-    roughness. This contact lies on the way to the limiting worn state (`LimitingState`), widened if
-    the stick zone shrinks, or carries the load at the plastic limit. The coarser run for error
-    estimates is included. A case that asks for an accuracy may end with its first run, as smooth
-    elastic ones do at `USUAL_ACCURACY`; others are expected to end with default cells, and none
-    takes more than its budget.
+    The coarser run for error estimates is included. A case that asks for an accuracy may end with
+    its first run, as smooth elastic ones do at `USUAL_ACCURACY`; others are expected to end with
+    default cells, and none takes more than its budget.
     """
-    runs, start = _Runs(case), SECONDS_TO_START + SECONDS_PER_CASE
-    if case.asked_accuracy is not None:
-        wide = case.first_width
-        widths = case.times_coarser * wide, wide, 1.0
-        budget = case.budget or USUAL_BUDGET
-        largest = runs.on_cells(runs.affordable_width(budget))
-        beside, first, default = (runs.on_cells(width).seconds - start for width in widths)
-        both = first + (default if case.has_spots else beside)
-        most = both if case.has_spots else both + default
-        ends = both, max(budget * default, most)
-        is_smooth = case.is_graded and math.isinf(case.slip_limit)
-        ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
-        return runs.on_cells(1.0)._replace(
-            seconds=start + (both if ends_early else most),
-            ends=tuple(start + end for end in ends),
-            memory_bytes=largest.memory_bytes,
-            snapshot_bytes=largest.snapshot_bytes,
+    start = SECONDS_TO_START + SECONDS_PER_CASE
+    if case.asked_accuracy is None:
+        alone = _alone(case, 1.0, case.coarseness)
+        if not case.error_estimate:
+            return alone
+        times = case.times_coarser
+        twin = _alone(case, times, case.coarseness_on(times))
+        dense = DENSE_COARSER if case.geometry is not Grid else 1.0
+        return alone._replace(
+            seconds=alone.seconds + dense * (twin.seconds - start),
+            memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
         )
-    alone = runs.alone(1.0, case.coarseness)
-    if not case.error_estimate:
-        return alone
-    times = case.times_coarser
-    twin = runs.alone(times, case.coarseness_on(times))
-    dense = DENSE_COARSER if case.geometry is not Grid else 1.0
-    return alone._replace(
-        seconds=alone.seconds + dense * (twin.seconds - start),
-        memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
-        snapshot_bytes=alone.snapshot_bytes + twin.snapshot_bytes,
+    budget = case.budget or USUAL_BUDGET
+    usual, wide = _on_cells(case, 1.0), case.first_width
+    default = usual.seconds - start
+    # Rough grids are compared with default cells, others with wider ones beside the first run.
+    beside = 1.0 if case.has_spots else case.times_coarser * wide
+    first = sum(_on_cells(case, width).seconds - start for width in (wide, beside))
+    all_runs = first if case.has_spots else first + default
+    is_smooth = case.is_graded and math.isinf(case.slip_limit)
+    ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
+    narrowest = max(affordable_width(case), budget ** (-1.0 / _WORK_BY_WIDTH))
+    return usual._replace(
+        seconds=start + (first if ends_early else all_runs),
+        ends=(start + first, start + max(budget * default, all_runs)),
+        memory_bytes=_on_cells(case, narrowest).memory_bytes,
     )
 
 
-def affordable_width(case: Case, budget: float) -> float:
-    """Width of the narrowest cells over the default within a budget and `MOST_MEMORY`.
+def affordable_width(case: Case) -> float:
+    """Width of the narrowest cells over the default that fit into `MOST_MEMORY`."""
+    memory = ((width, _on_cells(case, width).memory_bytes) for width in _WIDTHS)
+    return next((width for width, needed in memory if needed <= MOST_MEMORY), 1.0)
 
-    The budget is the time of a run relative to default cells, expected before any has run.
+
+def _on_cells(case: Case, width: float) -> Estimate:
+    """The cost of a run on cells of a width over the default."""
+    return _alone(case, width, width * case.coarseness if case.is_graded else 1.0)
+
+
+def _alone(case: Case, width: float, coarseness: float) -> Estimate:
+    """The cost of a run alone on cells that are `width` times as wide as the case's.
+
+    The window ends a little outside the largest contact of the run, plus the reach of the
+    roughness. Graded rings and strips have a `coarseness` of their own.
     """
-    return _Runs(case).affordable_width(budget)
+    geometry, stroke = case.geometry, case.loading.stroke
+    dx, dy = (case.times_written(width) * spacing for spacing in case.grid_spacing)
+    sides_x, sides_y = (2 - is_even for is_even in case.even)
+    wider = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
+    reach_x, reach_y = (wider * half for half in case.indenter.half_widths(case.hertz))
+    cells_x = sides_x * math.ceil(reach_x / dx)
+    cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(reach_y / dy)
+    steps, solutions = _work(case, cells_x * cells_y, case.tolerance_on(width))
+    if stroke and geometry is Grid:
+        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
+    cells, snapshots = cells_x * cells_y, len(case.output_cycles)
+    memory, per_step, per_written = MEMORY_PER_CELL * cells, 0.0, 0.0
+    if issubclass(geometry, Rings):
+        each, memory, per_step = SECONDS_PER_SOLUTION, 0, SECONDS_PER_STEP_ON_RINGS
+        per_written = SECONDS_PER_CELL_OF_SNAPSHOT
+    elif stroke:
+        places = 1.0
+        if case.loading.travel > case.small_stroke:
+            places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
+        if geometry is Strips:
+            each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3 / sides_x**2
+        else:
+            closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+            each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+            memory = 8 * int(places * closed**2 + 6 * cells * cells_y)
+    elif geometry in (Strips, Row):
+        # Rough and uneven contacts have matrices, for strips of equal width.
+        squared = cells_x**2 if case.rough is not None or geometry is Row else 0
+        each = max(SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared)
+        memory += MEMORY_PER_SQUARED_STRIP * squared
+    else:
+        # The window grows with the contact, starting near its unworn size.
+        unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
+        mean = 0.5 * (min(cells, unworn) + cells)
+        each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+        per_step = SECONDS_PER_CELL_AND_STEP * mean
+        if case.slip_model.couples:
+            each *= TIMES_COUPLED[all(case.even)]
+        elif isinstance(case.slip_model, Cerruti) and case.coupling != 1.0:
+            each *= TIMES_DIRECTED
+    if geometry is Grid and case.slip_model.follows_shape:
+        per_written = SECONDS_PER_CELL_OF_LOOP
+    if case.normal.pulsating_load < 1.0 and not stroke:
+        each *= TIMES_IF_PULSATING
+    if coarseness != 1.0:  # a finer cell narrows rings and strips
+        each *= coarseness**-POWER_OF_NARROW_RINGS
+        memory += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
+    written = cells * snapshots
+    working = each * solutions + per_step * steps + per_written * written
+    of_file = BYTES_PER_CELL_OF_SNAPSHOT * written * (1 + case.slip_model.couples)
+    return Estimate(
+        cells_x,
+        cells_y,
+        steps,
+        solutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + working,
+        memory_bytes=MEMORY_TO_START + memory + MEMORY_PER_CELL_OF_SNAPSHOT * written,
+        snapshots=snapshots,
+        file_bytes=BYTES_OF_FILE + of_file,
+    )
 
 
-class _Runs:
-    """Runs of a case without their coarser runs; what is the same on all cells is found once."""
+def _work(case: Case, cells: int, tolerance: float) -> tuple[float, float]:
+    """Expected numbers of steps, and of half-space convolutions or solutions on rings.
 
-    def __init__(self, case: Case) -> None:
-        self.case, self._by_width = case, dict[float, Estimate]()
-        self._on_rings = issubclass(case.geometry, Rings)
-        self._dx, self._dy = case.grid_spacing
-        reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
-        wide, high = case.indenter.half_widths(case.hertz)
-        self._reach_x, self._reach_y = wide * reach, high * reach
-        self._sides_x, self._sides_y = (2 - is_even for is_even in case.even)
-        self._snapshots = len(case.output_cycles)
-        self._contacts = 1.0
-        if case.slip_limit < case.plastic_limit:
-            growth = CONTACTS_PER_JUNCTION_GROWTH * case.junction_growth
-            self._contacts = CONTACTS_UNDER_SHEAR + growth
-        worn, ratio = case.cycles * case.wear_growth, case.tangential_ratio
-        root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(ratio, 1.0))
-        self._wearing = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root
-        if case.rough is not None:
-            self._wearing *= STEPS_ROUGH
-        between = max(self._snapshots - 2, 0)
-        self._at_snapshots = STEPS_PER_SNAPSHOT * min(root, 1.0) * between
-        self._yielding_times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+    The steps of an elastic run grow with the wear and the slip: the pressure p0 wears a cell
+    e-fold in 1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. A
+    step ends at each snapshot, and the next ones are short while the contact wears. If the
+    bodies yield and slip follows the worn shape, a step lasts no longer than wear takes to free
+    a cell at the limit p, 1/(β p) cycles at the default tolerance.
+    """
+    is_rough, on_rings = case.rough is not None, issubclass(case.geometry, Rings)
+    worn, snapshots = case.cycles * case.wear_growth, len(case.output_cycles)
+    root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(case.tangential_ratio, 1.0))
+    finer = (TIGHTER_ON_RINGS if on_rings else 1.0) * 0.01 / tolerance
+    elastic = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root * finer**0.18
+    elastic *= STEPS_ROUGH if is_rough else 1.0
+    elastic += STEPS_PER_SNAPSHOT * min(root, 1.0) * max(snapshots - 2, 0)
+    elastic = max(elastic, snapshots - 1)
+    times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+    if on_rings:
         # The narrower the slip annulus, the more often flow and wear settle in turn.
-        self._narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(ratio)
-
-    def on_cells(self, width: float) -> Estimate:
-        """The cost of a run on cells of a width over the default."""
-        if (cost := self._by_width.get(width)) is None:
-            case = self.case
-            cost = self.alone(width, width * case.coarseness if case.is_graded else 1.0)
-            self._by_width[width] = cost
-        return cost
-
-    def affordable_width(self, budget: float) -> float:
-        """Width of the narrowest cells over the default, as for `affordable_width`."""
-        usual = self.on_cells(1.0)
-        start, most = SECONDS_TO_START + SECONDS_PER_CASE, max(MOST_MEMORY, usual.memory_bytes)
-        allowed = start + budget * (usual.seconds - start)
-
-        def is_beyond(width: float) -> bool:
-            expected = self.on_cells(width)
-            return expected.seconds > allowed or expected.memory_bytes > most
-
-        # Narrower cells never take less.
-        return _WIDTHS[bisect_left(_WIDTHS, True, lo=1, key=is_beyond) - 1]
-
-    def alone(self, width: float, coarseness: float) -> Estimate:
-        """The cost of a run on cells that are `width` times as wide as the case's.
-
-        Graded rings and strips have a `coarseness` of their own.
-        """
-        case, sides_x, sides_y = self.case, self._sides_x, self._sides_y
-        stroke, geometry = case.loading.stroke, case.geometry
-        wider = case.times_written(width)
-        dx, dy = wider * self._dx, wider * self._dy
-        cells_x = sides_x * math.ceil(self._reach_x / dx)
-        cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(self._reach_y / dy)
-        steps, convolutions = self._work(cells_x * cells_y, case.tolerance_on(width))
-        if stroke and geometry is Grid:
-            cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
-        cells = cells_x * cells_y
-        arrays, per_step = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells, 0.0
-        if self._on_rings:
-            per_convolution, arrays = SECONDS_PER_SOLUTION, 0
-            per_step = SECONDS_PER_STEP_ON_RINGS
-        elif stroke:
-            places = 1.0
-            if case.loading.travel > case.small_stroke:
-                places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
-            if geometry is Strips:
-                cubed = sides_x * (cells_x / sides_x) ** 3
-                per_convolution = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cubed
-            else:
-                closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-                per_convolution = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
-                arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
-        elif geometry in (Strips, Row):
-            # Rough and uneven contacts have matrices, for strips of equal width.
-            squared = cells_x**2 if case.rough is not None or geometry is Row else 0
-            per_convolution = max(
-                SECONDS_PER_CONVOLUTION_OF_LINE, SECONDS_PER_SQUARED_STRIP * squared
-            )
-            arrays += MEMORY_PER_SQUARED_STRIP * squared
-        else:
-            # The window grows with the contact, starting near its unworn size.
-            unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
-            mean = 0.5 * (min(cells, unworn) + cells)
-            per_convolution = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
-            per_step = SECONDS_PER_CELL_AND_STEP * mean
-            if case.slip_model.couples:
-                per_convolution *= TIMES_COUPLED[all(case.even)]
-            elif isinstance(case.slip_model, Cerruti) and case.coupling != 1.0:
-                per_convolution *= TIMES_DIRECTED
-        if case.normal.pulsating_load < 1.0 and not stroke:
-            per_convolution *= TIMES_IF_PULSATING
-        if coarseness != 1.0:  # a finer cell narrows rings and strips
-            per_convolution *= coarseness**-POWER_OF_NARROW_RINGS
-            arrays += int((coarseness**-2 - 1.0) * MEMORY_OF_GRADED)
-        kept, per_cell = cells * self._snapshots, 0.0
-        if self._on_rings:
-            per_cell = SECONDS_PER_CELL_OF_SNAPSHOT
-        elif geometry is Grid and case.slip_model.follows_shape:
-            per_cell = SECONDS_PER_CELL_OF_LOOP
-        working = per_convolution * convolutions + per_step * steps + per_cell * kept
-        return Estimate(
-            cells_x=cells_x,
-            cells_y=cells_y,
-            steps=steps,
-            convolutions=convolutions,
-            seconds=SECONDS_TO_START + SECONDS_PER_CASE + working,
-            memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
-            snapshots=self._snapshots,
-            snapshot_bytes=MEMORY_PER_CELL_OF_SNAPSHOT * cells,
-            file_bytes=BYTES_OF_FILE
-            + BYTES_PER_CELL_OF_SNAPSHOT * kept * (1 + case.slip_model.couples),
+        narrow = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+        solutions, yielding = SOLUTIONS_PER_STEP * elastic, STEPS_PER_YIELDING_TIME_ON_RINGS
+        flowing = (narrow + SOLUTIONS_PER_YIELDING_TIME) * times * finer**0.28
+    else:
+        larger = (cells / 1e4) ** GROWTH_WITH_CELLS
+        solutions, yielding = (
+            CONVOLUTIONS_PER_STEP[is_rough] * elastic * larger,
+            STEPS_PER_YIELDING_TIME,
         )
-
-    def _work(self, cells: int, tolerance: float) -> tuple[float, float]:
-        """Expected numbers of steps, and of half-space convolutions or solutions on rings.
-
-        The steps of an elastic run grow with the wear and the slip: the pressure p0 wears a cell
-        e-fold in 1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. A
-        step ends at each snapshot, and the next ones are short while the contact wears. If the
-        bodies yield and slip follows the worn shape, a step lasts no longer than wear takes to free
-        a cell at the limit p, 1/(β p) cycles at the default tolerance.
-        """
-        times = self._yielding_times
-        finer = (TIGHTER_ON_RINGS if self._on_rings else 1.0) * 0.01 / tolerance
-        elastic = self._wearing * finer**0.18 + self._at_snapshots
-        elastic = max(elastic, self._snapshots - 1)
-        if self._on_rings:
-            convolutions = SOLUTIONS_PER_STEP * elastic
-            if times == 0.0:
-                return elastic, convolutions
-            yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-            flowing = (self._narrow + SOLUTIONS_PER_YIELDING_TIME) * times * finer**0.28
-        else:
-            is_rough = self.case.rough is not None
-            larger = (cells / 1e4) ** GROWTH_WITH_CELLS
-            convolutions = CONVOLUTIONS_PER_STEP[is_rough] * elastic * larger
-            if times == 0.0:
-                return elastic, convolutions
-            yielding = STEPS_PER_YIELDING_TIME * times * finer**0.5
-            # Later and shorter steps change less and take fewer iterations.
-            flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[is_rough] * times**0.7 * finer**0.2
-        # The shorter of both kinds of step is taken.
-        return math.hypot(elastic, yielding), convolutions + self._contacts * flowing
+        # Later and shorter steps change less and take fewer iterations.
+        flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[is_rough] * times**0.7 * finer**0.2
+    if case.slip_limit < case.plastic_limit:
+        flowing *= CONTACTS_UNDER_SHEAR + CONTACTS_PER_JUNCTION_GROWTH * case.junction_growth
+    # The shorter of both kinds of step is taken.
+    return math.hypot(elastic, yielding * times * finer**0.5), solutions + flowing
 
 
 @dataclass
 class PlannedCases:
-    """Estimates, doubts with their details, wear coefficients and Dundurs' β of all cases."""
+    """Estimates, warnings with their details, wear coefficients and Dundurs' β of all cases."""
 
     estimates: dict[str, Estimate] = field(default_factory=dict)
-    doubts: dict[str, tuple[Doubt, dict[str, str]]] = field(default_factory=dict)
+    warnings: dict[str, dict[str, str]] = field(default_factory=dict)
     wear: set[float] = field(default_factory=set)
     betas: set[float] = field(default_factory=set)
 
@@ -334,11 +259,9 @@ class PlannedCases:
             return
         cost = estimate(case)
         added = sum(part.seconds(case, cost.cells) for part in point.study.added.values())
-        cost = cost._replace(seconds=cost.seconds + added)
-        self.estimates[case_id] = cost
-        for doubt in doubts(case):
-            _, details = self.doubts.setdefault(doubt.what, (doubt, {}))
-            details[case_id] = doubt.detail
+        self.estimates[case_id] = cost._replace(seconds=cost.seconds + added)
+        for warning in case_warnings(case):
+            self.warnings.setdefault(warning.what, {})[case_id] = warning.detail
         if isinstance(case.wear_law, Archard):
             self.wear.add(case.wear_law.coefficient(case.friction_law))
         self.betas.add(case.bodies.dundurs_beta)
@@ -363,9 +286,9 @@ class Plan:
         return self._of_cases.estimates
 
     @property
-    def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
-        """Reasons to doubt results, with the cases of each: details by case id."""
-        return dict(self._of_cases.doubts.values())
+    def warnings(self) -> Mapping[str, Mapping[str, str]]:
+        """What makes results doubtful, with the numbers of each case by id."""
+        return self._of_cases.warnings
 
     @cached_property
     def _of_cases(self) -> PlannedCases:

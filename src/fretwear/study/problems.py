@@ -56,7 +56,7 @@ class Problem:
         return text + (f"\n    {self.remedy}" if self.remedy else "")
 
 
-class Several(QuantityError):
+class NestedError(QuantityError):
     """Several problems inside a value, with keys relative to it."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
@@ -74,7 +74,7 @@ class Problems(list[Problem]):
             yield
         except ValidationError as error:
             self.extend(_problem(key, one) for one in error.errors(include_url=False))
-        except Several as error:
+        except NestedError as error:
             self.extend(replace(one, key=f"{key}{one.key}") for one in error.problems)
         except QuantityError as error:
             self.append(_of_error(key, given, error))

@@ -14,9 +14,9 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from fretwear.plugins import StudySection, plugins, study_sections
 from fretwear.quantity import PartOf, Schema, inlined, required
-from fretwear.study.case import (
+from fretwear.study.case import Case
+from fretwear.study.contact import (
     SNAPSHOTS_SCHEMA,
-    Case,
     case_keys,
     read_snapshots,
     with_parts_of_distance,
@@ -263,6 +263,12 @@ def _checked(
     if len(axes) == len(vary) and not any(_is_of_case(problem) for problem in problems):
         chosen = ALL_POINTS if added else points
         _try_points(study, problems, sections.invalid == "skip", chosen, visit)
+    else:  # cases cannot be made, but what is missing or redundant is known
+        given = {
+            *_long_form(sections.base, vary, Problems()),
+            *(name.partition(".")[0] for name in vary),
+        }
+        case_keys().members_of(fixed, given, problems, "base.")
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     for section in added.values() if not problems else ():
@@ -322,6 +328,13 @@ def _sections(content: Mapping[str, Any], folder: Path, problems: Problems) -> S
     return Sections.model_construct(**right)
 
 
+def _long_form(
+    base: Mapping[str, Any], vary: Mapping[str, Any], problems: Problems
+) -> dict[str, Any]:
+    """The keys of `base` with all that a material and a sliding distance stand for."""
+    return with_parts_of_distance(with_materials(base, problems, "base.", vary), vary)
+
+
 def _read_base(
     base: Mapping[str, Any], vary: Mapping[str, Any], folder: Path, problems: Problems
 ) -> dict[str, Any]:
@@ -329,7 +342,7 @@ def _read_base(
 
     The value that base may have for a varied parameter is not used.
     """
-    given = with_parts_of_distance(with_materials(base, problems, "base.", vary), vary)
+    given = _long_form(base, vary, problems)
     partial = {name.partition(".")[0] for name in vary if "." in name} - {*vary}
     fixed = case_keys().read_values(given, "base.", problems, folder, left=partial)
     fixed = {name: value for name, value in fixed.items() if name not in vary}

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache, wraps
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from fretwear.mechanics.contact.rings import NARROWEST_RING
 from fretwear.mechanics.contact.strips import NARROWEST_STRIP
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.roughness import Tip
+from fretwear.study.contact import FrettingContact
 from fretwear.theory import (
     EllipticContact,
     HertzContact,
@@ -18,10 +19,7 @@ from fretwear.theory import (
     LineContact,
     share_of_band,
 )
-from fretwear.units import LENGTH, LINE_CONTACT, POINT_CONTACT, format_quantity
-
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
+from fretwear.units import LINE_CONTACT, POINT_CONTACT
 
 _Result = TypeVar("_Result")
 Spacing = tuple[float, float]
@@ -65,11 +63,11 @@ WIDENING = 0.36
 _OF_CLOSING = 30.0
 
 
-def _kept(function: Callable[[Case], _Result]) -> Callable[[Case], _Result]:
+def _kept(function: Callable[[FrettingContact], _Result]) -> Callable[[FrettingContact], _Result]:
     """Keep the result of a function with the case, which does not change."""
 
     @wraps(function)
-    def once(case: Case) -> _Result:
+    def once(case: FrettingContact) -> _Result:
         kept = vars(case)
         if (name := function.__name__) not in kept:
             kept[name] = function(case)
@@ -79,7 +77,7 @@ def _kept(function: Callable[[Case], _Result]) -> Callable[[Case], _Result]:
     return once
 
 
-def default_spacing(case: Case) -> Spacing:
+def default_spacing(case: FrettingContact) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It is `usual_spacing` rounded down to two digits, which makes it readable and the same on every
@@ -93,7 +91,7 @@ def default_spacing(case: Case) -> Spacing:
 
 
 @_kept
-def usual_spacing(case: Case) -> Spacing:
+def usual_spacing(case: FrettingContact) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
@@ -114,7 +112,7 @@ def usual_spacing(case: Case) -> Spacing:
     return dx, dy
 
 
-def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
+def needed_spacings(case: FrettingContact) -> tuple[Spacing, Spacing]:
     """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
     Contact radius, stick radius and slip annulus belong to the smooth elastic sphere. A smooth
@@ -153,7 +151,7 @@ def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
     return coarse, (dx, dy)
 
 
-def _closing_pressure(case: Case) -> float:
+def _closing_pressure(case: FrettingContact) -> float:
     """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
 
     Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
@@ -161,7 +159,7 @@ def _closing_pressure(case: Case) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
+def zones_of_tip(case: FrettingContact) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
@@ -200,7 +198,7 @@ def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
     return zones
 
 
-def _zones_of_ridge(case: Case, tip: Tip) -> dict[str, tuple[Spacing, float]]:
+def _zones_of_ridge(case: FrettingContact, tip: Tip) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a ridge along y, itself a line contact, and the whole stick zone.
 
     A ridge carries the pressure of the smooth contact over a wavelength, under P* reduced by the
@@ -232,7 +230,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
 
 
 @_kept
-def greatest_contact_radius(case: Case) -> float:
+def greatest_contact_radius(case: FrettingContact) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
         return case.scar_half_width + case.loading.travel
@@ -251,7 +249,7 @@ def greatest_contact_radius(case: Case) -> float:
     return min(reach, case.indenter.end)
 
 
-def stick_shrinks(case: Case) -> bool:
+def stick_shrinks(case: FrettingContact) -> bool:
     """Whether the stick edge yields and slip follows it: then the contact widens without bound.
 
     A band too narrow for the cells to yield has no such effect.
@@ -264,14 +262,14 @@ def stick_shrinks(case: Case) -> bool:
     return share_of_band(yielding_ring_width(case), narrowest_cell(case)) > 0.0
 
 
-def narrowest_cell(case: Case) -> float:
+def narrowest_cell(case: FrettingContact) -> float:
     """Return the width, m, of the narrowest cells of an elastic contact that is smooth."""
     if case.is_graded:
         return narrowest_graded(case)
     return case.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
 
 
-def narrowest_graded(case: Case) -> float:
+def narrowest_graded(case: FrettingContact) -> float:
     """Return the width, m, of the narrowest strips or rings that the smooth contact would have."""
     radius, stick = case.hertz_radius, case.stick_radius
     if case.frame is LINE_CONTACT:
@@ -279,7 +277,7 @@ def narrowest_graded(case: Case) -> float:
     return NARROWEST_RING * min(radius - stick, stick or radius)
 
 
-def yielding_ring_width(case: Case) -> float:
+def yielding_ring_width(case: FrettingContact) -> float:
     """Return the width, m, of the ring at the stick edge that yields in the course of wear.
 
     Wear moves all pressure of a smooth contact into its stick zone, where it tends to
@@ -299,8 +297,3 @@ def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float
     unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
     limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
     return limiting.contact_radius / unworn.contact_radius
-
-
-def cell_text(cell: Sequence[float]) -> str:
-    """Return a grid spacing as study files have it."""
-    return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"

@@ -11,7 +11,8 @@ from weakref import WeakValueDictionary
 
 from fretwear.plugins import StudySection
 from fretwear.quantity import Part
-from fretwear.study.case import Case, case_keys
+from fretwear.study.case import Case
+from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, Design, Sobol
 from fretwear.study.problems import Problems, few_of, html_table, in_words
 

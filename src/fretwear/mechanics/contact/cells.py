@@ -79,7 +79,7 @@ class Region:
     beside: Beside | None = None
 
 
-Problem = TypeVar("Problem", bound=CellProblem)
+_Problem = TypeVar("_Problem", bound=CellProblem)
 
 
 class Geometry(ABC):
@@ -257,10 +257,10 @@ class UnwornBodies:
         return self._problem.unworn(self.geometry)
 
 
-class Workspace(Generic[Problem]):
+class Workspace(Generic[_Problem]):
     """The workspace of a run: the unworn bodies on the two geometries used last."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: _Problem) -> None:
         self.problem = problem
         self._bodies: dict[Geometry, UnwornBodies] = {}
         # Shared by all windows: separate parts would cost each of them an array or two more.

@@ -303,8 +303,8 @@ class MeasuredRoughness(_Map, Roughness):
         """Root mean square of the slope between neighbouring points."""
         return self.read().rms_slope
 
-    def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str, str]]:
-        """What makes the map doubtful under a contact of some radius, m: what, detail, remedy.
+    def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str]]:
+        """What makes the map doubtful under a contact of some radius, m: what, and its numbers.
 
         `curvature` is that of the indenter, 1/m.
         """
@@ -314,20 +314,17 @@ class MeasuredRoughness(_Map, Roughness):
                 "lies on a surface with missing points, which were filled in",
                 f"{100.0 * share:.0f} % of the points within the contact radius and "
                 f"{data.missing:.0f} of {data.heights.size} in the map were not measured",
-                "choose a patch with measured points in its middle, or measure again",
             )
         same = self.body == "indenter" and abs(data.curvature - curvature) < 0.2 * curvature
         if same and self.form in ("", "none", "plane"):
             yield (
                 "has the curvature of its indenter twice, because the map has it too",
                 f"the map has a radius of {1e3 / data.curvature:.3g} mm",
-                "write form: sphere beside the file",
             )
         if data.spikes:
             yield (
                 "lies on a surface with spikes, which may carry the load",
                 f"{data.spikes} points differ from their neighbours by more than 10 rms",
-                "write outliers: fill beside the file, or make sure that they are real",
             )
 
     @property

@@ -1,0 +1,273 @@
+"""What makes results of a case inaccurate or lies outside the model, for plan, run and report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from fretwear.mechanics.slip.loading import Displacement
+from fretwear.mechanics.surfaces.measured import MeasuredRoughness
+from fretwear.study.case import Case
+from fretwear.study.spacing import (
+    narrowest_cell,
+    narrowest_graded,
+    yielding_ring_width,
+    zones_of_tip,
+)
+from fretwear.theory import share_of_band
+from fretwear.units import COMPLIANCE, LENGTH, PRESSURE, format_quantity, number_text
+
+FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
+GREATEST_MEASURED_SLOPE = 1.0  # in profilometry; a steeper surface has wrong units
+FEW_CELLS = 5  # cells on a stick radius; fewer hardly show its edge
+GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
+
+# Relative errors of results: above the first, results are marked; above the second, doubtful.
+SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
+
+# Beyond anything measured: two bodies of diamond have a composite modulus of 580 GPa, and the
+# published wear coefficients of `coefficients.csv` lie between 6e-17 and 3e-11 / Pa.
+_STIFFEST, _MOST_FRICTION, _WEAR_COEFFICIENTS = 7e11, 3.0, (1e-19, 1e-10)
+
+# Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
+_TO_SINGULAR = 2.5
+
+# Energy of the first cycle of unlike bodies, relative to later cycles: β/µ of 1 gives 4 at
+# Q/µP = 0.3 and 1 at 0.6, larger β/µ hardly more.
+_MOST_OF_FIRST_CYCLE = 6.0
+
+_Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
+
+
+@dataclass(frozen=True)
+class CaseWarning:
+    """Why the results of a case that can be run are doubtful."""
+
+    what: str  # a sentence whose subject is the contact; the same for every case of a kind
+    detail: str  # the numbers of this case
+
+    def __str__(self) -> str:
+        return f"The contact {self.what} ({self.detail})"
+
+
+@dataclass(frozen=True)
+class Unreached:
+    """An accuracy that a case has not reached."""
+
+    accuracy: float  # asked for
+    result: str  # words of the result with the largest estimated error
+    error: float  # this error, relative
+    relative_to: str  # words for what it is relative to; empty for the value itself
+    cycle: int  # at which it is so large
+
+    def warning(self) -> CaseWarning:
+        """Say what was reached."""
+        asked, percent = (number_text(100.0 * part, 2) for part in (self.accuracy, self.error))
+        detail = f"{self.result}: {percent} %{self.relative_to} at cycle {self.cycle}"
+        return CaseWarning(f"is computed less accurately than the {asked} % asked for", detail)
+
+
+def case_warnings(
+    case: Case,
+    errors: Mapping[str, float] | None = None,
+    trouble: str = "",
+    beyond_friction: float = 0.0,
+    unreached: Unreached | None = None,
+    *,
+    measured: bool = False,
+) -> tuple[CaseWarning, ...]:
+    """Return what makes the results of a valid case doubtful; usually nothing.
+
+    Findings of a run are included: the largest estimated relative error of each result, by its
+    words, or why errors could not be estimated, the share of the stick zone in which friction
+    cannot bear the shear of the slip model, and an accuracy that was not reached. Where an accuracy
+    has chosen the cells, or will, by `measured` errors, the only rule on cells is the one on bands
+    that no cells show.
+    """
+    measured = measured or case.asked_accuracy is not None
+    checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials, _of_units]
+    checks[:0] = [] if measured else [_of_cells]
+    warnings = [CaseWarning(*words) for check in checks for words in check(case)]
+    if trouble:
+        what = "has no estimated errors, because the run on wider cells failed"
+        warnings.append(CaseWarning(what, trouble))
+    if beyond_friction > SMALL_ERROR:
+        what = (
+            "takes the shear of the smooth unworn contact, which exceeds the friction limit µp of "
+            "this contact and is cut to it"
+        )
+        detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
+        warnings.append(CaseWarning(what, detail))
+    words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
+    if unreached is not None:
+        warnings.append(unreached.warning())
+    elif error > LARGE_ERROR and not measured:
+        what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
+        warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
+    return tuple(warnings)
+
+
+def _lengths(**lengths: float) -> str:
+    """Lengths, m, by their names."""
+    texts = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
+    return ", ".join(texts).replace("_", " ")
+
+
+def _of_band(case: Case) -> _Words:
+    """Rings and strips follow the edge of stick, with several of them across the band that yields.
+
+    While wear frees a cell, in 1/(β p_lim) cycles, the bodies sink by the width of that band, so
+    the edge of stick recedes by at most one width in each such time. If it recedes little, only the
+    plastic volume is wrong: it is zero on cells that show no pressure above the limit.
+    """
+    cell = math.sqrt(math.prod(case.grid_spacing))
+    if case.is_graded:
+        cell = case.coarseness * narrowest_cell(case)
+    ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
+    if 0.0 < ring < cell and not zones_of_tip(case) and follows and _reaches_limit(case):
+        recedes = ring * case.cycles * case.wear_growth * case.slip_limit
+        matters = recedes > SMALL_ERROR * case.stick_radius
+        if matters or share_of_band(ring, narrowest_graded(case)) > 0.0:
+            wrong = "wear is" if matters else "plastic volume alone is"
+            yield (
+                "yields in a ring around the stick zone that is narrower than a cell, so that its "
+                f"{wrong} wrong",
+                _lengths(ring=ring, cell=cell),
+            )
+
+
+def _reaches_limit(case: Case) -> bool:
+    """Whether wear brings the pressure p at the edge of stick to the plastic limit in time.
+
+    The neighbourhood of the edge has no length scale: its pressure follows from β N p alone.
+    On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP
+    of 0.1 to 0.9 and limits of 1.05 to 5 p0.
+    """
+    edge = float(case.hertz.pressure(case.stick_radius))
+    worn = case.cycles * case.wear_growth * edge
+    return worn > _TO_SINGULAR * (1.0 - edge / case.slip_limit)
+
+
+def _of_cells(case: Case) -> _Words:
+    """Cells resolve the contacts of tips, and the edge of stick."""
+    cells = case.grid_spacing
+    coarse = [
+        (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
+        for zone, (widths, number) in zones_of_tip(case).items()
+        for wide, cell in zip(widths, cells, strict=True)
+    ]
+    coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
+    if coarsest > 2.0:
+        what = "touches on asperities whose contacts, slip zones or yielding bands span too few"
+        yield f"{what} cells", detail
+    radius, cell = case.stick_radius, max(cells)
+    if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
+        what = "sticks in a zone of few cells, whose edge is a staircase"
+        yield what, _lengths(radius=radius, cell=cell)
+
+
+def _of_slip(case: Case) -> _Words:
+    """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
+    loading, hertz = case.loading, case.hertz
+    if isinstance(loading, Displacement):
+        compliant = case.coupling * hertz.approach + loading.flexibility(hertz) * hertz.load
+        slid = case.displacement_amplitude - case.friction_law.least * compliant
+        if slid > case.small_stroke:
+            yield (
+                "slides so far that each point meets several points of the other body, which the "
+                "model neglects",
+                _lengths(sliding_amplitude=slid, contact_radius=case.hertz_radius),
+            )
+    if others := case.indenter.couplings(case.bodies):
+        error = max(abs(other / case.coupling - 1.0) for other in others)
+        by_curvatures = " and ".join(f"{other:.4g}" for other in others)
+        yield (
+            "is elongated, so that no single κ relates slip to the gap of the reduced contact",
+            f"κ is {case.coupling:.4g} in the centre and taken everywhere, but {by_curvatures} by "
+            f"the curvatures: slip and wear are uncertain by up to {100.0 * error:.0f} %",
+        )
+
+
+def _of_surfaces(case: Case) -> _Words:
+    if case.rough is None:
+        return
+    radius = case.hertz_radius
+    surfaces = [part for part in (case.roughness, case.counterface) if part is not None]
+    measured = [surface for surface in surfaces if math.isfinite(min(surface.sides))]
+    sides = [min(surface.sides) for surface in measured]
+    distances = [max(surface.finest) / 2.0 for surface in measured]
+    for surface, side, distance in zip(measured, sides, distances, strict=True):
+        is_likely = surface.steepest <= GREATEST_MEASURED_SLOPE
+        if not (is_likely and distance <= radius <= 10.0 * side):
+            lengths = {"side": side, "distance_of_points": distance, "height": surface.highest}
+            what = "belongs to a surface whose units are probably wrong"
+            yield what, _lengths(**lengths, contact_radius=radius)
+            break
+    for surface in surfaces:
+        if isinstance(surface, MeasuredRoughness) and surface.is_known:
+            yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
+    if measured and min(sides) < 3.0 * radius:
+        what = "barely fits on the measured surface, whose border heights are continued beyond it"
+        yield what, _lengths(side=min(sides), contact_radius=radius)
+    if measured and max(distances) > radius / FEW_POINTS:
+        what = f"lies on a surface measured at fewer than {FEW_POINTS} points per contact radius"
+        yield what, _lengths(distance=max(distances), contact_radius=radius)
+    if min(case.rough.period) < 3.0 * radius:
+        what = "is nearly as wide as the period of the random surface, so that heights repeat in it"
+        yield what, _lengths(period=min(case.rough.period), contact_radius=radius)
+
+
+def _of_unlike_bodies(case: Case) -> _Words:
+    """Friction lifts unlike bodies, and the normal load drags them over each other.
+
+    The model has neither. The first changes pressure and wear in every cycle; the second is
+    forgotten after the first cycles, except by the mean of the tractions at +Q and −Q. Estimates
+    come from `tests/mechanics/test_neglected.py`, rounded up.
+    """
+    beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
+    local, in_all = beta * (friction + 2.0 * beta), 2.0 * beta**2
+    given = f"Dundurs' β = {number_text(beta, 2)}, {number_text(beta / friction, 2)} times µ"
+    if local > LARGE_ERROR:
+        yield (
+            "joins unlike bodies; friction also moves their surfaces apart, which is neglected",
+            f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
+            f"{number_text(100.0 * in_all, 2)} % of wear volume and dissipated energy",
+        )
+    first = min(4.0 * (beta / friction) ** 2, _MOST_OF_FIRST_CYCLE)
+    if first > LARGE_ERROR * case.cycles:
+        yield (
+            "runs for so few cycles that the first one matters, in which unlike bodies also slip "
+            "under the normal load; this is neglected",
+            f"{given}; up to {100.0 * first:.0f} % more energy and wear in that cycle",
+        )
+
+
+def _of_materials(case: Case) -> _Words:
+    limit = case.slip_limit if case.tangential_ratio >= 1.0 else case.plastic_limit
+    pressures = limit, case.hertz.mean_pressure
+    if pressures[0] < pressures[1]:
+        numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
+        what = "yields all over at first loading, which a pressure limit does not describe"
+        yield what, "plastic limit {}, mean Hertz pressure {}".format(*numbers)
+    if case.rough is not None and case.rough.steepest > GREATEST_SLOPE:
+        steepest = number_text(case.rough.steepest, 2)
+        what = "touches on slopes that are too steep for half-space theory"
+        yield what, f"steepest slope {steepest}, at most {GREATEST_SLOPE:g}"
+
+
+def _of_units(case: Case) -> _Words:
+    """Values that a wrong unit, a percentage or a slip of the pen makes of usual ones."""
+    modulus, law = case.bodies.composite_modulus, case.friction_law
+    least, most = _WEAR_COEFFICIENTS
+    friction = max(law.at(cycle).coefficient for cycle in (0.0, *law.kinks))
+    wear = case.wear_law.coefficient(law)
+    unlikely = list[str]()
+    if modulus > _STIFFEST:
+        unlikely.append(f"composite modulus {format_quantity(modulus, PRESSURE, 3)}")
+    if friction > _MOST_FRICTION:
+        unlikely.append(f"coefficient of friction {number_text(friction, 3)}")
+    if not least <= wear <= most:
+        unlikely.append(f"wear coefficient {format_quantity(wear, COMPLIANCE, 3)}")
+    if unlikely:
+        yield "has values beyond those of any known material", ", ".join(unlikely)
