@@ -25,9 +25,6 @@ from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSli
 from .. import studies
 from ..studies import WAVES, near
 
-LINE = {
-    "radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "300 N/mm",
-}  # fmt: skip
 SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
 LINE = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "300 N/mm"}
 
