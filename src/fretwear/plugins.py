@@ -8,6 +8,8 @@ fretwear.study_sections
     Subclasses of `StudySection`, named by the place of the section in a study file.
 fretwear.figures, fretwear.sections
     Functions of a merged study and its folder of case files: more figures, sections of the report.
+fretwear.plots
+    Functions of a file: names and figures of ``fretwear plot``; none if it is of another kind.
 fretwear.plans
     Functions of the cases of a study: processor seconds that figures and sections take.
 """

@@ -5,3 +5,7 @@ the contact. Tension is positive. At +Q the shear traction pulls the flat along 
 surface is in tension behind the contact, at x < 0, and σ_xz = −q below it. The indenter has the
 same stresses at its own depth, with +Q and −Q exchanged and its own Poisson's ratio.
 """
+
+
+class StressError(ValueError):
+    """Stresses cannot be computed from what was given; the message says why and what to do."""

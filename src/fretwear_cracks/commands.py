@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -39,8 +38,6 @@ _PHASES = "Steps of the force over a cycle."
 _TABLE = (
     "tension: along x, of the surface at the edge of contact; damage: Miner's sum; –: not known"
 )
-# An argument of a function with its value, in a message: an option here.
-_OF_OPTION = re.compile("([a-z]+(?:_[a-z]+)?) = '?([^']*)'?: ")
 
 
 def stress_below(
@@ -141,7 +138,7 @@ def _written(
 
     The file is named as the case with `ending` where there is no `output`.
     """
-    from fretwear_cracks.inputs import StressError
+    from fretwear_cracks import StressError
     from fretwear_cracks.results import write_stresses
 
     with opened(file) as (case, _):
@@ -151,9 +148,7 @@ def _written(
         try:
             computed = compute(case)
         except StressError as error:
-            wrong = _OF_OPTION.match(reason := str(error))
-            place = f"--{wrong[1].replace('_', '-')} {wrong[2]}" if wrong else file
-            raise CommandError(f"{place}: {reason[wrong.end() :] if wrong else reason}") from error
+            raise CommandError(f"{file}: {error}") from error
         write_stresses(computed, path)
     for warning in computed.attrs["warnings"].splitlines():
         typer.echo(f"fretwear: warning: {warning}", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -25,13 +25,12 @@ from fretwear.vocabulary import (
     EDGE_STRESSES,
     FATIGUE,
     FATIGUE_OUTCOMES,
-    Variable,
     X,
 )
-from fretwear_cracks.inputs import StressError, read_quantity, usual_depths
+from fretwear_cracks import StressError
+from fretwear_cracks.inputs import read_pair, read_quantity, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
 from fretwear_cracks.results import open_stresses, stress, write_stresses
-from fretwear_cracks.section import StressOutput
 
 # Number of depths of stresses.
 _COUNT = 20
@@ -68,9 +67,8 @@ def fatigue(
 
     The criterion is the parameter of Smith, Watson and Topper on the plane y = 0. With constants of
     the material it gives lives, and by Miner's sum over the snapshots the damage of points fixed in
-    the flat, which wear brings to the surface and removes. Between snapshots wear
-    and stresses change linearly; closer to the surface than the first depth, 0.05 contact
-    half-widths, or two cells under a punch, the damage is that at this depth.
+    the flat, which wear brings to the surface and removes. Between snapshots wear and stresses
+    change linearly; above the first depth the damage is that at this depth.
 
     Parameters
     ----------
@@ -142,11 +140,7 @@ def fatigue(
         warning for at in at_cycles for warning in at.attrs["warnings"].splitlines()
     )
     if any(place[0] in (0, x.size - 1) for place in places):
-        doubt = (
-            "the largest parameter lies at the border of the window and may be larger beyond it; a "
-            "smaller depth, or points, show where"
-        )
-        warnings[doubt] = None
+        warnings["the largest parameter lies at the border of the window"] = None
     coordinates: dict[str, object] = {
         CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
         X.name: (X.name, x, X.attributes),
@@ -185,7 +179,9 @@ def fatigue(
     )
 
 
-def stored_fatigue(case: Path, asked: StressOutput) -> xr.Dataset:
+def stored_fatigue(
+    case: Path, cycles: Iterable[int] | None, depth: float | None, constants: Mapping[str, Any]
+) -> xr.Dataset:
     """The fatigue of a case file, from the folder ``fatigue`` beside that of the cases.
 
     It is computed where it is missing, or of another case file, request or code. `StressError` if
@@ -193,24 +189,18 @@ def stored_fatigue(case: Path, asked: StressOutput) -> xr.Dataset:
     """
     path = case.parent.parent / "fatigue" / case.name
     code = code_digest("fretwear_cracks")
-    settings = json.dumps([vars(asked), case.stat().st_mtime_ns, code], default=str)
+    asked = [cycles, depth, constants, case.stat().st_mtime_ns, code]
+    settings = json.dumps(asked, default=str)
     with suppress(DataFileError), open_stresses(path) as stored:
         if stored.attrs.get("asked") == settings:
             return stored.load()
     with open_case(case) as ds:
         snapshots = {*ds[CYCLE.name].values.tolist()}
-        cycles = None if asked.cycles is None else snapshots & {0.0, *map(float, asked.cycles)}
-        constants: Any = asked.constants
-        outcome = fatigue(ds, cycles, depth=asked.depth, **constants, command="fretwear merge")
+        shown = None if cycles is None else snapshots & {0.0, *map(float, cycles)}
+        outcome = fatigue(ds, shown, depth=depth, **constants, command="fretwear merge")
     outcome.attrs["asked"] = settings
     write_stresses(outcome, path)
     return outcome
-
-
-def fatigue_over(cycles: Array, case: Path, asked: StressOutput) -> dict[Variable, Array]:
-    """The results of `stored_fatigue` over cycles, NaN between its snapshots."""
-    outcome = stored_fatigue(case, asked).reindex({CYCLE.name: cycles})
-    return {about: outcome[about.name].values for about in FATIGUE if about.name in outcome}
 
 
 def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
@@ -258,20 +248,15 @@ def _life(
     manson_coffin: tuple[float | str, float | str] | None,
 ) -> StrainLife | None:
     """The constants of lives, or None; `StressError` if they are wrong."""
-    pairs = {"basquin": (basquin, "Pa"), "manson_coffin": (manson_coffin, "1")}
     read: list[float] = []
-    for name, (pair, unit) in pairs.items():
-        if pair is None:
-            continue
-        if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
-            example = "('1000 MPa', -0.1)" if name == "basquin" else "(0.5, -0.6)"
-            raise StressError(f"{name}: must be a constant and an exponent, {example}")
-        constant, exponent = read_quantity(name, pair[0], unit), read_quantity(name, pair[1], "1")
-        if not constant > 0.0 or not exponent < 0.0:
-            given = ", ".join(map(str, pair))
-            rule = "the constant must be positive, the exponent negative"
-            raise StressError(f"{name} = {given!r}: {rule}")
-        read += [constant, exponent]
+    for name, pair, unit in (("basquin", basquin, "Pa"), ("manson_coffin", manson_coffin, "1")):
+        if pair is not None:
+            constant, exponent = read_pair(name, pair, (unit, "1"))
+            if not constant > 0.0 or not exponent < 0.0:
+                given = ", ".join(map(str, pair))
+                rule = "the constant must be positive, the exponent negative"
+                raise StressError(f"{name} = {given!r}: {rule}")
+            read += [constant, exponent]
     if manson_coffin is not None and basquin is None:
         raise StressError("manson_coffin: give basquin too, the elastic part of a life")
     return StrainLife(*read) if read else None

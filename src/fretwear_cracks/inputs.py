@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,6 +19,7 @@ from fretwear.study.case import Case
 from fretwear.theory import LineContact
 from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
 from fretwear.vocabulary import CYCLE, SYMMETRIES, X, Y
+from fretwear_cracks import StressError
 from fretwear_cracks.states import LoadedSurface
 
 # First and last depth that are looked at unless others are asked for, in contact half-widths, and
@@ -27,10 +29,6 @@ _FIRST_CELLS = 2.0
 _FIELDS = ("pressure", "shear_traction", "gap", "slip")
 # Sensible values, by their SI units.
 _LIKE = {"m": "20 um", "Pa": "80 MPa", "1": "1"}
-
-
-class StressError(ValueError):
-    """Stresses cannot be computed from what was given; the message says why and what to do."""
 
 
 def loaded_case(ds: xr.Dataset) -> Case:
@@ -135,10 +133,7 @@ def read_constants(
     """Constants by the parameter that they are for."""
     constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
     if fatemi_socie is not None:
-        if isinstance(fatemi_socie, str) or np.size(np.asarray(fatemi_socie, object)) != 2:
-            raise StressError("fatemi_socie: must be k and the yield strength, (1, '1000 MPa')")
-        sensitivity = read_quantity("fatemi_socie", fatemi_socie[0], "1")
-        strength = read_quantity("fatemi_socie", fatemi_socie[1], "Pa")
+        sensitivity, strength = read_pair("fatemi_socie", fatemi_socie, ("1", "Pa"))
         if sensitivity < 0.0 or strength <= 0.0:
             raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
         constants["fatemi_socie"] = sensitivity, strength
@@ -148,23 +143,26 @@ def read_constants(
     return constants
 
 
-def read_distance(given: float | str | None) -> float | None:
-    """A critical distance, m."""
-    if given is None:
-        return None
-    distance = read_quantity("critical_distance", given, "m")
-    if not distance > 0.0:
-        raise StressError(f"critical_distance = {given}: must be larger than 0")
-    return distance
+def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, float]:
+    """Two constants of a law, in SI units."""
+    if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
+        like = ", ".join(repr(_LIKE[unit]) if unit != "1" else _LIKE[unit] for unit in si_units)
+        raise StressError(f"{name}: must be two constants, such as ({like})")
+    first, second = (
+        read_quantity(name, value, unit) for value, unit in zip(pair, si_units, strict=True)
+    )
+    return first, second
 
 
-def read_quantity(name: str, value: object, si_unit: str) -> float:
+def read_quantity(name: str, value: object, si_unit: str, *, positive: bool = False) -> float:
     """A number, or text with a unit, in SI units; `StressError` if it is neither."""
     dimension = NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit]
     try:
         number = parse_quantity(value, replace(dimension, example=_LIKE[si_unit]))
     except QuantityError as error:
         raise StressError(f"{name} = {value!r}: {error}") from error
+    if positive and not number > 0.0:
+        raise StressError(f"{name} = {value}: must be larger than 0")
     return number
 
 
@@ -173,22 +171,14 @@ def read_points(points: ArrayLike) -> Array:
     places = np.atleast_2d(np.asarray(points, np.float64))
     if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
         raise StressError("points must be (x, y, z) in m, as an array of shape (n, 3)")
-    for number, place in enumerate(places):
-        if not place[2] > 0.0:
-            raise StressError(
-                f"points[{number}] = {tuple(place.tolist())}: z must be larger than 0, a depth in m"
-            )
+    if not (places[:, 2] > 0.0).all():
+        raise StressError("points: z must be larger than 0, a depth in m")
     return places
 
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    values = np.array([read_quantity("depth", depth, "m") for depth in depths])
-    for depth in values:
-        if not depth > 0.0:
-            raise StressError(
-                f"depth = {depth:g} m: must be larger than 0, downwards from the surface"
-            )
+    values = np.array([read_quantity("depth", depth, "m", positive=True) for depth in depths])
     if not values.size or not (np.diff(values) > 0.0).all():
         raise StressError("depths must increase from one to the next")
     return values

@@ -8,10 +8,7 @@ from pathlib import Path
 from types import EllipsisType
 from typing import Any
 
-import dask
-import dask.array
 import numpy as np
-import psutil
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,6 +16,7 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, write_groups
 from fretwear.data.labels import attributes_from
+from fretwear.run.resources import available_memory
 from fretwear.study.case import Case
 from fretwear.units import (
     MEGAPASCAL,
@@ -40,14 +38,13 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+from fretwear_cracks import StressError
 from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises
 from fretwear_cracks.inputs import (
     USUAL_COUNT,
-    StressError,
     loaded_case,
     read_constants,
     read_depths,
-    read_distance,
     read_points,
     read_quantity,
     snapshot_of,
@@ -80,9 +77,9 @@ def stress(
 ) -> xr.Dataset:
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
 
-    Tractions are those in the dataset, uniform on each cell. Between +Q and −Q they follow by
-    superposition from contacts of the stored shape; see `fretwear_cracks.states`. Within about
-    a cell of the surface stresses show the cells.
+    Tractions are those in the dataset, uniform on each cell; between +Q and −Q they follow by
+    superposition from contacts of the stored shape. Within a cell of the surface stresses show the
+    cells.
 
     Parameters
     ----------
@@ -97,8 +94,7 @@ def stress(
         half-widths, under a punch from two cells.
     whole : bool
         At these depths stresses on all cells, those with y > 0 if the contact is even, and no
-        parameters for cracks, instead of both on the plane y = 0. If they do not fit in memory,
-        they are dask arrays whose layers are computed when read.
+        parameters for cracks, instead of both on the plane y = 0.
     phases : int
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
     bulk_stress : float or str, optional
@@ -140,7 +136,9 @@ def stress(
     bulk = case.bulk_stress
     if bulk_stress is not None:
         bulk = read_quantity("bulk_stress", bulk_stress, "Pa")
-    distance = read_distance(critical_distance)
+    distance = None
+    if critical_distance is not None:
+        distance = read_quantity("critical_distance", critical_distance, "m", positive=True)
     if points is not None and (depths is not None or whole):
         raise StressError("give either points or depths")
     if (whole or points is not None) and distance is not None:
@@ -164,16 +162,14 @@ def stress(
         x, y = surface.positions(whole=whole)
         shape, dims = (x.size, y.size, z.size), (X.name, Y.name, DEPTH.name)
         along = [(name,) for name in dims]
-        fits = _fits(len(STRESSES) * 4.0 * phases * math.prod(shape), 1 if not whole else z.size)
+        _require_room(len(STRESSES) * 4.0 * phases * math.prod(shape))
         parts = None if whole else _on_plane(history, z)
-    shape = (int(phases), *shape)
-    fields: Mapping[str, object]
-    if parts is not None:
-        fields = _filled([((), parts)], shape)
-    elif fits:
-        fields = _filled((((n,), history.layer(depth)) for n, depth in enumerate(z)), shape)
-    else:
-        fields = _lazy(history, z, shape)
+    chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]] = (
+        (((n,), history.layer(depth)) for n, depth in enumerate(z))
+        if parts is None
+        else [((), parts)]
+    )
+    fields = _filled(chunks, (int(phases), *shape))
     variables: dict[str, object] = {
         of.name: ((PHASE.name, *dims), fields[of.name], of.attributes) for of in STRESSES
     }
@@ -190,7 +186,6 @@ def stress(
         )
     if points is None and not whole:
         variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
-    if points is None and not whole:
         edges, at_edges = _at_edges(history, ds, constants)
         variables |= at_edges
         coordinates |= edges
@@ -215,12 +210,7 @@ def stress(
 
 
 def write_stresses(stresses: xr.Dataset, path: Path) -> None:
-    """Write the dataset of `stress` to a netCDF file, which appears when it is whole.
-
-    Stresses that are not computed yet are computed layer by layer.
-
-    A `DataFileError` says that the disk is full or the folder cannot be written to.
-    """
+    """Write the dataset of `stress` to a netCDF file, which appears when it is whole."""
     write_groups(path, {"": stresses})
 
 
@@ -284,35 +274,13 @@ def _filled(
     return fields
 
 
-def _lazy(history: StressHistory, depths: Array, shape: tuple[int, ...]) -> dict[str, object]:
-    """Every variable of `STRESSES` as a dask array, each layer computed when it is read."""
-    library: Any = dask
-
-    @library.delayed  # type: ignore[untyped-decorator]
-    def layer(depth: float) -> NDArray[np.generic]:
-        filled = _filled([((0,), history.layer(depth))], (*shape[:-1], 1))
-        return np.stack([filled[about.name][..., 0] for about in STRESSES])
-
-    of_layer = len(STRESSES), *shape[:-1]
-    layers = [library.array.from_delayed(layer(z), of_layer, np.float32) for z in depths.tolist()]
-    return {
-        about.name: library.array.stack([layer[number] for layer in layers], axis=-1)
-        for number, about in enumerate(STRESSES)
-    }
-
-
-def _fits(size: float, parts: int) -> bool:
-    """Whether stresses of so many bytes fit in memory; `StressError` if one of its parts does not.
-
-    A part is what is computed at a time.
-    """
-    room: float = _PART_OF_MEMORY * psutil.virtual_memory().available
-    if size / parts > room:
+def _require_room(size: float) -> None:
+    """`StressError` if stresses of so many bytes would fill most of the memory."""
+    if size > _PART_OF_MEMORY * available_memory():
         raise StressError(
             f"{size_text(size)} of stresses are asked for, more than the memory holds; ask for "
             "fewer depths or phases, the plane y = 0, or points"
         )
-    return size <= room
 
 
 def _cracks(
@@ -356,11 +324,8 @@ def _at_edges(
     for component, about in enumerate(EDGE_STRESSES):
         values = over_the_loop(*parts)[:, component]
         fields[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
-    for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
-        if not name.endswith("_normal"):
-            attributes["long_name"] += " of the surface at the edge of contact"
-        base = name.removesuffix("_normal")
-        fields[name.replace(base, f"{base}_edge", 1)] = dims, values, attributes
+    cracks = _cracks(parts, (_EDGE,), ds, constants)
+    fields |= _renamed(cracks, "edge", "of the surface at the edge of contact")
     return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, fields
 
 
@@ -378,14 +343,21 @@ def _at_distance(
         "point": (history.section(0.5 * distance), "at half the critical distance"),
         "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
     }
-    fields = {}
+    fields: dict[str, Any] = {}
     for method, (parts, words) in methods.items():
-        for name, (dims, values, attributes) in _cracks(parts, (X.name,), ds, constants).items():
-            if not name.endswith("_normal"):
-                attributes["long_name"] += f" {words}"
-            base = name.removesuffix("_normal")
-            fields[name.replace(base, f"{base}_{method}", 1)] = dims, values, attributes
+        fields |= _renamed(_cracks(parts, (X.name,), ds, constants), method, words)
     return fields
+
+
+def _renamed(cracks: Mapping[str, Any], ending: str, words: str) -> dict[str, Any]:
+    """Results of `_cracks` under names and long names with an ending: ``<name>_edge``."""
+    renamed = {}
+    for name, (dims, values, attributes) in cracks.items():
+        base, normal, _ = name.partition("_normal")
+        if not normal:
+            attributes = {**attributes, "long_name": f"{attributes['long_name']} {words}"}
+        renamed[f"{base}_{ending}{normal}"] = dims, values, attributes
+    return renamed
 
 
 def _ruiz(history: StressHistory, slip: Array) -> Array:
@@ -417,21 +389,20 @@ def _doubts(
     """Say what makes stresses doubtful at places along x and y, m, from a shallow depth on, m."""
     cell = max(surface.spacing)
     window = [abs(at).max() + 0.5 * cell for at in surface.positions(whole=True)]
-    axes = zip("xy", places, window, strict=True)
-    for axis, farthest, end in ((axis, float(abs(at).max()), end) for axis, at, end in axes):
-        if farthest > end:
+    for axis, at, end in zip("xy", places, window, strict=True):
+        if (farthest := float(abs(at).max())) > end:
             yield (
                 f"points lie outside the window of the case, at {axis} = {farthest * 1e6:.3g} µm "
-                f"beyond {end * 1e6:.3g} µm: the only loads there are those within it"
+                f"beyond {end * 1e6:.3g} µm"
             )
     if shallow < cell:
         yield (
             f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "
-            "there show the cells; run the case with a finer cell"
+            "there show the cells"
         )
     worn = "wear_depth" in snapshot and bool(snapshot["wear_depth"].values.any())
     if worn and np.isinf(case.plastic_limit) and surface.unworn is None and shallow < 4 * cell:
         yield (
-            "the pressure of worn elastic bodies is singular at the edge of stick: stresses "
-            "converge with the cell at a depth, and have no limit at the surface"
+            "the pressure of worn elastic bodies is singular at the edge of stick: stresses have "
+            "no limit at the surface"
         )

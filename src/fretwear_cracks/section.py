@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
@@ -16,7 +16,11 @@ from fretwear.quantity import Part, Quantity, adapter, inlined
 from fretwear.study.case import Case
 from fretwear.study.contact import read_snapshots
 from fretwear.units import QuantityError
-from fretwear.vocabulary import Variable
+from fretwear.vocabulary import CYCLE, FATIGUE, Variable
+from fretwear_cracks import StressError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Stresses of a cycle below one snapshot.
 _SECONDS_PER_SNAPSHOT, _SECONDS_PER_CELL = 0.45, 2.4e-5
@@ -86,26 +90,27 @@ class StressOutput(Part, StudySection):
         snapshots = len({0, *(self.cycles or case.output_cycles)})
         return snapshots * (_SECONDS_PER_SNAPSHOT + _SECONDS_PER_CELL * cells)
 
+    def stored(self, case: Path) -> xr.Dataset:
+        """The fatigue of a case file, computed where it is missing."""
+        from fretwear_cracks.fatigue import stored_fatigue
+
+        return stored_fatigue(case, self.cycles, self.depth, self.constants)
+
     def after_case(self, case: Path) -> None:
         """Store the fatigue of a case that has just been finished; problems are told by `merge`."""
-        from fretwear_cracks.fatigue import stored_fatigue
-        from fretwear_cracks.inputs import StressError
-
         with suppress(StressError):
-            stored_fatigue(case, self)
+            self.stored(case)
 
     def extra_results(
         self, case: Path, cycles: Array, tell: Callable[[str], None]
     ) -> Mapping[Variable, Array]:
-        """The fatigue of a case over cycles."""
-        from fretwear_cracks.fatigue import fatigue_over
-        from fretwear_cracks.inputs import StressError
-
+        """The fatigue of a case over cycles, NaN between its snapshots."""
         try:
-            return fatigue_over(cycles, case, self)
+            fatigue = self.stored(case).reindex({CYCLE.name: cycles})
         except StressError as error:
             tell(f"{case.stem} has no stresses: {error}")
             return {}
+        return {about: fatigue[about.name].values for about in FATIGUE if about.name in fatigue}
 
     @classmethod
     def read(cls, given: object, folder: Path) -> Self:

@@ -1,10 +1,10 @@
 """Tractions over a cycle, by superposition, and the stress tensors of its phases.
 
 From +Q to −Q a contact in partial slip reverses as it was loaded, at twice the size: where the
-tangential force has fallen by 2µ(P − P̂), the shear traction has by 2µ(p − p̂), p̂ being the normal
-pressure of the same shape under the load P̂ (Ciavarella 1998, Jäger 1998). The way back has the
-opposite signs. The shape is not stored: h = g + δ − w follows from gap and pressure. Friction as a
-vector reverses by Masing's rule alike: by twice the traction that the force P̂ would load.
+tangential force has fallen by 2µ(P − P̂), the shear traction has by 2µ(p − p̂), p̂ being the reduced
+pressure of the same shape under the load P̂ (Ciavarella 1998, Jäger 1998), with the influence that
+the slip model uses. The way back has the opposite signs. The shape follows from gap and pressure:
+h = g + δ − w. Friction as a vector reverses by twice the traction that the force P̂ would load.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fretwear.mechanics.contact.cells import Even, HalfSpace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.coupled import shear
-from fretwear.mechanics.slip.models import contact_under
+from fretwear.mechanics.slip.models import ReducedContact, contact_under
 from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.theory import HertzContact
 from fretwear_cracks.edges import stresses_at_edge
@@ -72,6 +72,13 @@ class LoadedSurface:
             return Strips(tuple(edges.tolist()), self.reference).half_space(self.composite_modulus)
         return Grid(shape, spacing, self.even).half_space(self.composite_modulus)
 
+    @cached_property
+    def sheared(self) -> HalfSpace:
+        """The elastic bodies under shear along x, in units of displacements under pressure."""
+        if not self.is_directed:
+            return self.half_space
+        return self.half_space.along_x(self.coupling, self.coupling)
+
     def positions(self, *, whole: bool) -> tuple[Array, Array]:
         """Centres of the cells of a layer along x and y, m, or of a section, where y is 0."""
         fields = self.pressure[None]
@@ -114,24 +121,21 @@ class LoadedSurface:
         if self.unworn is not None:
             shears[1:] = self.shear * (1.0 - 2.0 * self._reversed(steps))
             return shears
-        integral = self.half_space.geometry.integral
-        load, force = integral(self.pressure), integral(self.shear)
-        bodies = self.half_space
-        if self.is_directed:
-            bodies = bodies.along_x(self.coupling, self.coupling)
-        shape = self.gap - bodies.displacement(self.pressure)
-        slope = self.tilt * bodies.geometry.x[:, None]
-        limit = self.friction * self.pressure
-        below = self.pressure
+        limit, below = self.friction * self.pressure, self.pressure
         for step, part in enumerate(steps, 1):
-            reduced = load - force / self.friction * part
-            start = below * (reduced / integral(below))
-            tilted = shape + part * slope
-            contact = contact_under(bodies, tilted, reduced, None, start, _TOLERANCE)
-            below = contact.pressure
+            below = self.reduced(part, below).pressure
             fallen = 2.0 * self.friction * (self.pressure - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
         return shears
+
+    def reduced(self, part: float, start: Array) -> ReducedContact:
+        """The reduced contact after part of the way from +Q to −Q; at 1 it is that of +Q itself."""
+        geometry = self.half_space.geometry
+        load = geometry.integral(self.pressure - self.shear / self.friction * part)
+        shape = self.gap - self.sheared.displacement(self.pressure)
+        shape += part * self.tilt * geometry.x[:, None]
+        start = start * (load / geometry.integral(start))
+        return contact_under(self.sheared, shape, load, None, start, _TOLERANCE)
 
     def _reversed(self, steps: Array) -> Array:
         """Parts of the traction that have reversed where slip stays as in the unworn contact.

@@ -3,16 +3,10 @@
 The stress of a cell is even or odd along x and along y, and so are parts of the tractions: a layer
 of stresses is a convolution by cosine and sine transforms of one quarter, padded with zeros so that
 it has no periodic images.
-
-Waves of the tractions decay with depth like exp(−kz). In layers deeper than a few cells only the
-long ones are left: the stress of a point load, taken at every second, fourth … cell and averaged
-over a cell by the factor sin(kh/2)/(kh/2), has the same spectrum there as the cell's, and few
-frequencies are transformed back.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,12 +16,8 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
 from fretwear.mechanics.contact.kernels import dct, dst
-from fretwear_cracks.influence import ODD, TURNED, of_points, of_rectangles, of_strips
+from fretwear_cracks.influence import ODD, TURNED, of_rectangles, of_strips
 
-# Windows are padded to a multiple of this, the longest stride of a deep layer.
-_LONGEST_STRIDE = 8
-# Strides over depth: of waves two strides long exp(−3π) = 8e-5 is left there.
-_STRIDE_OF_DEPTH = 1.0 / 3.0
 # Corners of cells, seen from points, of which functions are computed at a time.
 _AT_A_TIME = 2**16
 
@@ -76,8 +66,7 @@ class Tractions:
     @cached_property
     def _padded(self) -> tuple[int, int]:
         """Number of cells along x and y of the padded quarter."""
-        nx, ny = (-(-2 * n // _LONGEST_STRIDE) * _LONGEST_STRIDE for n in self._half)
-        return nx, ny
+        return 2 * self._half[0], 2 * self._half[1]
 
     def layer(self, depth: float) -> tuple[Array, Array]:
         """Stresses at the cells at one depth, m, at the positions `x` and `y`.
@@ -89,28 +78,20 @@ class Tractions:
         if self.plane_strain:
             of_pressure, of_shear = self.section(depth)
             return of_pressure[..., None], of_shear[..., None]
-        strides = self._strides(depth)
-        if min(strides) == 1:
-            nx, ny = self._padded
-            x = (np.arange(nx + 2.0) - 0.5) * self.spacing[0]
-            y = (np.arange(ny + 2.0) - 0.5) * self.spacing[1]
-            kernels = self._of_kinds(of_rectangles, x[:, None], y, depth)
-            return self._convolved(kernels, (0, 1), self._padded)
-        return self._convolved(self._of_long_waves(depth, strides), (0, 1), self._counts(strides))
+        nx, ny = self._padded
+        x = (np.arange(nx + 2.0) - 0.5) * self.spacing[0]
+        y = (np.arange(ny + 2.0) - 0.5) * self.spacing[1]
+        return self._convolved(self._of_kinds(of_rectangles, x[:, None], y, depth), (0, 1))
 
     def section(self, depth: float) -> tuple[Array, Array]:
         """Stresses as of `layer`, but on the plane y = 0: without the axis of y."""
-        strides = self._strides(depth)
-        if not self.plane_strain and min(strides) > 1:
-            kernels, counts = self._of_long_waves(depth, strides), self._counts(strides)
-            return self._convolved(kernels, (0, 1), counts, in_section=True)
         x = (np.arange(self._padded[0] + 2.0) - 0.5)[:, None] * self.spacing[0]
         if self.plane_strain:
             kernels = of_strips(x, depth, self.poisson_ratio)
         else:
             y = np.arange(self._half[1] + 1.0) * self.spacing[1]
             kernels = 2.0 * self._of_kinds(of_rectangles, x, y, depth)
-        return self._convolved(kernels, (0,), self._padded, in_section=True)
+        return self._convolved(kernels, (0,))
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Stresses at points (x, y, z), m, shape (n, 3), by the sum over all loaded cells.
@@ -169,28 +150,6 @@ class Tractions:
 
     # The convolution.
 
-    def _strides(self, depth: float) -> tuple[int, int]:
-        """Strides along x and y at which the long waves that reach a depth, m, are sampled."""
-        of_depth = [max(1.0, _STRIDE_OF_DEPTH * depth / step) for step in self.spacing]
-        x, y = (min(_LONGEST_STRIDE, 1 << int(math.log2(ratio))) for ratio in of_depth)
-        return x, y
-
-    def _counts(self, strides: tuple[int, int]) -> tuple[int, int]:
-        """Number of frequencies along x and y that a sampling with strides has."""
-        x, y = (n // stride for n, stride in zip(self._padded, strides, strict=True))
-        return x, y
-
-    def _of_long_waves(self, depth: float, strides: tuple[int, int]) -> Array:
-        """Stresses of a cell at every second, fourth … cell, as of that many cells."""
-        offsets, factors = [], []
-        for n, stride, step in zip(self._padded, strides, self.spacing, strict=True):
-            offsets.append(np.arange(0.0, n + 1, stride) * step)
-            factors.append(stride * step)
-        x, y = offsets
-        kernels = self._of_kinds(of_points, x[:, None], y, depth)
-        kernels *= math.prod(factors)
-        return kernels
-
     @cached_property
     def _parts(self) -> list[_Parts]:
         """Even and odd parts of all kinds of fields."""
@@ -224,98 +183,43 @@ class Tractions:
             ]
         return self._spectra[axes]
 
-    def _convolved(
-        self,
-        kernels: Array,
-        axes: tuple[int, ...],
-        counts: tuple[int, int],
-        *,
-        in_section: bool = False,
-    ) -> tuple[Array, Array]:
+    def _convolved(self, kernels: Array, axes: tuple[int, ...]) -> tuple[Array, Array]:
         """Convolve all kinds of fields with kernels of shape (kinds, 6, offsets, offsets or rows).
 
-        That many frequencies are used along x and y, in a section with the results at y = 0 only.
+        With the axis of x alone, rows are summed to the results at y = 0.
         """
         nx, ny = self._half
+        in_section = len(axes) == 1
         shape = (2 * nx,) if in_section else (2 * nx, ny if self.even[1] else 2 * ny)
-        by_offsets = len(axes) == 2
-        smooth = by_offsets and counts != self._padded
-        averages = self._averages(counts)
         stresses = []
         for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=False):
-            stress = np.empty((len(next(iter(sources.values()))), 6, *shape))
+            stress = np.zeros((len(next(iter(sources.values()))), 6, *shape))
             for component, of_cell in enumerate(parity):
-                is_empty = True
                 spectrum = _of_kernel(kernel[component], of_cell, axes)
-                if smooth:
-                    spectrum *= averages
                 for of_part, source in sources.items():
                     odd = (of_part[0] ^ of_cell[0], of_part[1] ^ of_cell[1])
                     if in_section and odd[1]:
                         continue  # zero at y = 0, and in plane strain everywhere
-                    if by_offsets:
-                        field = source[:, : counts[0] + 1, : counts[1] + 1] * spectrum
-                        signs = [of_part[axis] & of_cell[axis] for axis in axes]
-                        if in_section:
-                            field = field.sum(axis=-1) - 0.5 * field[..., 0]
-                            field /= self._padded[1]
-                        else:
-                            field = self._back(field, 1, odd[1], counts)
-                    else:
+                    if in_section:
                         # Rows at y > 0 lie at negative offsets seen from y = 0.
                         field = np.einsum("kxr,xr->kx", source, spectrum)
-                        signs = [of_part[0] & of_cell[0], of_cell[1]]
-                    field = self._back(field, 0, odd[0], counts)
-                    if sum(signs) % 2:
-                        field = -field
-                    if not (in_section or self.even[1]):
-                        field = _on_both_sides(field, 2, odd[1])
-                    positive, negative = (
-                        stress[:, component, nx:],
-                        stress[:, component, nx - 1 :: -1],
-                    )
-                    if is_empty:
-                        positive[...] = field
-                        np.multiply(field, -1.0 if odd[0] else 1.0, out=negative)
+                        sign = (of_part[0] & of_cell[0]) + of_cell[1]
                     else:
-                        positive += field
-                        negative += -field if odd[0] else field
-                    is_empty = False
-                if is_empty:
-                    stress[:, component] = 0.0
+                        field = self._back(source * spectrum, 1, odd[1])
+                        sign = (of_part[0] & of_cell[0]) + (of_part[1] & of_cell[1])
+                        if not self.even[1]:
+                            field = _on_both_sides(field, 2, odd[1])
+                    field = (-1.0) ** sign * self._back(field, 0, odd[0])
+                    stress[:, component, nx:] += field
+                    stress[:, component, nx - 1 :: -1] += -field if odd[0] else field
             stresses.append(stress)
         return _summed(stresses)
 
-    def _averages(self, counts: tuple[int, int]) -> Array:
-        """Factors by which a mean over a cell changes each frequency."""
-        x, y = (
-            np.sinc(np.arange(count + 1) / (2.0 * n))
-            for count, n in zip(counts, self._padded, strict=True)
-        )
-        return x[:, None] * y
-
-    def _back(self, spectrum: Array, axis: int, odd: int, counts: tuple[int, int]) -> Array:
+    def _back(self, spectrum: Array, axis: int, odd: int) -> Array:
         """Fields of a spectrum on the cells of the positive side along an axis."""
-        if counts[axis] < self._padded[axis]:
-            matrix = self._to_cells[axis][odd][:, : counts[axis] + 1]
-            is_last = axis + 2 == spectrum.ndim
-            return spectrum @ matrix.T if is_last else matrix @ spectrum
         along = np.moveaxis(spectrum, axis + 1, -1)[..., slice(1, None) if odd else slice(-1)]
         field = _transformed(along, 3, odd, -1)[..., : self._half[axis]]
         return np.moveaxis(field / (2.0 * self._padded[axis]), -1, axis + 1)
-
-    @cached_property
-    def _to_cells(self) -> list[list[Array]]:
-        """Matrices from frequencies to cells along x and y, of even and of odd fields.
-
-        The first half of the frequencies are all that are left of a layer that has a stride.
-        """
-        matrices = []
-        for n, half in zip(self._padded, self._half, strict=True):
-            angles = np.pi / n * (np.arange(half) + 0.5)[:, None] * np.arange(n // 2 + 1)
-            weights = np.where(np.arange(n // 2 + 1) > 0, 1.0, 0.5) / n
-            matrices.append([np.cos(angles) * weights, np.sin(angles) * weights])
-        return matrices
 
 
 def _summed(stresses: Sequence[Array]) -> tuple[Array, Array]:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.surfaces.files import read_line, read_topography
-from fretwear.tables import read_text_table
+from fretwear.mechanics.surfaces.files import Source, read_line, read_topography
+from fretwear.tables import Layout, read_text_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
 from fretwear.vocabulary import X
-
-if TYPE_CHECKING:
-    from fretwear_fit.request import Measurement
 
 _TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv")
 _FEWEST = 5
@@ -30,33 +26,29 @@ _WRONG_WAY = 3.0
 _DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
 
 
-def readings_of(about: Measurement) -> tuple[Array, Array]:
-    """Positions and depths of a profile, m, or displacements, m, and forces, N, of a loop.
-
-    `QuantityError` says why a file cannot be used.
-    """
-    assert about.file is not None
-    path = Path(about.file.path)
-    if about.is_loop:
-        if path.suffix.lower() not in _TEXTS:
-            raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
-        return last_loop(*_loop_columns(path, about))
-    is_text = path.suffix.lower() in _TEXTS
-    x, depth = _profile_columns(path, about) if is_text else _line_of_instrument(about)
+def profile_of(
+    file: Source, layout: Layout, unit: str | None, along: str, line: float | None
+) -> tuple[Array, Array]:
+    """Positions and depths of a profile, m; `QuantityError` says why a file cannot be used."""
+    path = Path(file.path)
+    if path.suffix.lower() in _TEXTS:
+        table, example = read_text_table(path, layout), "such as x (um),depth (um)"
+        x, _ = table.column(0, _POSITIONS, BY_SI_UNIT["m"], example)
+        depth, name = table.column(1, (*_DEPTHS, *_HEIGHTS), BY_SI_UNIT["m"], example)
+        depth = -depth if any(word in name.split() for word in _HEIGHTS) else depth
+    else:
+        x, depth = _line_of_instrument(file, unit, along, line)
     there = np.isfinite(x) & np.isfinite(depth)
     x, depth = x[there], depth[there]
     _check_sizes(x, depth, _FARTHEST)
     if (np.diff(x) < 0.0).all():
         x, depth = x[::-1], depth[::-1]
-    for place, (before, after) in enumerate(pairwise(x), start=2):
-        if after == before:
-            raise QuantityError(f"has the position {after:g} m twice, at reading {place}")
-        if after < before:
-            rule = f"is not sorted: reading {place} goes back to x = {after:g} m"
-            raise QuantityError(rule, "give the readings of one line in order")
-    if not np.ptp(depth) and about.noise is None:
-        rule = "is flat: it shows no wear"
-        raise QuantityError(rule, "give its noise, such as noise: 50 nm, for an upper limit")
+    if (wrong := np.flatnonzero(np.diff(x) <= 0.0)).size:
+        place, at = int(wrong[0]) + 2, x[wrong[0] + 1]
+        if at == x[wrong[0]]:
+            raise QuantityError(f"has the position {at:g} m twice, at reading {place}")
+        rule = f"is not sorted: reading {place} goes back to x = {at:g} m"
+        raise QuantityError(rule, "give the readings of one line in order")
     ends = max(2, x.size // 10)
     flat = np.r_[0:ends, x.size - ends : x.size]
     over = depth - np.polyval(np.polyfit(x[flat], depth[flat], 1), x)
@@ -66,22 +58,18 @@ def readings_of(about: Measurement) -> tuple[Array, Array]:
     return x, depth
 
 
-def _profile_columns(path: Path, about: Measurement) -> tuple[Array, Array]:
-    table, example = read_text_table(path, about.layout), "such as x (um),depth (um)"
-    x, _ = table.column(0, _POSITIONS, BY_SI_UNIT["m"], example)
-    depth, name = table.column(1, (*_DEPTHS, *_HEIGHTS), BY_SI_UNIT["m"], example)
-    return x, -depth if any(word in name.split() for word in _HEIGHTS) else depth
-
-
-def _loop_columns(path: Path, about: Measurement) -> tuple[Array, Array]:
-    table = read_text_table(path, about.layout)
-    force_is = BY_SI_UNIT[about.force_noise.si_unit if about.force_noise is not None else "N"]
+def loop_of(file: Source, layout: Layout, force_unit: str) -> tuple[Array, Array]:
+    """Displacements, m, and forces, N or N/m, of the last complete loop of a recording."""
+    path = Path(file.path)
+    if path.suffix.lower() not in _TEXTS:
+        raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
+    table, force_is = read_text_table(path, layout), BY_SI_UNIT[force_unit]
     example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
     x, _ = table.column(0, _DISPLACEMENTS, BY_SI_UNIT["m"], example)
     force, _ = table.column(1, _FORCES, force_is, example)
     there = np.isfinite(x) & np.isfinite(force)
     _check_sizes(x[there], force[there], _LARGEST_FORCE)
-    return x[there], force[there]
+    return last_loop(x[there], force[there])
 
 
 def _check_sizes(x: Array, values: Array, most: float) -> None:
@@ -93,18 +81,23 @@ def _check_sizes(x: Array, values: Array, most: float) -> None:
         raise QuantityError(f"is {np.ptp(x):g} m wide", "check the units of its columns")
 
 
-def _line_of_instrument(about: Measurement) -> tuple[Array, Array]:
+def _line_of_instrument(
+    file: Source, unit: str | None, along: str, line: float | None
+) -> tuple[Array, Array]:
     """Positions and depths along a line scan, or along a line of a map of heights, m."""
-    assert about.file is not None
-    if (line := read_line(about.file, about.unit)) is not None:
-        return line[0], -line[1]
-    surface = read_topography(about.file, False, unit=about.unit)
-    heights = surface.heights if about.along == X.name else surface.heights.T
-    along, across = (surface.x, surface.y) if about.along == X.name else (surface.y, surface.x)
-    place = 0.0 if about.line is None else about.line - 0.5 * (across[-1] - across[0])
+    if (scan := read_line(file, unit)) is not None:
+        return scan[0], -scan[1]
+    surface = read_topography(file, False, unit=unit)
+    is_x = along == X.name
+    heights, x, across = (
+        (surface.heights, surface.x, surface.y)
+        if is_x
+        else (surface.heights.T, surface.y, surface.x)
+    )
+    place = 0.0 if line is None else line - 0.5 * (across[-1] - across[0])
     if abs(place) > abs(across[-1]) * (1.0 + 1e-9):
-        raise QuantityError(f"has no line at {about.line:g} m: it is {2 * across[-1]:g} m wide")
-    return along, -heights[:, int(abs(across - place).argmin())]
+        raise QuantityError(f"has no line at {line:g} m: it is {2 * across[-1]:g} m wide")
+    return x, -heights[:, int(abs(across - place).argmin())]
 
 
 def cycles_of(x: Array) -> list[slice]:

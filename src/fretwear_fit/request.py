@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+from pydantic.dataclasses import dataclass
+from pydantic_core import InitErrorDetails
 
 from fretwear.arrays import Array
 from fretwear.mechanics.surfaces.files import Source, SourceFile
@@ -19,7 +31,6 @@ from fretwear.quantity import (
     Part,
     Plain,
     Quantity,
-    Schema,
     adapter,
     declared,
     inlined,
@@ -29,7 +40,7 @@ from fretwear.quantity import (
 from fretwear.study.case import Case
 from fretwear.study.contact import MAX_CYCLES
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
-from fretwear.study.problems import NestedError, Problems
+from fretwear.study.problems import Problems
 from fretwear.study.study import as_mapping
 from fretwear.tables import Layout
 from fretwear.units import (
@@ -42,11 +53,10 @@ from fretwear.units import (
     Unit,
     did_you_mean,
     exact_text,
-    listed,
     parse_quantity,
 )
 from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, Y
-from fretwear_fit.readings import readings_of
+from fretwear_fit.readings import loop_of, profile_of
 
 MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 """Fields that are measured along a line."""
@@ -55,24 +65,8 @@ BASELINE = ("offset", "tilt", "shift")
 _LOOPS = "loop"
 _NUMBERS = {result.name: result for result in (*SCALARS, *BODY_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
-_SAMPLERS = ("ensemble", "none")
+_OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")
-_LAYOUT = {
-    "columns": [0, 2],
-    "units": ["mm", "um"],
-    "skip": 12,
-    "decimal": ",",
-    "encoding": "latin-1",
-}
-_LAYOUT_WORDS = {
-    "columns": "Columns to use, by number from 0 or by name: [0, 2].",
-    "units": "Their units, where the file does not say them: [mm, um].",
-    "skip": "Lines before the names of the columns.",
-    "decimal": "Sign before the decimals, '.' or ','.",
-    "encoding": "Encoding of the text, such as latin-1.",
-    "unit": "Unit of lengths in the file of an instrument that does not say it.",
-}
-_EXAMPLE = "{file: scar.csv, quantity: wear_depth_flat, cycle: 18000}"
 _FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 _FORCE = BY_SI_UNIT["N"]
 # pint does not tell an energy per length from a force.
@@ -81,7 +75,7 @@ _ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (U
 _UNITS = Path()  # numbers of a file need them
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class FreeParameter:
     """A parameter that is sought within a range, in SI units."""
 
@@ -149,12 +143,79 @@ class FreeParameter:
         return whole, put(given, parameter_of(whole), path)
 
 
+class Range(BaseModel):
+    """The range of a parameter that is sought: ``[low, high]``, or with further keys."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    low: Annotated[Any, Field(alias="from", json_schema_extra={"type": ["string", "number"]})]
+    high: Annotated[Any, Field(alias="to", json_schema_extra={"type": ["string", "number"]})]
+    each: bool = False
+    scale: Literal["linear", "log"] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_pair(cls, given: object) -> object:
+        if is_list(given) and len(given) == 2:
+            return dict(zip(("from", "to"), given, strict=True))
+        if not isinstance(given, Mapping):
+            raise QuantityError("must be a range of two values", "such as [0.2, 0.9]")
+        return given
+
+    def of(self, name: str) -> FreeParameter:
+        """The parameter with this range."""
+        about = _parameter_at(name)
+        if about is None:
+            raise QuantityError("is not a case parameter", did_you_mean(name, parameter_names()))
+        if not isinstance(about, Quantity):
+            raise QuantityError("cannot be sought within a range")
+        low, high = (about.read(end, _UNITS) for end in (self.low, self.high))
+        if not low < high < np.inf:
+            raise QuantityError("must have a lower end below its upper end, both finite")
+        if self.scale == "log" and low <= 0.0:
+            raise QuantityError("must begin above 0 on a logarithmic scale")
+        scale = self.scale or ("log" if low > 0.0 else "linear")
+        return FreeParameter(name, low, high, about, scale == "log", self.each)
+
+
+def _checked(ranges: dict[str, Range]) -> dict[str, Range]:
+    wrong = []
+    for name, ends in ranges.items():
+        try:
+            ends.of(name)
+        except QuantityError as error:
+            wrong.append((name, [ends.low, ends.high], error))
+    _raise(wrong)
+    return ranges
+
+
+Ranges = Annotated[
+    dict[str, Range],
+    AfterValidator(_checked),
+    Field(description="What is sought, each with a range: [low, high].", min_length=1),
+]
+
+
+def _raise(wrong: Sequence[tuple[str, object, QuantityError]]) -> None:
+    """Raise problems of keys as one error, if there are any."""
+    details = [
+        InitErrorDetails(type="value_error", loc=(key,), input=value, ctx={"error": error})
+        for key, value, error in wrong
+    ]
+    if details:
+        raise ValidationError.from_exception_data("fit", details)
+
+
+def _as_tuple(given: object) -> object:
+    return tuple(given) if is_list(given) else () if given == "none" else (given,)
+
+
 @dataclass(frozen=True)
 class Measurement(Part):
     """One measured profile, loop or number of a test, in SI units."""
 
     quantity: Annotated[
-        str,
+        Literal[_QUANTITIES],  # type: ignore[valid-type]
         Plain("", "measured quantity", "wear_depth_flat"),
         "A field along a line, a scalar, or loop: force against displacement.",
     ]
@@ -195,15 +256,88 @@ class Measurement(Part):
         Quantity("N", "", "noise of forces", "N", "0.2 N", gt=0.0),
         "Standard deviation of the forces of a loop.",
     ] = None
-    #: what a text does not say: columns, units, lines to skip, decimal sign, encoding
-    layout: Layout = Layout()  # noqa: RUF009 - frozen
-    unit: str | None = None  #: of lengths in the file of an instrument that does not say it
-    #: what is free of the base line of a profile
-    baseline: tuple[str, ...] = BASELINE
-    #: readings: positions and depths of a profile, displacements and forces of a loop
-    readings: tuple[Array, Array] | None = None
-    value: FloatWithUnit | None = None  #: of a number, with its unit
-    error: float | None = None  #: standard deviation of the value
+    baseline: Annotated[
+        tuple[Literal[BASELINE], ...],  # type: ignore[valid-type]
+        BeforeValidator(_as_tuple),
+        Field(description="What of the base line is free; none: nothing."),
+    ] = BASELINE
+    value: Annotated[
+        Any, Field(description="A measured number.", json_schema_extra={"type": "string"})
+    ] = None
+    error: Annotated[
+        Any,
+        Field(
+            description="Its standard deviation, in its unit or in %.",
+            json_schema_extra={"type": "string"},
+        ),
+    ] = None
+    columns: Annotated[
+        tuple[int | str, ...] | None,
+        Field(description="Columns to use, by number from 0 or by name: [0, 2].", min_length=1),
+    ] = None
+    units: Annotated[
+        tuple[str, ...] | None,
+        BeforeValidator(_as_tuple),
+        Field(description="Their units, where the file does not say them: [mm, um]."),
+    ] = None
+    skip: Annotated[
+        int, Field(description="Lines before the names of the columns.", ge=0, le=10**6)
+    ] = 0
+    decimal: Annotated[Literal[".", ","] | None, Field(description="Sign before the decimals.")] = (
+        None
+    )
+    encoding: Annotated[str | None, Field(description="Encoding of the text, such as latin-1.")] = (
+        None
+    )
+    unit: Annotated[
+        str | None,
+        Field(description="Unit of lengths in the file of an instrument that does not say it."),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Read the file or the number, which depend on each other's keys."""
+        wrong: list[tuple[str, object, QuantityError]] = []
+        if about := _NUMBERS.get(self.quantity):
+            for name in _OF_READINGS:
+                if vars(self)[name] is not None:
+                    rule = f"does not apply to the number {self.quantity}"
+                    wrong.append((name, None, QuantityError(rule, "it has value and error")))
+            example = "such as value: 2.7 um, error: 5 %"
+            needed = {"value": example, "error": example}
+        else:
+            for name in ("value", "error"):
+                if vars(self)[name] is not None:
+                    rule = QuantityError("does not apply to readings of a file")
+                    wrong.append((name, vars(self)[name], rule))
+            needed = {"file": "such as file: scar.csv"}
+            needed |= {"force_noise": "such as force_noise: 0.2 N"} if self.is_loop else {}
+        for name, example in needed.items():
+            if vars(self)[name] is None:
+                wrong.append((name, None, QuantityError("is missing", example)))
+        _raise(wrong)
+        try:
+            if about:
+                value, error = _read_number(self.value, self.error, about)
+                vars(self).update(value=value, error=error)
+            else:
+                assert self.readings is not None
+        except QuantityError as error:
+            _raise([("value" if about else "file", self.value or self.file, error)])
+
+    @cached_property
+    def readings(self) -> tuple[Array, Array] | None:
+        """Positions and depths of a profile, displacements and forces of a loop; else None."""
+        if self.file is None:
+            return None
+        layout = Layout(self.columns, self.units, self.skip, self.decimal, self.encoding)
+        if self.is_loop:
+            assert self.force_noise is not None
+            return loop_of(self.file, layout, self.force_noise.si_unit)
+        x, depth = profile_of(self.file, layout, self.unit, self.along, self.line)
+        if not np.ptp(depth) and self.noise is None:
+            rule = "is flat: it shows no wear"
+            raise QuantityError(rule, "give its noise, such as noise: 50 nm, for an upper limit")
+        return x, depth
 
     @property
     def is_profile(self) -> bool:
@@ -220,13 +354,29 @@ class Measurement(Part):
         return _NUMBERS[self.quantity].in_frame(frame)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FitRequest(StudySection):
     """The section ``fit``: free parameters and measurements."""
 
-    free: tuple[FreeParameter, ...]
-    data: tuple[Measurement, ...]
-    sampler: str | None = None  #: ensemble or none; by default an ensemble where it is needed
+    free: Ranges
+    data: Annotated[
+        tuple[Measurement, ...],
+        Field(description="What was measured.", json_schema_extra={"minItems": 1}),
+    ]
+    sampler: Annotated[
+        Literal["ensemble", "none"] | None,
+        Field(description="Draws of the posterior by emcee, or not; by default where needed."),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Check that something was measured."""
+        if not self.data:
+            raise QuantityError("data must be a list of measurements")
+
+    @property
+    def sought(self) -> tuple[FreeParameter, ...]:
+        """The parameters with their ranges."""
+        return tuple(ends.of(name) for name, ends in self.free.items())
 
     @property
     def files(self) -> list[Path]:
@@ -242,33 +392,19 @@ class FitRequest(StudySection):
         problems: Problems,
     ) -> dict[str, object]:
         """`base` with a value within its range for each sought parameter that it lacks."""
-        # What can be read is filled in even if there are problems elsewhere in the section.
-        free = read_free(as_mapping(given).get("free"), Problems())
+        free = []
+        for name, ends in as_mapping(as_mapping(given).get("free")).items():
+            with suppress(QuantityError, ValidationError):  # told when the section is read
+                free.append(adapter(Range).validate_python(ends).of(name))
         return with_sought(free, base, vary, problems)
 
     @classmethod
-    def read(cls, given: object, folder: Path = _UNITS) -> FitRequest:
-        """Read the section; one `QuantityError` lists all problems."""
+    def read(cls, given: object, folder: Path = _UNITS) -> Self:
+        """Read the section; one error lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must have free and data", _FREE_EXAMPLE)
-        problems = Problems()
-        for name in given.keys() - {"free", "data", "sampler"}:
-            problems.unknown(f".{name}", given[name], ("free", "data", "sampler"))
-        free = read_free(given.get("free"), problems)
-        listed_data = given.get("data")
-        if not is_list(listed_data) or not listed_data:
-            problems.add(".data", listed_data, "must be a list of measurements", f"- {_EXAMPLE}")
-            listed_data = ()
-        data = []
-        for number, content in enumerate(listed_data):
-            with problems.at(f".data[{number}]", content):
-                data.append(_read_measurement(content, folder))
-        sampler = given.get("sampler")
-        if sampler not in (None, *_SAMPLERS):
-            rule = f"must be {listed(_SAMPLERS, 'or')}"
-            problems.add(".sampler", sampler, rule, did_you_mean(str(sampler), _SAMPLERS))
-        _raise(problems)
-        return cls(free, (*data,), sampler)
+        read: Self = adapter(cls).validate_python(given, context=folder)
+        return read
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the measurements with the cases of the points of the study."""
@@ -305,46 +441,9 @@ class FitRequest(StudySection):
                 problems.add(place, None, "lies along y, which a line contact lacks")
 
     @classmethod
-    def section_schema(cls) -> Schema:
+    def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        anything: Schema = {"type": ["string", "number"]}
-        ends = {"from": anything, "to": anything, "each": {"type": "boolean"}}
-        ends["scale"] = {"enum": ["linear", "log"]}
-        pair = {"type": "array", "items": anything, "minItems": 2, "maxItems": 2}
-        hints = get_type_hints(Measurement, include_extras=True)
-        fields: Schema = {
-            name: {**inlined(adapter(hints[name]).json_schema()), **about.described}
-            for name, about in Measurement.parameters().items()
-        }
-        baseline = {"type": "array", "items": {"enum": [*BASELINE]}}
-        words = "What of the base line is free: offset, tilt and shift, or some of them."
-        fields["baseline"] = {"description": words, **baseline}
-        fields["value"] = {"description": "A measured number.", **anything}
-        for key, words in _LAYOUT_WORDS.items():
-            fields[key] = {"description": words}
-        words = "Its standard deviation, in its unit or in %."
-        fields["error"] = {"description": words, **anything}
-        words = "The parameters that are sought, each with a range: [low, high]."
-        one = {"anyOf": [pair, _closed(ends, ["from", "to"])]}
-        free = {"description": words, "type": "object", "additionalProperties": one}
-        data = {"type": "array", "items": _closed(fields, ["quantity"]), "minItems": 1}
-        data["description"] = "What was measured."
-        words = "Draws of the posterior: by an ensemble sampler, or none; by default where needed."
-        sampler = {"description": words, "enum": [*_SAMPLERS]}
-        keys = {"free": free, "data": data, "sampler": sampler}
-        return _closed(keys, ["free", "data"])
-
-
-def read_free(ranges: object, problems: Problems) -> tuple[FreeParameter, ...]:
-    """Read the ranges of the section, and collect the problems of those that are wrong."""
-    if not isinstance(ranges, Mapping) or not ranges:
-        problems.add(".free", ranges, "must hold ranges of parameters", _FREE_EXAMPLE)
-        return ()
-    free = []
-    for name, ends in ranges.items():
-        with problems.at(f".free.{name}", ends):
-            free.append(_read_range(name, ends))
-    return (*free,)
+        return inlined(adapter(cls).json_schema())
 
 
 def with_sought(
@@ -398,148 +497,22 @@ def _parameter_at(name: str) -> Parameter | None:
     return about.single if isinstance(about, Quantity) else about
 
 
-def _read_range(name: str, given: object) -> FreeParameter:
-    about = _parameter_at(name)
-    if about is None:
-        hint = did_you_mean(name, parameter_names())
-        raise QuantityError("is not a case parameter", hint)
-    if not isinstance(about, Quantity):
-        raise QuantityError("cannot be sought within a range")
-    keys = as_mapping(given)
-    if is_list(given) and len(given) == 2:
-        keys = dict(zip(("from", "to"), given, strict=True))
-    if not keys:
-        like = f"[{about.example}, {about.example}]"
-        raise QuantityError("must be a range of two values", f"such as {name}: {like}")
-    for key in keys.keys() - {"from", "to", "each", "scale"}:
-        raise QuantityError(f"has {key}, but knows from, to, each and scale")
-    if not {"from", "to"} <= keys.keys():
-        raise QuantityError("needs from and to")
-    low, high = (about.read(keys[end], _UNITS) for end in ("from", "to"))
-    if not low < high < np.inf:
-        raise QuantityError("must have a lower end below its upper end, both finite")
-    if keys.get("scale") == "log" and low <= 0.0:
-        raise QuantityError("must begin above 0 on a logarithmic scale")
-    logarithmic = keys.get("scale", "log" if low > 0.0 else "linear") == "log"
-    return FreeParameter(name, low, high, about, logarithmic, keys.get("each", False) is True)
-
-
-def _raise(problems: Problems) -> None:
-    """Raise the problems as one error that keeps their places, if there are any."""
-    if problems:
-        raise NestedError(problems)
-
-
-def _closed(properties: Mapping[str, object], needed: Sequence[str] = ()) -> Schema:
-    """The JSON Schema of a mapping that may have these keys and no others."""
-    keys = {"type": "object", "additionalProperties": False, "properties": properties}
-    return {**keys, "required": [*needed]} if needed else keys
-
-
-def _read_measurement(given: object, folder: Path) -> Measurement:
-    if not isinstance(given, Mapping):
-        raise QuantityError("must be a mapping", _EXAMPLE)
-    problems, read, fields = Problems(), dict[str, Any](), Measurement.parameters()
-    hints = get_type_hints(Measurement, include_extras=True)
-    others = ("baseline", "value", "error", "unit", *_LAYOUT)
-    for name, value in given.items():
-        if name in fields:
-            with problems.at(f".{name}", value):
-                read[name] = adapter(hints[name]).validate_python(value, context=folder)
-        elif name not in others:
-            problems.unknown(f".{name}", value, (*fields, *others))
-    if "quantity" not in given:
-        problems.add(".quantity", None, "is missing", "such as quantity: wear_depth_flat")
-    elif read.get("quantity") not in _QUANTITIES:
-        hint = did_you_mean(given["quantity"], _QUANTITIES)
-        problems.add(".quantity", given["quantity"], "is no result that can be measured", hint)
-    if "baseline" in given:
-        with problems.at(".baseline", given["baseline"]):
-            read["baseline"] = _read_baseline(given["baseline"])
-    with problems.at("", given):
-        read["layout"], read["unit"] = read_layout(given), given.get("unit")
-    _raise(problems)
-    measurement = Measurement.unchecked(**read)
-    if measurement.quantity in _NUMBERS:
-        for name in ("file", "noise", "correlation_length", "baseline", "line", "force_noise"):
-            if name in given:
-                rule = f"does not apply to the number {measurement.quantity}"
-                problems.add(f".{name}", given[name], rule, "it has value and error")
-        for name in ("value", "error"):
-            if name not in given:
-                problems.add(f".{name}", None, "is missing", "such as value: 2.7 um, error: 5 %")
-        _raise(problems)
-        vars(measurement).update(_read_number(given, _NUMBERS[measurement.quantity], problems))
-    else:
-        for name in ("value", "error"):
-            if name in given:
-                problems.add(f".{name}", given[name], "does not apply to readings of a file")
-        if measurement.file is None:
-            problems.add(".file", None, "is missing", "such as file: scar.csv")
-        if measurement.is_loop and measurement.force_noise is None:
-            problems.add(".force_noise", None, "is missing", "such as force_noise: 0.2 N")
-        _raise(problems)
-        with problems.at(".file", given["file"]):
-            vars(measurement)["readings"] = readings_of(measurement)
-    _raise(problems)
-    return measurement
-
-
-def read_layout(given: Mapping[str, object]) -> Layout:
-    """The keys beside the name of a file that say how its table is written."""
-    found = {key: given[key] for key in _LAYOUT if key in given}
-    for key in ("columns", "units"):
-        if key in found:
-            value = found[key]
-            values = tuple(value) if is_list(value) else (value,)
-            kinds = int | str if key == "columns" else str
-            if not values or not all(isinstance(one, kinds) for one in values):
-                raise QuantityError(f"{key} must be a list such as {_LAYOUT[key]}")
-            found[key] = values
-    skip, decimal = found.get("skip", 0), found.get("decimal", ".")
-    if not isinstance(skip, int) or skip < 0:
-        raise QuantityError("skip must be a number of lines, such as 12")
-    if decimal not in (".", ","):
-        raise QuantityError("decimal must be '.' or ','")
-    return Layout(**found)  # type: ignore[arg-type]
-
-
-def _read_baseline(given: object) -> tuple[str, ...]:
-    words = given if is_list(given) else () if given == "none" else (given,)
-    if wrong := [word for word in words if word not in BASELINE]:
-        hint = did_you_mean(wrong[0], BASELINE)
-        raise QuantityError(f"must be a list of {listed(BASELINE, 'or')}, or none", hint)
-    return tuple(name for name in BASELINE if name in words)
-
-
-def _read_number(
-    given: Mapping[str, object], about: Variable, problems: Problems
-) -> dict[str, float]:
+def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWithUnit, float]:
     """A measured value and its standard deviation, which may be in percent."""
-    units = dict.fromkeys((LINE_CONTACT.unit(about.si_unit), about.si_unit))
-    read, dimension = dict[str, float](), BY_SI_UNIT[about.si_unit]
-    with problems.at(".value", given["value"]):
-        for unit in units:  # what the value of a line contact or a point contact has
-            dimension = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}[unit]
-            try:
-                number = parse_quantity(given["value"], dimension, units_required=True)
-            except QuantityError:
-                if unit == about.si_unit:
-                    raise
-            else:
-                read["value"] = FloatWithUnit(number, unit)
-                break
-    with problems.at(".error", error := given["error"]):
-        share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None
-        if share and "value" in read:
-            read["error"] = abs(read["value"]) * float(share[1]) / 100.0
-        elif not share:
-            try:
-                read["error"] = parse_quantity(error, dimension, units_required=True)
-            except QuantityError as wrong:
-                if isinstance(error, int | float):
-                    wrong.hint = f"did you mean '{error:g} %', of the value?"
+    dimensions = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}
+    for unit in (LINE_CONTACT.unit(about.si_unit), about.si_unit):
+        dimension = dimensions[unit]
+        try:
+            value = FloatWithUnit(parse_quantity(given, dimension, units_required=True), unit)
+            break
+        except QuantityError:
+            if unit == about.si_unit:
                 raise
-        if not read.get("error", 1.0) > 0.0:
-            raise QuantityError("must be larger than 0", "such as 5 %")
-    return read
+    share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None
+    if share:
+        deviation = abs(value) * float(share[1]) / 100.0
+    else:
+        deviation = parse_quantity(error, dimension, units_required=True)
+    if not deviation > 0.0:
+        raise QuantityError(f"has the error {error}, which must be larger than 0", "such as 5 %")
+    return value, deviation

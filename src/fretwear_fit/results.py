@@ -123,15 +123,15 @@ class Fit:
         for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
             texts = [unknown.free.about.text(value)]
             for level in _SHOWN:
-                ends = zip(
-                    self.interval(unknown.name, level),
-                    self.is_open(unknown.name, level),
-                    ("below", "above"),
-                    strict=True,
-                )
+                open_ends = self.is_open(unknown.name, level)
                 shown = [
-                    f"{word} range" if is_open else unknown.free.about.text(_rounded(end))
-                    for end, is_open, word in ends
+                    word if is_open else unknown.free.about.text(_rounded(end))
+                    for end, is_open, word in zip(
+                        self.interval(unknown.name, level),
+                        open_ends,
+                        ("below range", "above range"),
+                        strict=True,
+                    )
                 ]
                 texts.append(" to ".join(shown))
             rows.append((unknown.name, *texts))
@@ -143,43 +143,32 @@ class Fit:
 
     def as_dict(self, level: float = LEVELS[-1]) -> dict[str, Any]:
         """The content of ``fit.json``."""
-        parameters = {}
-        for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
-            low, high = self.interval(unknown.name, level)
-            intervals = {f"{share:g}": [*self.interval(unknown.name, share)] for share in LEVELS}
-            parameters[unknown.name] = {
+        parameters, measurements = {}, []
+        for unknown, (name, value) in zip(self.unknowns, self.values.items(), strict=True):
+            low, high = self.interval(name, level)
+            parameters[name] = {
                 "value": value,
                 "low": low,
                 "high": high,
                 "level": level,
                 "unit": unknown.free.about.si_unit,
-                "intervals": intervals,
+                "intervals": {f"{share:g}": [*self.interval(name, share)] for share in LEVELS},
             }
-        baselines = [
-            {
-                "measurement": datum.title,
-                **{
-                    name: {"value": float(value), "error": float(deviation), "unit": unit}
-                    for name, value, deviation, unit in zip(
-                        datum.comparison.names,
-                        datum.nuisances,
-                        datum.deviations,
-                        datum.comparison.units,
-                        strict=True,
-                    )
-                },
-                **_noise_of(datum),
-            }
-            for datum in self.measurements
-        ]
+        for datum in self.measurements:
+            of = datum.comparison
+            record: dict[str, Any] = {"measurement": datum.title}
+            rows = zip(of.names, datum.nuisances, datum.deviations, of.units, strict=True)
+            for name, value, deviation, unit in rows:
+                record[name] = {"value": float(value), "error": float(deviation), "unit": unit}
+            if of.noise is not None:
+                record |= {"noise": of.noise.size, "correlation_length": of.noise.length}
+            measurements.append(record)
+        correlation = zip(self.names, self.correlation.tolist(), strict=True)
         return {
             "study": self.study.name,
             "parameters": parameters,
-            "correlation": {
-                name: dict(zip(self.names, row.tolist(), strict=True))
-                for name, row in zip(self.names, self.correlation, strict=True)
-            },
-            "measurements": baselines,
+            "correlation": {n: dict(zip(self.names, row, strict=True)) for n, row in correlation},
+            "measurements": measurements,
             "chi_square": self.misfit,
             "degrees_of_freedom": self.degrees,
             "p_value": self.p_value,
@@ -192,56 +181,49 @@ class Fit:
         """The groups of ``fit.nc``, in the conventions of ArviZ, by name."""
         import xarray as xr
 
-        chains = {"chain": np.arange(CHAINS), "draw": np.arange(DRAWS)}
         attributes = {
             **FORMAT,
             "source": source(),
             "history": history_line("fretwear fit"),
             "inference_library": "fretwear",
         }
+        draw = ("chain", "draw")
 
-        def of(draws: Array) -> xr.Dataset:
-            variables = {
-                unknown.name: (
-                    ("chain", "draw"),
-                    unknown.value(draws[..., place]),
-                    {"units": unknown.free.about.si_unit, "long_name": unknown.free.about.words},
-                )
-                for place, unknown in enumerate(self.unknowns)
-            }
-            return xr.Dataset(variables, chains, attributes)
+        def of(draws: Array, **more: str) -> xr.Dataset:
+            variables = {}
+            for place, unknown in enumerate(self.unknowns):
+                about = unknown.free.about
+                words = {"units": about.si_unit, "long_name": about.words}
+                variables[unknown.name] = draw, unknown.value(draws[..., place]), words
+            chains = {name: np.arange(n) for name, n in zip(draw, draws.shape[:2], strict=True)}
+            return xr.Dataset(variables, chains, attributes | more)
 
         lower, upper = np.array([unknown.ends for unknown in self.unknowns]).T
-        generator = np.random.default_rng(self.seed + 1)
-        prior = generator.uniform(lower, upper, (CHAINS, DRAWS, lower.size))
-        posterior = of(self.draws)
-        posterior.attrs |= {
-            "method": self.method,
-            "fit": json.dumps(self.as_dict()),
-        }
-        observed, predicted = {}, {}
+        prior = np.random.default_rng(self.seed + 1).uniform(
+            lower, upper, (CHAINS, DRAWS, lower.size)
+        )
         few = self.draws[:, :: DRAWS * CHAINS // _PREDICTED]
+        observed = xr.Dataset(attrs=attributes)
+        predicted = of(few)[[*draw]]
         for number, datum in enumerate(self.measurements, start=1):
-            name, of_this = f"data_{number}", datum.comparison.measurement
-            readings = np.array([of_this.value])
-            coordinates: dict[str, Any] = {}
-            unit = getattr(of_this.force_noise or of_this.value, "si_unit", "m")
-            dim, label = f"reading_{number}", {"long_name": datum.title, "units": unit}
-            if of_this.readings is not None:
-                readings = of_this.readings[1]
-                axis = f"position_{number}"
-                coordinates = {axis: (dim, of_this.readings[0], {"units": "m"})}
-            observed[name] = (dim, readings, label)
-            observed |= coordinates
-            predicted[name] = (("chain", "draw", dim), self._predicted(number - 1, few), label)
-        few_chains = {"chain": np.arange(CHAINS), "draw": np.arange(few.shape[1])}
-        names = [name for name in observed if name.startswith("position")]
-        data = xr.Dataset(observed, attrs=attributes).set_coords(names)
+            name, dim, measured = (
+                f"data_{number}",
+                f"reading_{number}",
+                datum.comparison.measurement,
+            )
+            unit = getattr(measured.force_noise or measured.value, "si_unit", "m")
+            words = {"long_name": datum.title, "units": unit}
+            readings = np.array([measured.value])
+            if measured.readings is not None:
+                x, readings = measured.readings
+                observed.coords[f"position_{number}"] = dim, x, {"units": "m"}
+            observed[name] = dim, readings, words
+            predicted[name] = (*draw, dim), self._predicted(number - 1, few), words
         return {
-            "posterior": posterior,
+            "posterior": of(self.draws, method=self.method, fit=json.dumps(self.as_dict())),
             "prior": of(prior),
-            "observed_data": data,
-            "posterior_predictive": xr.Dataset(predicted, few_chains, attributes),
+            "observed_data": observed,
+            "posterior_predictive": predicted,
         }
 
     def _predicted(self, place: int, draws: Array) -> Array:
@@ -272,11 +254,6 @@ class Fit:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.3g}")
-
-
-def _noise_of(datum: FittedMeasurement) -> dict[str, float]:
-    noise = datum.comparison.noise
-    return {} if noise is None else {"noise": noise.size, "correlation_length": noise.length}
 
 
 def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:

@@ -21,7 +21,7 @@ from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sampl
 from fretwear_fit.request import FitRequest
 from fretwear_fit.results import Fit, compared
 from fretwear_fit.runs import Prediction, Runs
-from fretwear_fit.words import doubts_of
+from fretwear_fit.warnings import warnings_of
 
 _UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
 _ROUNDS = 3
@@ -47,7 +47,7 @@ class _Tests:
         tests = sorted({datum.test for datum in request.data})
         unknowns = tuple(
             Unknown(free, test)
-            for free in request.free
+            for free in request.sought
             for test in (tests if free.each and len(tests) > 1 else [None])
         )
         points = study.points()
@@ -197,8 +197,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     assert exact is not None
     fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
     warnings += [
-        f"the best run of test {test} has no estimate of its numerical error, which intervals "
-        "therefore leave out"
+        f"test {test} has no estimate of its numerical error: intervals leave it out"
         for test, prediction in exact.items()
         if not prediction.errors
     ]
@@ -220,9 +219,8 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
             if old is not None and c.noise is not None:
                 warnings.append(
                     f"the noise of {c.measurement.quantity}, {old.size * 1e6:.3g} µm, does not "
-                    f"explain its residuals (p = {p_value:.1g}): {c.noise.size * 1e6:.3g} µm, "
-                    f"correlated over {c.noise.length * 1e6:.3g} µm, was taken instead, which "
-                    "widens the intervals; see the residuals for what the model leaves out"
+                    f"explain its residuals (p = {p_value:.1g}); theirs, {c.noise.size * 1e6:.3g} "
+                    f"µm over {c.noise.length * 1e6:.3g} µm, was taken"
                 )
     derivatives = emulator.first @ np.linalg.inv(emulator.directions)
     spread = fitter.spread(fitter.signal(emulator.best), derivatives)
@@ -251,7 +249,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         posterior,
     )
     vars(result)["warnings"] = (
-        *dict.fromkeys([*warnings, *doubts_of(result, tests.case(data[0].test, emulator.best))]),
+        *dict.fromkeys([*warnings, *warnings_of(result, tests.case(data[0].test, emulator.best))]),
     )
     return result
 
@@ -274,8 +272,7 @@ def _best_of_all(fitter: Fitter, best: Array) -> tuple[Array, list[str]]:
     least, *others = sorted([best, *fitter.elsewhere()], key=misfit)
     most, width = misfit(least) + _RIVAL, fitter.upper - fitter.lower
     rivals = [
-        f"χ² has several minima within the ranges: the one taken, {text(least)}, and {text(u)}; "
-        "narrower ranges choose one"
+        f"χ² has several minima: {text(least)}, which was taken, and {text(u)}"
         for u in others
         if (np.abs(u - least) > _APART * width).any() and (u is best or misfit(u) < most)
     ]
@@ -305,10 +302,7 @@ def _sampled(
     draws = sampled(fitter, emulator.best, covariance, spread, seed)
     doubts = [f"{why}: intervals come from an ensemble sampler"] if why else []
     if not draws.is_checked:
-        doubts.append(
-            f"runs at draws from the posterior miss the χ² of its emulator by {draws.missed:.2g}: "
-            "narrower ranges, or further data, make the intervals surer"
-        )
+        doubts.append(f"the emulator of χ² misses runs at its draws by {draws.missed:.2g}")
     return draws, doubts
 
 
@@ -321,8 +315,8 @@ def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str
         comparisons.append(better)
         if doubt:
             doubts.append(
-                f"{comparison.measurement.quantity} {doubt}, too few to estimate its noise, which "
-                "was taken from the residuals of the fit: write noise and correlation_length"
+                f"{comparison.measurement.quantity} {doubt}, too few to estimate its noise: that "
+                "of the residuals was taken"
             )
     return comparisons, doubts
 

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import pandas as pd
 from markupsafe import Markup
 
 from fretwear.arrays import Array
-from fretwear.report import Section, macros
+from fretwear.report import Section, table_html
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
 from fretwear.vocabulary import SYMMETRIES, ContactState
@@ -71,6 +72,13 @@ class Finding(NamedTuple):
     answer: Verdict
     numbers: Mapping[str, str]  # the measured numbers behind it, with units, by their words
     remark: str  # why the claim does not hold, or which part does; empty if it holds
+
+    @property
+    def text(self) -> str:
+        """Verdict, remark and numbers."""
+        verdict = f"{self.answer.value}: {self.remark}" if self.remark else self.answer.value
+        numbers = [f"{what}: {number}" for what, number in self.numbers.items()]
+        return "; ".join([verdict, *numbers])
 
 
 @dataclass(frozen=True)
@@ -485,6 +493,29 @@ CLAIMS = (
 """All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
 
 
+_INTRODUCTION = Markup(
+    "<p>The claims of the study “Wear investigation of rough bodies in contact under partial slip "
+    "conditions”, judged by numbers measured on the cases that have its parameters. The source "
+    "gives no radius of the sphere: these cases have {}. It takes slip and stick zone of the "
+    "unworn smooth sphere for every cycle (<code>cattaneo_mindlin</code>); slip can also follow "
+    "the worn shape (<code>jaeger</code>).</p>"
+)
+_MEASURED = Markup(
+    "<h3>What was measured</h3><p>The stick zone is the smallest disc around all cells that stick, "
+    "the slip zone the ring around it up to the outermost cell in contact. A place in the slip "
+    "zone counts from 0 at the edge of stick to 1 at the rim.</p>"
+)
+_SIMPLER = Markup(
+    "<p>Results with slip of the unworn sphere (<code>cattaneo_mindlin</code>), as multiples of "
+    "those with slip of the worn shape (<code>jaeger</code>); a dash: there is none.</p>"
+)
+_EXCESS = Markup(
+    "<p>Where pressure is low or missing inside its stick disc, the shear traction of the simpler "
+    "model is cut to −µp. The remaining shear exceeds the tangential load after the last cycle by "
+    "{}; that of the other model does not.</p>"
+)
+
+
 def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     """Yield the sections on the source study from a merged study's case files.
 
@@ -502,37 +533,61 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
         return
     radius = next(iter(judged))[1]
     columns = {model: group for (model, at), group in sorted(judged.items()) if at == radius}
-    others = sorted(judged.items()) if len(judged) > len(columns) else []
-    rows = [
-        [
-            (group[i], group[i].answers != columns.get(model, group)[i].answers)
-            for (model, _), group in others
-        ]
-        for i in range(len(CLAIMS) if others else 0)
+    claims = [
+        {"No.": claim.number, "Claim": claim.words, "How it is read": claim.criterion}
+        | {_words(model): group[row].verdict.value for model, group in columns.items()}
+        for row, claim in enumerate(CLAIMS)
     ]
-    varied = [str(row[0][0].claim.number) for row in rows if any(differs for _, differs in row)]
-    words = {model: _MODELS.get(model, model.replace("_", " ")) for model, _ in judged}
-    heads = [f"R = {value_text('radius', at)}, {words[model]}" for (model, at), _ in others]
-    bodies = macros("fretwear_source_study")
-    text = bodies["claims"](
-        value_text("radius", radius),
-        [words[model] for model in columns],
-        list(zip(*columns.values(), strict=True)),
-        heads,
-        rows,
-        ", ".join(varied),
-    )
-    yield Section("claims", "Claims of the source study", Markup(text))
+    measured = [
+        {"Claim": claim.number, "Case": subject}
+        | {_words(model): group[row].findings[subject].text for model, group in columns.items()}
+        for row, claim in enumerate(CLAIMS)
+        for subject in claim.subjects
+    ]
+    body = _INTRODUCTION.format(value_text("radius", radius)) + table_html(pd.DataFrame(claims))
+    body += _MEASURED + table_html(pd.DataFrame(measured))
+    if len(judged) > len(columns):
+        body += _at_other_radii(judged, columns, radius)
+    yield Section("claims", "Claims of the source study", body)
     if len(models) > 1:
         cases, simple = models[:2]
-        smooth = cases[TITLES[0]]
-        tables = {
-            cycle_text(cycle): _ratios(cases, simple, cycle)
-            for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last))
-        }
-        excess = {title: percent(excess_shear(case, smooth.last)) for title, case in simple.items()}
-        text = bodies["slip_models"](list(TITLES), tables, excess)
-        yield Section("slip-models", "What the simpler slip model costs", Markup(text))
+        smooth, body = cases[TITLES[0]], _SIMPLER
+        for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last)):
+            ratios = pd.DataFrame.from_dict(_ratios(cases, simple, cycle), "index", columns=TITLES)
+            body += Markup("<h3>After {} cycles</h3>").format(cycle_text(cycle))
+            body += table_html(ratios, index=True)
+        shares = [f"{t} {percent(excess_shear(c, smooth.last))}" for t, c in simple.items()]
+        body += _EXCESS.format(", ".join(shares))
+        yield Section("slip-models", "What the simpler slip model costs", body)
+
+
+def _words(model: str) -> str:
+    return _MODELS.get(model, model.replace("_", " "))
+
+
+def _at_other_radii(
+    judged: Mapping[tuple[str, float], Sequence[Judgement]],
+    columns: Mapping[str, Sequence[Judgement]],
+    radius: float,
+) -> Markup:
+    """The verdicts at all radii, with those marked that differ from those at the first one."""
+    rows, varied = [], []
+    for number, claim in enumerate(CLAIMS):
+        row: dict[str, object] = {"Claim": claim.number}
+        for (model, at), group in sorted(judged.items()):
+            answer = group[number]
+            differs = answer.answers != columns.get(model, group)[number].answers
+            varied += [str(claim.number)] if differs else []
+            texts = [answer.verdict.value + " *" * differs, answer.by_subject]
+            head = f"R = {value_text('radius', at)}, {_words(model)}"
+            row[head] = "; ".join(filter(None, texts))
+        rows.append(row)
+    told = f"claims {', '.join(dict.fromkeys(varied))}" if varied else "there are none"
+    words = Markup(
+        "<h3>The same claims at other radii</h3><p>Answers that differ from the answers at {} are "
+        "marked (*): {}.</p>"
+    )
+    return words.format(value_text("radius", radius), told) + table_html(pd.DataFrame(rows))
 
 
 def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:

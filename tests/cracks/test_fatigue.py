@@ -8,13 +8,15 @@ import pytest
 
 import fretwear
 from fretwear.vocabulary import FATIGUE_OUTCOMES
+from fretwear_cracks import StressError
 from fretwear_cracks.fatigue import fatigue_table
-from fretwear_cracks.inputs import StressError
 
 from ..studies import near, steel
 
+pytestmark = pytest.mark.slow
+
 CONSTANTS = {"basquin": ("1000 MPa", -0.1), "manson_coffin": (0.5, -0.6)}
-CELL = "10 um"
+CELL = "12 um"
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +103,7 @@ def test_wear_of_the_flat_alone_counts(gross):
         ({"basquin": ("1000", -0.1)}, "needs a unit"),
         ({"basquin": ("1000 N", -0.1)}, "must be a pressure"),
         ({"basquin": ("1000 MPa", 0.1)}, "the exponent negative"),
-        ({"basquin": "1000 MPa"}, "('1000 MPa', -0.1)"),
+        ({"basquin": "1000 MPa"}, "two constants"),
         ({"manson_coffin": (0.5, -0.6)}, "give basquin too"),
         ({"manson_coffin": ("0.5 MPa", -0.6), "basquin": (1e9, -0.1)}, "manson_coffin"),
         ({"depth": "1 um"}, "must be more than"),

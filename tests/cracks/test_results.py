@@ -8,16 +8,17 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear_cracks import results
+from fretwear_cracks import StressError
 from fretwear_cracks.cracks import PointLoops
-from fretwear_cracks.inputs import StressError, surface_of
+from fretwear_cracks.inputs import surface_of
 from fretwear_cracks.results import (
     largest_values,
-    open_stresses,
     write_stresses,
 )
 
 from ..studies import SELF_AFFINE, STEEL, WAVES, near, steel
+
+pytestmark = pytest.mark.slow
 
 CELL = 5e-6
 
@@ -38,7 +39,6 @@ def test_the_central_axis_of_an_unworn_sphere(worn):
     np.testing.assert_allclose(across[0], -across[1], rtol=1e-5)
     np.testing.assert_allclose(found.force, [20, 0, -20, 0], atol=1e-2)
     plane = fretwear.stress(worn, depths=a * np.arange(0.4, 0.5, 0.01), phases=2)
-    assert "p0, x = " in dict(largest_values(plane))["von Mises stress"]
     assert 1.0 < float(plane.tresca.max() / plane.von_mises.max()) < 2 / np.sqrt(3)
 
 
@@ -86,12 +86,6 @@ def test_the_constants_are_those_of_the_flat(worn):
     xr.testing.assert_equal(fretwear.stress(unlike, **place), fretwear.stress(worn, **place))
 
 
-def test_the_whole_contact_has_the_stresses_of_its_quarter(worn):
-    options = {"cycle": 1000, "depths": [20e-6], "phases": 4}
-    quarter, full = (fretwear.stress(each, **options) for each in (worn, worn.fretwear.full()))
-    np.testing.assert_array_equal(quarter.stress_xx, full.stress_xx)
-
-
 @pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
 def test_a_rough_contact_that_is_not_even():
     rough = {**SELF_AFFINE, "rms_height": "0.03 um", "shortest_wavelength": "40 um", "seed": 7}
@@ -107,15 +101,6 @@ def test_a_rough_contact_that_is_not_even():
     for name in ("stress_xx", "stress_xy", "stress_xz"):
         nearest = whole[name].isel(z=0).interp(x=30e-6, y=20e-6)
         np.testing.assert_allclose(nearest, found[name][:, 0], atol=0.02 * peak)
-
-
-def test_the_file_of_a_measured_surface_is_not_needed(worn):
-    rough = {"kind": "measured", "file": "gone.x3p"}
-    parameters = {**json.loads(worn.parameters), "roughness": rough}
-    place = {"points": [(0, 0, 5e-5)], "phases": 2}
-    found = fretwear.stress(worn.assign_attrs(parameters=json.dumps(parameters)), **place)
-    xr.testing.assert_equal(found, fretwear.stress(worn, **place))
-    assert found.case_id == worn.case_id
 
 
 def test_a_line_contact_is_in_plane_strain():
@@ -203,27 +188,6 @@ def test_a_file_of_stresses_reads_back(worn, tmp_path):
     assert "to the surface" in words["Smith–Watson–Topper parameter"]
 
 
-def test_layers_that_do_not_fit_in_memory_are_computed_when_they_are_written(
-    worn, tmp_path, monkeypatch
-):
-    options = {"depths": [20e-6, 40e-6, 80e-6], "phases": 4, "whole": True}
-    expected = fretwear.stress(worn, 1000, **options)
-    monkeypatch.setattr(results.psutil, "virtual_memory", lambda: Room(0.8 * expected.nbytes))
-    lazy = fretwear.stress(worn, 1000, **options)
-    assert lazy.stress_xx.chunks is not None
-    write_stresses(lazy, tmp_path / "lazy.nc")
-    with open_stresses(tmp_path / "lazy.nc") as stored:
-        xr.testing.assert_equal(stored.load(), expected)
-        assert stored.tresca.attrs == expected.tresca.attrs
-
-
-class Room:
-    """A memory that half of what is asked for would fill."""
-
-    def __init__(self, size):
-        self.available = size
-
-
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
@@ -231,7 +195,7 @@ class Room:
         ({"points": [(0, 0, 0)]}, "z must be larger than 0"),
         ({"points": [(0, 0)]}, "shape (n, 3)"),
         ({"points": [(0, 0, 1e-5)], "depths": [1e-5]}, "either points or depths"),
-        ({"depths": [-1e-5]}, "downwards from the surface"),
+        ({"depths": [-1e-5]}, "must be larger than 0"),
         ({"depths": ["10"]}, "a length such as 20 um"),
         ({"depths": [2e-5, 1e-5]}, "must increase"),
         ({"phases": 5}, "an even number"),

@@ -1,16 +1,19 @@
 """Shear tractions and stresses over a cycle, and parameters for cracks."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fretwear.mechanics.contact.grid import Grid
+from fretwear.run.simulate import simulate
 from fretwear.theory import HertzContact, LineContact
 from fretwear_cracks.cracks import PointLoops, largest_shear, von_mises
+from fretwear_cracks.inputs import surface_of
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 
-from ..studies import near
+from ..studies import WAVES, near, steel
 
 E, NU, LOAD, FRICTION, RATIO = 208e9, 0.3, 50.0, 0.5, 0.8
 MODULUS = E / (2 * (1 - NU**2))
@@ -81,6 +84,34 @@ def test_the_traction_of_a_line_contact_over_half_a_loop():
     smooth &= abs(x - half) > 0.05 * half
     peak = FRICTION * line.peak_pressure
     np.testing.assert_allclose(found[smooth], expected[smooth], atol=4e-3 * peak)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+def test_the_loop_of_a_rough_contact_has_the_influence_of_tractions_along_x():
+    """Masing's loop ends in −q(+Q), and its work is the dissipated energy of the run.
+
+    W = 8 (∫ f dd − Q d/2), where f(d) is the curve from 0 to +Q, and d the displacement of a cell
+    that sticks. A smooth sphere does not tell the influences apart: its pressures stay Hertzian.
+    """
+    waves = {**WAVES, "slope_x": "1.5 deg", "slope_y": "1.5 deg"}
+    case = steel(cycles=1, cell="3.6 um", roughness=waves, error_estimate=False)
+    first = simulate(case, quarter=True).isel(cycle=0)
+    surface, _ = surface_of(first, case, 0)
+
+    def missed(of):
+        ended = FRICTION * (of.pressure - of.reduced(1.0, of.pressure).pressure)
+        return abs(ended - of.shear).sum() / of.shear.sum()
+
+    assert missed(surface) < 5e-5
+    assert missed(replace(surface, is_directed=False)) > 5e-3
+    count, stuck = 32, (FRICTION * surface.pressure - surface.shear).argmax()
+    u = [surface.sheared.displacement(q).flat[stuck] for q in surface.over_half_a_loop(count)]
+    fallen = surface.coupling * (u[0] - np.array([*u, -u[0]]))
+    force = surface.half_space.geometry.integral(surface.shear)
+    half = np.trapezoid(force * np.linspace(0.0, 1.0, count + 1), 0.5 * fallen)
+    work = 8 * (half - 0.25 * force * fallen[-1])
+    assert work == near(float(first.dissipated_energy), rel=2e-3)
 
 
 def test_a_bulk_stress_adds_to_the_stress_along_x_in_phase_with_the_force():

@@ -10,11 +10,12 @@ from fretwear.data.files import open_summary, write_case
 from fretwear.data.merge import merge_study
 from fretwear.run.simulate import run
 from fretwear.study.reading import load_study
-from fretwear_cracks.fatigue import stored_fatigue
 from fretwear_cracks.figures import crack_figures, fatigue_map
 from fretwear_cracks.report import crack_sections, crack_table
 
 from ..studies import base, write_study
+
+pytestmark = pytest.mark.slow
 
 STRESS = {
     "depth": "0.3 mm",
@@ -58,7 +59,7 @@ def test_a_merged_study_has_the_fatigue_of_its_cases(cracked):
                 np.testing.assert_array_equal(stored.largest_smith_watson_topper, row)
                 assert float(stored.z[-1]) == pytest.approx(0.3e-3)
             before = file.stat().st_mtime_ns
-            stored_fatigue(folder / f"cases/{case_id}.nc", study.added["output.stress"])
+            study.added["output.stress"].stored(folder / f"cases/{case_id}.nc")
             assert file.stat().st_mtime_ns == before
 
 
@@ -71,7 +72,7 @@ def test_another_depth_is_computed_again(cracked, tmp_path):
     other = load_study(write_study(tmp_path / "other.yaml", content))
     assert 2000 in next(iter(other.cases().values())).output_cycles
     for asked, deepest in ((study, 0.3e-3), (other, 0.1e-3)):
-        found = stored_fatigue(case, asked.added["output.stress"])
+        found = asked.added["output.stress"].stored(case)
         assert float(found.z[-1]) == pytest.approx(deepest)
     assert found.cycle.values.tolist() == [0.0, 2000.0]
     assert "life" not in found

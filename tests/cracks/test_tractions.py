@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear_cracks import tractions
 from fretwear_cracks.tractions import Tractions
 
 from ..studies import near
@@ -162,8 +161,7 @@ def test_layers_and_sections_are_the_sums_over_cells(even):
         x, y = np.meshgrid(fields.x, fields.y, indexing="ij")
         points = np.stack([x.ravel(), y.ravel(), np.full(x.size, depth)], axis=1)
         on_plane = np.stack([fields.x, 0 * fields.x, 0 * fields.x + depth], axis=1)
-        # Long waves alone are left of white noise to a few parts in 10⁴.
-        accuracy = 1e-12 if depth < 0.3 else 5e-4
+        accuracy = 1e-12
         for layer, sums in zip(fields.layer(depth), fields.at(points), strict=True):
             np.testing.assert_allclose(layer.reshape(sums.shape), sums, atol=accuracy)
         for section, sums in zip(fields.section(depth), fields.at(on_plane), strict=True):
@@ -183,15 +181,6 @@ def test_shear_along_y_is_shear_along_x_of_the_turned_contact(even):
     assert abs(expected).max() > 0.1
 
 
-def test_long_waves_are_all_that_deep_layers_need(monkeypatch):
-    slid = sphere(0.5 * (hertz() - hertz(0.6)))
-    depths = [6.1 * STEP, 12.1 * STEP, 0.5, 2.0]
-    sampled = [total(slid.layer(depth)) for depth in depths]
-    monkeypatch.setattr(tractions, "_STRIDE_OF_DEPTH", 1e-9)
-    for depth, layer in zip(depths, sampled, strict=True):
-        np.testing.assert_allclose(layer, total(slid.layer(depth)), atol=3e-5)
-
-
 def test_stresses_are_in_equilibrium():
     rough = sphere(hertz() * RANDOM.random((70, 70)), hertz() * RANDOM.random((70, 70)))
     points = np.array([[0.3, 0.2, 0.4], [-0.7, 0.5, 0.2], [0.0, -0.9, 0.15], [1.1, 0.1, 0.3]])
@@ -206,6 +195,7 @@ def test_stresses_are_in_equilibrium():
         assert (abs(terms.sum(axis=0)) < 1e-3 * abs(terms).sum(axis=0)).all()
 
 
+@pytest.mark.slow
 def test_strains_are_compatible():
     """∇²σ_ij + ∂²σ_kk/∂x_i∂x_j/(1 + ν) = 0: Beltrami and Michell, without body forces."""
     rough = sphere(hertz() * RANDOM.random((70, 70)), hertz() * RANDOM.random((70, 70)))

@@ -53,6 +53,7 @@ def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
     assert root_of(0.95, np.ones(1)) == pytest.approx(1.95996, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_power_of_the_noise_lies_among_what_the_readings_allow():
     """σ²ℓ, which tells how well a smooth scar is known; with the best ℓ alone it is missed."""
     x, noise, generator = np.linspace(0.0, 1.0, 60), Noise(1.0, 0.05), np.random.default_rng(2)

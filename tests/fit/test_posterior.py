@@ -42,6 +42,7 @@ def banana(u):
     return np.array([[u[0]], [u[1] + 1.5 * u[0] ** 2]])
 
 
+@pytest.mark.slow
 def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself():
     """On a fine grid; the emulator begins with eight runs about the best parameters."""
     pytest.importorskip("emcee")
@@ -100,6 +101,7 @@ def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(
     assert any("several minima" in doubt for doubt in doubts) is told
 
 
+@pytest.mark.slow
 def test_a_sampler_that_is_asked_for_draws_from_the_posterior_that_is_resampled(titanium):
     """On an emulator that is checked farther out, where χ² is flatter: 68 % within a fifth."""
     pytest.importorskip("emcee")

@@ -11,10 +11,7 @@ import xarray as xr
 from fretwear.study.reading import load_study
 from fretwear_source_study.cases import StudyCase, reference_cases
 
-from ..figures.conftest import check_texts
 from ..studies import WAVES, base, run_study, write_study
-
-__all__ = ["check_texts"]
 
 STUDY = {
     "title": "The source study, coarse and short",

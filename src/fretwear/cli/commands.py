@@ -374,7 +374,16 @@ def plot(
     file: CaseFile,
     output: Annotated[Path | None, option("-o/--output", "FIG.png", _FIGURE, "OUT.png")] = None,
 ) -> None:
-    """Draw pressure, shear, gap and wear along x, and a map of the scar."""
+    """Draw pressure, shear, gap and wear along x, and a map of the scar; or data beside a fit."""
+    from fretwear.plugins import added
+
+    if added_figures := dict(added("fretwear.plots", file)):
+        from fretwear.figures import save_as
+
+        whole = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
+        for name, figure in added_figures.items():
+            say(str(save_as(figure, whole.with_stem(f"{whole.stem}-{name}"))))
+        return
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
 

@@ -12,6 +12,6 @@ merged study and of the folder of its case files, which yields a `Section` for e
         yield Section("fit", "Fit to measurements", body, figures=("fit_0", "fit_1"))
 """
 
-from fretwear.report.build import Section, answer_text, build_report, macros, table_html
+from fretwear.report.build import Section, answer_text, build_report, table_html
 
-__all__ = ["Section", "answer_text", "build_report", "macros", "table_html"]
+__all__ = ["Section", "answer_text", "build_report", "table_html"]

@@ -6,7 +6,7 @@ import base64
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -80,14 +80,11 @@ def environment(package: str = "fretwear.report") -> Environment:
     return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
 
-def macros(package: str) -> Mapping[str, Callable[..., str]]:
-    """Return the macros in the ``sections.html.j2`` of a package, which make bodies of sections."""
-    return vars(environment(package).get_template("sections.html.j2").module)
-
-
 def table_html(frame: pd.DataFrame, *, index: bool = False) -> Markup:
     """Return a table that scrolls sideways on narrow screens; all text is escaped."""
-    return Markup(f'<div class="scroll" tabindex="0">{frame.to_html(index=index, border=0)}</div>')
+    with pd.option_context("display.max_colwidth", None):
+        table = frame.to_html(index=index, border=0)
+    return Markup(f'<div class="scroll" tabindex="0">{table}</div>')
 
 
 def answer_text(summary: xr.Dataset) -> str:
