@@ -248,8 +248,8 @@ def _run_on_cells(
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
     wider = record.rounds[-1:]
     twin = (pair for run in wider for pair in zip(run.rows, run.tips, strict=True))
-    # Spots on a grid call for a run on default cells in any case, which has this one as its twin.
-    if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_spots):
+    # Equal cells call for a run on default ones in any case, which has this one as its twin.
+    if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
         twin = _scalars_of_twin(asked, times * width)
     coarser: list[tuple[dict[str, float], NextTips]] = []
     trouble = ""

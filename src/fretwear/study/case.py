@@ -34,7 +34,7 @@ from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
     LEAST_RATIO,
-    RATIO_OF_ROUGH,
+    RATIO_ON_GRID,
     STEPS_PER_ACCURACY,
     WIDEST,
     default_spacing,
@@ -182,25 +182,25 @@ class Case(FrettingContact):
         return self.accuracy if self.cell is None and math.isfinite(self.accuracy) else None
 
     @property
-    def has_spots(self) -> bool:
-        """Whether the contact consists of spots on equal cells, some of which may be small."""
-        return self.rough is not None and self.geometry is Grid and not self.loading.stroke
+    def has_equal_cells(self) -> bool:
+        """Whether the contact is computed on equal cells, at one place."""
+        return self.geometry is Grid and not self.loading.stroke
 
     @property
     def first_width(self) -> float:
         """Width of the first cells over the default where an accuracy is asked for."""
-        return RATIO_OF_ROUGH if self.has_spots else WIDEST
+        return RATIO_ON_GRID if self.has_equal_cells else WIDEST
 
     @property
     def times_coarser(self) -> float:
         """How many times wider the cells of the coarser run are, from which errors are estimated.
 
         Details to be resolved and scars of a stroke allow cells only twice as wide, cells that
-        are wide already because an accuracy allows it `LEAST_RATIO` times, and spots on a grid
-        `RATIO_OF_ROUGH` times.
+        are wide already because an accuracy allows it `LEAST_RATIO` times, and equal cells
+        `RATIO_ON_GRID` times.
         """
-        if self.has_spots:
-            return RATIO_OF_ROUGH
+        if self.has_equal_cells:
+            return RATIO_ON_GRID
         if self.asked_accuracy is not None:
             return LEAST_RATIO
         plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())

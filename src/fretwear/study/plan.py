@@ -114,10 +114,10 @@ def estimate(case: Case) -> Estimate:
     budget = case.budget or USUAL_BUDGET
     usual, wide = _on_cells(case, 1.0), case.first_width
     default = usual.seconds - start
-    # Rough grids are compared with default cells, others with wider ones beside the first run.
-    beside = 1.0 if case.has_spots else case.times_coarser * wide
+    # Equal cells are compared with default cells, others with wider ones beside the first run.
+    beside = 1.0 if case.has_equal_cells else case.times_coarser * wide
     first = sum(_on_cells(case, width).seconds - start for width in (wide, beside))
-    all_runs = first if case.has_spots else first + default
+    all_runs = first if case.has_equal_cells else first + default
     is_smooth = case.is_graded and math.isinf(case.slip_limit)
     ends_early = is_smooth and case.asked_accuracy >= USUAL_ACCURACY
     narrowest = max(affordable_width(case), budget ** (-1.0 / _WORK_BY_WIDTH))

@@ -44,9 +44,9 @@ LEAST_COARSENESS = 0.125
 """Width of graded rings and strips relative to the usual one, however fine the written cell."""
 MOST_WRITTEN = 600
 """Cells along an axis of the whole contact on which fields of graded cells are only written."""
-LEAST_RATIO, RATIO_OF_ROUGH = 1.5, 1.4
+LEAST_RATIO, RATIO_ON_GRID = 1.5, 1.4
 """Least ratio of the widths of cells of two runs from which errors are estimated, and the ratio on
-rough grids, whose small spots of stick are lost on much wider cells."""
+equal cells: small spots of stick are lost on much wider ones."""
 WIDEST, STEPS_PER_ACCURACY = 2.0, 1.5
 """Width of the first cells of a case that asks for an accuracy, over the default, and tolerance of
 its steps, over the accuracy."""
