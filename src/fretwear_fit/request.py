@@ -321,8 +321,8 @@ class Measurement(Part):
                 vars(self).update(value=value, error=error)
             else:
                 assert self.readings is not None
-        except QuantityError as error:
-            _raise([("value" if about else "file", self.value or self.file, error)])
+        except QuantityError as reason:
+            _raise([("value" if about else "file", self.value or self.file, reason)])
 
     @cached_property
     def readings(self) -> tuple[Array, Array] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -56,14 +56,6 @@ class Problem:
         return text + (f"\n    {self.remedy}" if self.remedy else "")
 
 
-class NestedError(QuantityError):
-    """Several problems inside a value, with keys relative to it."""
-
-    def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems = tuple(problems)
-        super().__init__("\n".join(problem.sentence for problem in problems))
-
-
 class Problems(list[Problem]):
     """The problems found while reading, in order."""
 
@@ -74,8 +66,6 @@ class Problems(list[Problem]):
             yield
         except ValidationError as error:
             self.extend(_problem(key, one) for one in error.errors(include_url=False))
-        except NestedError as error:
-            self.extend(replace(one, key=f"{key}{one.key}") for one in error.problems)
         except QuantityError as error:
             self.append(_of_error(key, given, error))
 
