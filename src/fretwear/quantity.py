@@ -20,9 +20,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, ClassVar, Self, TypeGuard, get_args, get_type_hints
+from typing import Any, ClassVar, Self, TypeGuard, TypeVar, cast, get_args, get_type_hints
 
 from pydantic import ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError, core_schema
 
 from fretwear.units import (
@@ -41,6 +42,7 @@ from fretwear.units import (
     with_unit,
 )
 
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 Schema = dict[str, Any]  # a JSON Schema
 Coordinates = Iterator[tuple[str, "Parameter", Any]]  # name, parameter, SI value
 Endings = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
@@ -62,6 +64,11 @@ _BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
 }
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
+
+
+def _remembered(function: _Function) -> _Function:
+    """Keep the results of a function of a class."""
+    return cast("_Function", cache(function))
 
 
 class Parameter:
@@ -177,6 +184,16 @@ class Quantity(Parameter):
     forms: tuple[type, ...] = ()
     is_whole: bool = False
     description: str = field(default="", kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the units."""
+        if self.si_unit not in BY_SI_UNIT:
+            known = ", ".join(BY_SI_UNIT)
+            raise ValueError(f"{self.words}: {self.si_unit!r} is not among the SI units {known}.")
+        shown = {"", *(unit.typed or unit.name for unit in BY_SI_UNIT[self.si_unit].units)}
+        if self.shown_in not in shown:
+            given = f"{self.words}: {self.shown_in!r} is not among the units"
+            raise ValueError(f"{given} of {self.si_unit}, {', '.join(sorted(shown - {''}))}.")
 
     @property
     def may_be_drawn(self) -> bool:  # type: ignore[override]
@@ -743,26 +760,20 @@ def adapter(of: Any) -> TypeAdapter[Any]:
     return TypeAdapter(of)
 
 
-@cache
+@_remembered
 def _defaults(cls: type) -> dict[str, object]:
-    fields = dataclasses.fields(cls)
-    return {one.name: _default(one) for one in fields}
+    fields = {one.name: one.default for one in dataclasses.fields(cls)}
+    return {n: one.default if isinstance(one, FieldInfo) else one for n, one in fields.items()}
 
 
-def _default(one: Any) -> Any:
-    from pydantic.fields import FieldInfo
-
-    return one.default.default if isinstance(one.default, FieldInfo) else one.default
-
-
-@cache
+@_remembered
 def declared(cls: type) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True)
     return {name: about for name, hint in hints.items() for about in _annotations(hint)}
 
 
-@cache
+@_remembered
 def derived(cls: type) -> Mapping[str, Parameter]:
     """Return the properties of a class whose return type is annotated by a `Parameter`."""
     hints = {
@@ -784,7 +795,7 @@ def _annotations(hint: object) -> Iterator[Parameter]:
             yield dataclasses.replace(note, **changes)
 
 
-@cache
+@_remembered
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
     fields = dataclasses.fields(cls)

@@ -31,7 +31,7 @@ _DEFINITIONS = f"""
 nano- = 1e-9 = n-, micro- = 1e-6 = µ- = μ- = u-, milli- = 1e-3 = m-, centi- = 1e-2 = c-
 kilo- = 1e3 = k-, mega- = 1e6 = M-, giga- = 1e9 = G-
 meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz = 1 / second = Hz
-radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
+kelvin = [temperature] = K, radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J = Nm, watt = joule / second = W, bar = 1e5 * pascal
 micron = 1e-6 * meter = microns, inch = 0.0254 * meter = in
@@ -174,6 +174,7 @@ DIMENSIONS = (
     *(LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE),
     Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS),
     Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),)),
+    Dimension("a temperature", "K", "K", "300 K", (Unit("K"),)),
     Dimension("an area", "m2", "m^2", "0.5 mm^2", (Unit("mm²", 1e-6, "mm^2"),)),
     Dimension("a volume", "m3", "m^3", "1.2e-3 mm^3", (Unit("mm³", 1e-9, "mm^3"),)),
     Dimension("an energy", "J", "J", "2 mJ", (Unit("mJ", 1e-3), Unit("J"))),

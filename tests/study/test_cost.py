@@ -9,9 +9,8 @@ from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
-from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
-from fretwear.study.plan import WINDOW_MARGIN, estimate
+from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
     MOST_CELLS,
@@ -126,28 +125,6 @@ def test_the_steps_and_convolutions_of_a_run_are_about_those_expected(changes):
     assert 0.5 < expected.cells / math.prod(cells) < 2.0
 
 
-@pytest.mark.parametrize("indenter", ["sphere", "cylinder", "round_punch", "flat_punch"])
-def test_fields_of_graded_cells_are_written_on_a_grid_for_the_eye(indenter):
-    """However narrow the zone of slip or of stick, which such cells resolve by themselves."""
-    known = {"radius": "10 mm"}
-    if "punch" in indenter:
-        flat = "flat_radius" if indenter == "round_punch" else "flat_half_width"
-        known = {flat: "60 um", "edge_radius": "10 mm"}
-    given = {"radius": None, "indenter": {"kind": indenter, **known}}
-    given["load"] = "50 N/mm" if indenter in ("cylinder", "flat_punch") else "50 N"
-    for ratio in (1e-4, 1e-3, 0.01, 0.05, 0.3, 0.8, 0.99, 0.9999):
-        for limit in (math.inf, 4.5e9):
-            of_case = {**given, "tangential_ratio": ratio, "plastic_limit": limit}
-            case = steel(**of_case, accuracy="none")
-            expected = estimate(case)
-            assert 2 * expected.cells_x <= 600
-            assert expected.memory_bytes < 3e8
-            again = Case(**case.canonical_parameters())
-            assert again.case_id == steel(**of_case, accuracy="none").case_id
-    fine = steel(**given, tangential_ratio=1e-3, cell="0.1 um")
-    assert fine.grid_spacing == (1e-7, 1e-7)
-
-
 def test_a_slip_annulus_much_narrower_than_a_written_cell_dissipates_as_mindlin_says():
     case = steel(tangential_ratio=1e-4, cycles=10, cell="4 um", error_estimate=False)
     found = simulate(case, quarter=True)
@@ -212,26 +189,6 @@ def test_the_band_of_a_tip_that_yields_is_within_its_annulus_of_slip(ratio):
     assert 0.0 < shares[1] < 0.1 * slipping
 
 
-def test_the_window_of_a_stroke_covers_its_scar_and_little_more():
-    stroke = {"tangential_ratio": None, "sliding_amplitude": "25 um", "cycles": 100}
-    case = steel(wear_coefficient=["1e-14 / Pa", "2e-14 / Pa"], **stroke)
-    expected, (dx, dy) = estimate(case), case.grid_spacing
-    reaches = {WINDOW_MARGIN * case.scar_half_width: expected.cells_y * dy}
-    reaches[WINDOW_MARGIN * greatest_contact_radius(case)] = expected.cells_x * dx
-    for reach, covered in reaches.items():
-        assert reach <= covered <= reach + max(dx, dy)
-    assert expected.cells_x > expected.cells_y
-
-
-def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
-    """With heights of the centres for means over cells it would differ by 12 %."""
-    coarse = steel(**CAPPED, load="40 N", cell=["0.4 um", "1.4 um"])
-    fine = coarse.replace(cell=["0.2 um", "0.7 um"])
-    problems = [wear_problem(case) for case in (coarse, fine)]
-    first, second = (measure(each, first_loading(each)).plastic_volume for each in problems)
-    assert first == near(second, rel=0.02)
-
-
 WAVY_CYLINDER = {
     "radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm",
     "wear_coefficient": "3e-14 / Pa", "cycles": 1000,
@@ -276,14 +233,6 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
     assert not case_warnings(elastic)
 
 
-@pytest.mark.parametrize(("ratio", "unseen"), [(0.8, False), (0.2, True)])
-def test_the_default_grid_sees_the_ring_of_large_ratios_only(ratio, unseen, monkeypatch):
-    assert not kinds(tangential_ratio=ratio, plastic_limit=4.5e9), "on rings"
-    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
-    told = kinds(tangential_ratio=ratio, plastic_limit=4.5e9, cycles=30000)
-    assert told == (["yields in a ring"] if unseen else [])
-
-
 @pytest.mark.parametrize(
     ("ratio", "times", "wrong"), [(0.2, 3.0, "plastic volume alone"), (0.5, 4.0, "wear")]
 )
@@ -296,44 +245,6 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
     assert not case_warnings(steel(**capped, cycles=int(yields / 1.4)))
     (warning,) = case_warnings(steel(**capped, cycles=math.ceil(yields)))
     assert f"its {wrong} is wrong" in warning.what
-
-
-@pytest.mark.parametrize(("ratio", "unseen"), [(0.9, False), (0.2, True)])
-def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
-    capped = {"tangential_ratio": ratio, "plastic_limit": 4.5e9, "roughness": GENTLE}
-    capped["accuracy"] = "none"
-    assert kinds(**capped) == (["touches on asperities whose"] if unseen else [])
-    (warning,) = case_warnings(steel(**{**capped, "plastic_limit": math.inf}, cell=[1e-6, 2e-6]))
-    assert "contact of a tip" in warning.detail
-
-
-def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact(monkeypatch):
-    flat = {"amplitude": 1e-8, "slope_x": 4e-5, "slope_y": 4e-5}
-    capped = {"tangential_ratio": 0.5, "plastic_limit": 4.5e9, "cycles": 3000}
-    told, spacing = kinds(**capped, roughness=flat), steel(**capped, roughness=flat).grid_spacing
-    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
-    assert spacing == steel(**capped).grid_spacing
-    assert told == kinds(**capped) == ["yields in a ring"]
-
-
-def test_a_band_that_yields_asks_for_cells_and_is_doubted_as_far_as_it_matters(monkeypatch):
-    """Its cells become those of an elastic contact without a jump, and its doubt ends with it."""
-    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
-    assert yielding_ring_width(steel(plastic_limit=1e16)) > 0.0
-    for roughness in (None, GENTLE):
-        given = {"roughness": roughness, "cycles": 30000}
-        elastic = steel(**given)
-        limits = elastic.hertz_pressure * np.geomspace(1.0, 1e7, 200)
-        cells = [steel(**given, plastic_limit=limit).grid_spacing for limit in limits]
-        assert cells[-1] == elastic.grid_spacing
-        assert np.abs(np.diff(np.log(cells), axis=0)).max() < 0.15
-        assert not kinds(**given, plastic_limit=1e16)
-    for on_rings in (True, False):
-        monkeypatch.setattr(Sphere, "is_axisymmetric", on_rings)
-        for limit in (1e13, 1e16):
-            capped, elastic = steel(plastic_limit=limit), steel()
-            assert estimate(capped).steps == estimate(elastic).steps
-            assert greatest_contact_radius(capped) == greatest_contact_radius(elastic)
 
 
 STIFF = {"youngs_modulus": (208e9, 70e9), "poisson_ratio": (0.3, 0.33)}  # β = 0.12

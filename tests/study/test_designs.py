@@ -2,8 +2,6 @@
 
 import csv
 import math
-import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +9,8 @@ from scipy.stats import qmc
 
 from fretwear.study.designs import LatinHypercube
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.problems import StudyError, as_cell
-from fretwear.study.reading import load_plan, load_study, override, select_case
+from fretwear.study.problems import StudyError
+from fretwear.study.reading import override, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 
@@ -60,46 +58,10 @@ def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
         assert one == same != other
 
 
-@pytest.mark.parametrize("design", ["grid", "zip"])
-def test_points_are_planned_while_their_rules_are_checked(studies, content, design):
-    """The plan is the one made afterwards, without the points that turn out to be invalid."""
-    vary = {"load": ["25 N", "1e9 N", "50 N"], "tangential_ratio": [0.8, 0.9, 0.5]}
-    content |= {"design": design, "vary": vary, "invalid": "skip"}
-    path = studies.write(content)
-    study, visited = load_study(path), list[str]()
-    assert load_study(path, visit=lambda point: visited.append(point.id)).invalid == study.invalid
-    assert 0 < len(study.invalid) < study.size
-    assert visited == [point.id for point in study.points() if point.id]
-    assert load_plan(path).estimates == Plan(study).estimates
-    assert load_plan(path).warnings == Plan(study).warnings
-
-
-def test_a_job_checks_the_rules_of_its_points_only(studies, content):
-    content["vary"] = {"load": ["20 N", "30 N", "1e9 N"], "friction": [0.3, 0.5]}
-    path = studies.write(content)
-    with pytest.raises(StudyError, match="too much for this sphere"):
-        load_study(path)
-    study = load_study(path, points=(2, 3))
-    assert [point.case.load for point in study.points(2, 3)] == [20.0, 30.0]
-
-
 @pytest.mark.parametrize(("points", "axes", "seed"), [(1, 2, 3), (5, 1, 0), (64, 3, 1)])
 def test_a_latin_hypercube_is_that_of_scipy(points, axes, seed):
     columns = LatinHypercube(points=points, seed=seed).columns(axes)
     assert columns == qmc.LatinHypercube(d=axes, seed=seed).random(points).T.tolist()
-
-
-def test_drawn_loads_of_a_cylinder_are_labelled_per_length(studies, content):
-    content["base"] |= {"indenter": {"kind": "cylinder", "radius": "6 mm"}}
-    del content["base"]["radius"]
-    vary = {"load": {"from": "5 N/mm", "to": "18 N/mm"}}
-    design = {"kind": "latin_hypercube", "points": 3, "seed": 1}
-    study = studies.load(content | {"design": design, "vary": vary})
-    for point in study.points():
-        label = point.labels["load"]
-        assert label == f"{point.case.load / 1e3:.6g} N/mm"
-        chosen = select_case(study.file, point.id, [f"load={label}"])
-        assert chosen.case_id == point.case.case_id
 
 
 def sampled(content, kind="sobol", points=16):
@@ -213,26 +175,6 @@ def table(study):
     write_points(study, file)
     with file.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
-
-
-def test_names_of_files_are_neither_options_in_ids_nor_formulas_in_tables(studies, content):
-    names = ["-o.csv", "=1+1.csv", "@sum(a).csv", "+1-cmd.csv", "--.csv"]
-    for number, name in enumerate(names):
-        rows = "".join(f"{r}, {(5 + number) * r**2}\n" for r in range(6))
-        Path(studies.folder, name).write_text(f"r (mm), z (um)\n{rows}")
-    content["base"] |= {"roughness": "none", "indenter": {"kind": "profile", "file": names[0]}}
-    del content["base"]["radius"]
-    content["vary"] = {"indenter.file": names}
-    study = studies.load(content)
-    assert all(re.match(r"[A-Za-z0-9]", name) for name in study.cases())
-    assert study.points()[-1].id.startswith("file-")
-    for row, name in zip(table(study), names, strict=True):
-        assert row["indenter_file"].startswith(f"'{name}")
-        assert not [cell for cell in row.values() if cell[:1] in {"=", "+", "-", "@"}]
-    assert [as_cell(text) for text in ("-5 um", "-1e-3", "+2 N/mm", "-inf", -5.0)] == [
-        "-5 um", "-1e-3", "+2 N/mm", "-inf", -5.0
-    ]  # fmt: skip
-    assert as_cell("-2+3+cmd|' /C calc'!A0") == "'-2+3+cmd|' /C calc'!A0"
 
 
 def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):

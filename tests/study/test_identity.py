@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.study.case import CaseError
 from fretwear.study.parameters import symbol_text, value_text, words_text
 
 from ..studies import near, steel, study_case
@@ -36,16 +35,6 @@ def test_the_same_case_said_otherwise_has_the_same_id():
     assert study_case(cell=by_default.grid_spacing).case_id == by_default.case_id
     zeros = {steel(poisson_ratio=zero).case_id for zero in (0, 0.0, -0.0)}
     assert len(zeros) == 1
-
-
-def test_the_indenter_tells_what_a_number_that_loads_it_means():
-    """Whatever case was made before under the same number."""
-    punch = {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"}
-    with pytest.raises(CaseError, match="round_punch"):
-        steel(radius=None, indenter=punch, load="18.5 N/mm")
-    case = steel(radius=None, indenter=punch, load=18500.0)
-    assert case.case_id.startswith("round_punch-P1.85e04N-Q7400N-")
-    assert case.scalar_coordinates()["tangential_load"][1] == "N"
 
 
 @settings(max_examples=settings.default.max_examples // 4)

@@ -104,17 +104,10 @@ class Blocks(Plain):
                 return given
             if not isinstance(given, Mapping) or "cycles" not in given:
                 raise QuantityError("must be a block", "such as {cycles: 2000, load: 50 N}")
-            names, known = [*given], self.fields
+            names, known, keys = [*given], self.fields, case_keys()
             if wrong := [name for name in names if name not in ("cycles", *known)]:
                 raise QuantityError(f"has {wrong[0]}, a key that a block cannot change")
-            values = each(
-                [*given.items()],
-                lambda item: (
-                    _CYCLES.read(item[1])  # type: ignore[index]
-                    if item[0] == "cycles"  # type: ignore[index]
-                    else case_keys()[item[0]].read(item[1], folder)
-                ),  # type: ignore[index]
-            )
+            values = each(names, lambda name: keys[str(name)].read(given[name], folder))
             read = dict(zip(names, values, strict=True))
             return Block(read.pop("cycles"), tuple(sorted(read.items())))
 

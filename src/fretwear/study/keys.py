@@ -70,6 +70,9 @@ def coordinate(name: str) -> str:
     return "normal_load" if name == "load" else name.replace(".", "_")
 
 
+_Tables = tuple[dict[str, Key], dict[str, dict[str, Key]], dict[str, Parameter]]
+
+
 class _Block(Protocol):
     @property
     def values(self) -> tuple[tuple[str, object], ...]: ...
@@ -93,7 +96,7 @@ class Keys:
         return {about.short: kinds[about.short]} if about.short else {}
 
     @property
-    def _tables(self) -> tuple[dict[str, Key], dict[str, dict[str, Key]], dict[str, Parameter]]:
+    def _tables(self) -> _Tables:
         """Keys of the case, fields of parts by dotted name and kind, and coordinates."""
         parts = [about.family for about in self.members.values() if isinstance(about, PartOf)]
         kinds = tuple(tuple(part.kinds().values()) for part in parts)
@@ -101,9 +104,9 @@ class Keys:
             self._built = kinds, self._build()
         return self._built[1]
 
-    _built: Any = None
+    _built: tuple[object, _Tables] | None = None
 
-    def _build(self) -> tuple[dict[str, Key], dict[str, dict[str, Key]], dict[str, Parameter]]:
+    def _build(self) -> _Tables:
         keys: dict[str, Key] = {}
         dotted: dict[str, dict[str, Key]] = {}
         coordinates: dict[str, Parameter] = {}
@@ -124,8 +127,8 @@ class Keys:
                         of_kinds[name] = key
                 named = about.named(derived(kind)).items()
                 coordinates |= {f"{member}_{one}": quantity for one, quantity in named}
-        of_kinds = [(name, key) for name, kinds in dotted.items() for key in kinds.values()]
-        for name, key in [*of_kinds, *keys.items()]:
+        fields = [(name, key) for name, kinds in dotted.items() for key in kinds.values()]
+        for name, key in [*fields, *keys.items()]:
             coordinates |= _possible(coordinate(name), key.about)
         return keys, dotted, {**coordinates, **derived(self.owner)}
 
@@ -248,15 +251,12 @@ class Keys:
                     rule = f"is redundant: {member} is given too"
                     problems.add(f"{prefix}{name}", None, rule, f"write it inside {member}")
             elif keys:
-                kind = next(iter(self._open(about).values()))
-                parts[member] = kind.unchecked(**keys)
+                parts[member] = next(iter(self._open(about).values())).unchecked(**keys)
             elif member in required(self.owner) and not given & {member, *open_keys}:
                 if member == "cycles" and "blocks" in given:
                     continue
-                name = (
-                    next(iter(kind.parameters()))
-                    if (kind := next(iter(self._open(about).values()), None))
-                    else member
+                name = next(
+                    (n for kind in self._open(about).values() for n in kind.parameters()), member
                 )
                 problems.add(f"{prefix}{name}", None, "is missing", self._such_as(name))
         return parts

@@ -264,11 +264,9 @@ def _checked(
         chosen = ALL_POINTS if added else points
         _try_points(study, problems, sections.invalid == "skip", chosen, visit)
     else:  # cases cannot be made, but what is missing or redundant is known
-        given = {
-            *_long_form(sections.base, vary, Problems()),
-            *(name.partition(".")[0] for name in vary),
-        }
-        case_keys().members_of(fixed, given, problems, "base.")
+        written = {*_long_form(sections.base, vary, Problems())}
+        written |= {name.partition(".")[0] for name in vary}
+        case_keys().members_of(fixed, written, problems, "base.")
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     for section in added.values() if not problems else ():

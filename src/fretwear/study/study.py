@@ -145,9 +145,9 @@ class Study:
                 changed = {**vars(values[whole]), **varied}
                 values[whole] = type(values[whole]).unchecked(**changed)
                 continue
-            part = {**as_mapping(values.pop(whole, {})), **varied}
+            content = {**as_mapping(values.pop(whole, {})), **varied}
             with problems.at(f"base.{whole}", None):
-                values[whole] = case_keys()[whole].read(part)
+                values[whole] = case_keys()[whole].read(content)
         return case_keys().members_of(values, {*values, *fields}, problems, "base.")
 
 
