@@ -6,7 +6,7 @@ import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from fretwear.vocabulary import RESULTS
+from fretwear.results import RESULTS
 
 from .studies import base, two_loads, write_study
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from fretwear import Case
 from fretwear.mechanics.surfaces.indenters import Ellipsoid
+from fretwear.results import RESULTS, SCALARS
 from fretwear.run.simulate import simulate
 from fretwear.study.case_warnings import LARGE_ERROR
 from fretwear.study.plan import estimate
-from fretwear.vocabulary import RESULTS, SCALARS
 
 BASE: dict[str, Any] = {
     "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000, "accuracy": "none",

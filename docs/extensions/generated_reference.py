@@ -16,11 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from fretwear.data.files import MERGED_PROFILES
 from fretwear.quantity import Inline, Parameter, Part, PartOf, Quantity, declared, required
-from fretwear.study.case import Case, members
-from fretwear.study.materials import material_table
-from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
-from fretwear.study.reading import study_schema
-from fretwear.vocabulary import (
+from fretwear.results import (
     CONVOLUTIONS,
     CRACKS,
     CYCLE,
@@ -39,6 +35,10 @@ from fretwear.vocabulary import (
     X,
     Y,
 )
+from fretwear.study.case import Case, members
+from fretwear.study.materials import material_table
+from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
+from fretwear.study.reading import study_schema
 from fretwear_cracks.section import StressOutput
 
 if TYPE_CHECKING:

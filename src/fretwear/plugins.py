@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     from fretwear.arrays import Array
+    from fretwear.results import Variable
     from fretwear.study.case import Case
     from fretwear.study.problems import Problems
-    from fretwear.vocabulary import Variable
 
 
 @cache

@@ -13,7 +13,7 @@ from pathlib import Path
 __version__ = "0.1.0"
 
 SOURCES = (
-    *("mechanics", "theory", "quantity.py", "tables.py", "vocabulary.py", "data/labels.py"),
+    *("mechanics", "theory", "quantity.py", "tables.py", "results.py", "data/labels.py"),
     *("study/case.py", "study/contact.py", "study/keys.py", "study/spacing.py"),
     *("run/accuracy.py", "run/simulate.py"),
 )

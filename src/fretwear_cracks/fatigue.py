@@ -16,9 +16,7 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_case
 from fretwear.data.labels import attributes_from
-from fretwear.units import cycle_text, listed, number_text
-from fretwear.version import code_digest
-from fretwear.vocabulary import (
+from fretwear.results import (
     CRACKS,
     CYCLE,
     DEPTH,
@@ -27,6 +25,8 @@ from fretwear.vocabulary import (
     FATIGUE_OUTCOMES,
     X,
 )
+from fretwear.units import cycle_text, listed, number_text
+from fretwear.version import code_digest
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import read_pair, read_quantity, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage

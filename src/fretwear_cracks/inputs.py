@@ -15,10 +15,10 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.setup import block_at
 from fretwear.mechanics.slip.models import Cerruti
+from fretwear.results import CYCLE, SYMMETRIES, X, Y
 from fretwear.study.case import Case
 from fretwear.theory import LineContact
 from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
-from fretwear.vocabulary import CYCLE, SYMMETRIES, X, Y
 from fretwear_cracks import StressError
 from fretwear_cracks.states import LoadedSurface
 

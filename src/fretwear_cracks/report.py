@@ -13,9 +13,9 @@ from markupsafe import Markup
 from fretwear.arrays import Array
 from fretwear.data.effects import point_values, varied_names
 from fretwear.report import Section
+from fretwear.results import FATIGUE_OUTCOMES
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text, number_text
-from fretwear.vocabulary import FATIGUE_OUTCOMES
 from fretwear_cracks.figures import first_crack
 
 _MOST_ROWS = 2000

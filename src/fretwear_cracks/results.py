@@ -16,17 +16,7 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, write_groups
 from fretwear.data.labels import attributes_from
-from fretwear.run.resources import available_memory
-from fretwear.study.case import Case
-from fretwear.units import (
-    MEGAPASCAL,
-    NO_UNIT,
-    number_text,
-    readable_unit,
-    size_text,
-    with_unit,
-)
-from fretwear.vocabulary import (
+from fretwear.results import (
     CRACKS,
     CYCLE,
     DEPTH,
@@ -37,6 +27,16 @@ from fretwear.vocabulary import (
     STRESSES,
     X,
     Y,
+)
+from fretwear.run.resources import available_memory
+from fretwear.study.case import Case
+from fretwear.units import (
+    MEGAPASCAL,
+    NO_UNIT,
+    number_text,
+    readable_unit,
+    size_text,
+    with_unit,
 )
 from fretwear_cracks import StressError
 from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises

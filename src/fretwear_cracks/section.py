@@ -13,10 +13,10 @@ from pydantic.dataclasses import dataclass
 from fretwear.arrays import Array
 from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity, adapter, inlined
+from fretwear.results import CYCLE, FATIGUE, Variable
 from fretwear.study.case import Case
 from fretwear.study.contact import read_snapshots
 from fretwear.units import QuantityError
-from fretwear.vocabulary import CYCLE, FATIGUE, Variable
 from fretwear_cracks import StressError
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.surfaces.files import Source, read_line, read_topography
+from fretwear.results import X
 from fretwear.tables import Layout, read_text_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
-from fretwear.vocabulary import X
 
 _TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv")
 _FEWEST = 5

@@ -37,6 +37,7 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
+from fretwear.results import BODY_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case
 from fretwear.study.contact import MAX_CYCLES
 from fretwear.study.parameters import base_names, parameter_names, parameter_of
@@ -55,7 +56,6 @@ from fretwear.units import (
     exact_text,
     parse_quantity,
 )
-from fretwear.vocabulary import BODY_SCALARS, SCALARS, Variable, Y
 from fretwear_fit.readings import loop_of, profile_of
 
 MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")

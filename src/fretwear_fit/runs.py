@@ -16,10 +16,10 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import write_text
 from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.platform import pool_of
+from fretwear.results import BODY_SCALARS, CYCLE, X, Y, scalars_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
 from fretwear.version import code_digest
-from fretwear.vocabulary import BODY_SCALARS, CYCLE, X, Y, scalars_of
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor

@@ -16,9 +16,9 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.report import Section, table_html
+from fretwear.results import SYMMETRIES, ContactState
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
-from fretwear.vocabulary import SYMMETRIES, ContactState
 from fretwear_source_study.cases import (
     RUN_IN,
     Cases,

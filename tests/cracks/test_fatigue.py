@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.vocabulary import FATIGUE_OUTCOMES
+from fretwear.results import FATIGUE_OUTCOMES
 from fretwear_cracks import StressError
 from fretwear_cracks.fatigue import fatigue_table
 

@@ -18,9 +18,9 @@ from fretwear.data.dataset import (
 )
 from fretwear.data.labels import case_dataset, history_dataset, history_line, source
 from fretwear.data.stack import resampled
+from fretwear.results import AT_SNAPSHOTS, FIELDS, SCALARS
 from fretwear.study.case import Case
 from fretwear.units import POINT_CONTACT
-from fretwear.vocabulary import AT_SNAPSHOTS, FIELDS, SCALARS
 
 from ..studies import near
 

@@ -20,7 +20,7 @@ from fretwear.data.files import (
     reading,
     write_case,
 )
-from fretwear.vocabulary import FIELDS
+from fretwear.results import FIELDS
 
 
 @pytest.fixture

@@ -23,8 +23,8 @@ from fretwear.data.stack import (
     common_positions,
     open_study,
 )
+from fretwear.results import FIELDS, SCALARS, PointStatus
 from fretwear.run.simulate import run
-from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
 from ..studies import WAVES, flip, near, run_study, steel
 from .conftest import COARSE, study_in

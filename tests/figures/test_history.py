@@ -10,7 +10,7 @@ from fretwear.figures.axes import ParameterAxis, ValueAxis, outside_key, set_cyc
 from fretwear.figures.history import representative_cases, with_steps
 from fretwear.figures.index import HISTORIES, PROFILES
 from fretwear.figures.style import JournalFigure, style_context
-from fretwear.vocabulary import RESULTS
+from fretwear.results import RESULTS
 
 
 def axes_of_cycles(cycles):

@@ -17,9 +17,9 @@ from fretwear.mechanics.wear.edges import half_width, next_tip, stick_half_width
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.state import CONTACT_GAP, in_contact
+from fretwear.results import ContactState
 from fretwear.run.simulate import simulate
 from fretwear.theory import HertzContact, PartialSlip
-from fretwear.vocabulary import ContactState
 
 from ..studies import WAVES, near, steel
 from .problems import (

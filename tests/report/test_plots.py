@@ -7,7 +7,7 @@ from scipy.stats import qmc
 from fretwear.data.effects import Points, effects_table
 from fretwear.report.matrix import build_matrix, factor_text, range_text
 from fretwear.report.plots import curve, explorer
-from fretwear.vocabulary import RESULTS
+from fretwear.results import RESULTS
 
 from ..data.test_effects import listed
 from ..studies import sampled

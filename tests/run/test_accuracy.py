@@ -7,6 +7,7 @@ import fretwear
 from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.state import State
+from fretwear.results import RESULTS
 from fretwear.run import simulate
 from fretwear.run.accuracy import (
     ASKED,
@@ -27,7 +28,6 @@ from fretwear.study.plan import (
     estimate,
 )
 from fretwear.study.spacing import WIDEST
-from fretwear.vocabulary import RESULTS
 
 from ..studies import near
 from .conftest import make_case

@@ -18,6 +18,7 @@ from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure, next_tips
+from fretwear.results import ContactState
 from fretwear.run.accuracy import GridRun, estimated_errors, without_jumps
 from fretwear.run.simulate import (
     DoubtfulResultWarning,
@@ -27,7 +28,6 @@ from fretwear.run.simulate import (
     wear_problem,
 )
 from fretwear.theory import HertzContact, PartialSlip
-from fretwear.vocabulary import ContactState
 
 from ..studies import near
 from .conftest import make_case

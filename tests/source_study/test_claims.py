@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.vocabulary import ContactState
+from fretwear.results import ContactState
 from fretwear_source_study.cases import (
     amplitude_left,
     asperities,

@@ -23,8 +23,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import cycle_text, in_unit, number_text, readable_unit, with_error
-from fretwear.vocabulary import (
+from fretwear.results import (
     FORCES,
     RESULTS,
     SYMMETRIES,
@@ -32,6 +31,7 @@ from fretwear.vocabulary import (
     contact_frame,
     headlines,
 )
+from fretwear.units import cycle_text, in_unit, number_text, readable_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fretwear.arrays import Array
-from fretwear.study.case import Case
-from fretwear.units import cycle_text, is_readable, listed, readable_unit
-from fretwear.vocabulary import (
+from fretwear.results import (
     CYCLE,
     FORCES,
     RESULTS,
@@ -25,6 +23,8 @@ from fretwear.vocabulary import (
     Y,
     headlines,
 )
+from fretwear.study.case import Case
+from fretwear.units import cycle_text, is_readable, listed, readable_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

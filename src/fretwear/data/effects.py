@@ -19,9 +19,7 @@ from scipy import stats
 from scipy.interpolate import RBFInterpolator
 
 from fretwear.arrays import Array
-from fretwear.study.problems import as_cell
-from fretwear.units import in_unit
-from fretwear.vocabulary import (
+from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
@@ -32,6 +30,8 @@ from fretwear.vocabulary import (
     Variable,
     headlines,
 )
+from fretwear.study.problems import as_cell
+from fretwear.units import in_unit
 
 if TYPE_CHECKING:
     import xarray as xr

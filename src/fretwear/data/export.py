@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.atomic import atomic_path, write_text
+from fretwear.results import CYCLE, DEPTH, PHASE, POINT, X, Y
 from fretwear.units import cycle_text, listed
-from fretwear.vocabulary import CYCLE, DEPTH, PHASE, POINT, X, Y
 
 _SPACE = (X.name, Y.name, DEPTH.name)
 _STEPS = (CYCLE.name, PHASE.name)

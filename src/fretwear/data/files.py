@@ -18,7 +18,7 @@ import xarray as xr
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
 from fretwear.data.atomic import DataFileError, atomic_path
-from fretwear.vocabulary import (
+from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,

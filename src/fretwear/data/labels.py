@@ -16,10 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from fretwear.study.case_warnings import Unreached, case_warnings
-from fretwear.units import ContactFrame
-from fretwear.version import __version__, code_digest
-from fretwear.vocabulary import (
+from fretwear.results import (
     BODY_FIELDS,
     BODY_SCALARS,
     CODE_DIGEST,
@@ -37,6 +34,9 @@ from fretwear.vocabulary import (
     of_steps,
     scalars_of,
 )
+from fretwear.study.case_warnings import Unreached, case_warnings
+from fretwear.units import ContactFrame
+from fretwear.version import __version__, code_digest
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case

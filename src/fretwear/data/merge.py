@@ -27,8 +27,7 @@ from fretwear.data.files import (
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes
 from fretwear.data.stack import NOT_DONE, common_positions, empty_value, resampled
-from fretwear.version import code_digest
-from fretwear.vocabulary import (
+from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
@@ -38,6 +37,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
 )
+from fretwear.version import code_digest
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, open_summary, reading
-from fretwear.vocabulary import (
+from fretwear.results import (
     CASE_ID,
     CYCLE,
     FIELDS,

@@ -66,7 +66,7 @@ def _of_quantity(general: str, name: str, quantity: str) -> "Callable[..., Figur
     """Return the figure function of one result or field: the general one with its quantity."""
     from inspect import signature
 
-    from fretwear.vocabulary import RESULTS
+    from fretwear.results import RESULTS
 
     draw = __getattr__(general)
 

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.figures.style import Columns, JournalFigure
+from fretwear.results import Variable
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import cycle_text, number_text, power_of_ten, readable_unit
-from fretwear.vocabulary import Variable
 
 Place = Literal["outside upper left", "outside lower left"]
 """The place of a key, as matplotlib's legends name it."""

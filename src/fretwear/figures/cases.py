@@ -59,9 +59,9 @@ from fretwear.figures.style import (
     style_context,
     styled,
 )
+from fretwear.results import RESULTS, ContactState
 from fretwear.study.parameters import coordinate, replaced_by, symbol_text, value_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readable_unit
-from fretwear.vocabulary import RESULTS, ContactState
 
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
 FEW_SNAPSHOTS = 12

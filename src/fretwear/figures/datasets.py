@@ -16,7 +16,7 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import gap_beyond, line_near_the_middle
 from fretwear.data.files import MERGED_PROFILES, open_history
 from fretwear.data.stack import representative_cycles
-from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Variable
+from fretwear.results import FIELDS, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
 """The snapshots that a figure shows; None: a few representative ones."""

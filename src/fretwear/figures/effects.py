@@ -32,9 +32,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
+from fretwear.results import headlines
 from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import in_unit, readable_unit, with_unit
-from fretwear.vocabulary import headlines
 
 _ROW, _HEAD = 48.0, 16.0
 _UNCHANGED = 5e-3

@@ -45,9 +45,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
+from fretwear.results import POINT, PointStatus, Variable
 from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.units import in_unit, listed
-from fretwear.vocabulary import POINT, PointStatus, Variable
 
 MOST_KEYED = 8
 """Largest number of levels with a key; more levels have a colour bar."""

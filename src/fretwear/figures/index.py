@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fretwear.data.atomic import DataFileError
-from fretwear.vocabulary import BODY_FIELDS, BODY_SCALARS, FIELDS, SCALARS
+from fretwear.results import BODY_FIELDS, BODY_SCALARS, FIELDS, SCALARS
 
 INDEX_NAME = "index.json"
 ANSWER_CATEGORY = "What each parameter does"

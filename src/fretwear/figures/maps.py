@@ -29,8 +29,8 @@ from fretwear.figures.style import (
     depth_colormap,
     styled,
 )
+from fretwear.results import RESULTS, ContactState
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
-from fretwear.vocabulary import RESULTS, ContactState
 
 _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01

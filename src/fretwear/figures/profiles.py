@@ -41,9 +41,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
+from fretwear.results import BODY_FIELDS, LOOP, RESULTS, ContactState, Variable
 from fretwear.study.case import Case
 from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, with_unit
-from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, ContactState, Variable
 
 ZONE_COLORS = {
     ContactState.OPEN: "#f4f4f4",

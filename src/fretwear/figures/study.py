@@ -42,8 +42,8 @@ from fretwear.figures.index import (
 from fretwear.figures.maps import compare_wear_maps
 from fretwear.figures.profiles import compare_bearing_areas, compare_loops, compare_profiles
 from fretwear.figures.style import JournalFigure, save_figure
+from fretwear.results import PointStatus, headlines
 from fretwear.study.case import Case
-from fretwear.vocabulary import PointStatus, headlines
 
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
 # Profiles of every study, and of one with a surface that is measured or random.

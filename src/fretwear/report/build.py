@@ -34,6 +34,7 @@ from fretwear.figures.index import (
 )
 from fretwear.report.matrix import build_matrix, plain_unit
 from fretwear.report.plots import curve, explorer, with_unit_name
+from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus, headlines
 from fretwear.run.cases import failures
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
@@ -45,7 +46,6 @@ from fretwear.units import (
     span,
     with_error,
 )
-from fretwear.vocabulary import CASE_ID, RESULTS, STATUS, PointStatus, headlines
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
 _MOST_ROWS = 2000

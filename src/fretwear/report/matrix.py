@@ -11,9 +11,9 @@ import pandas as pd
 
 from fretwear.arrays import Array
 from fretwear.data.effects import GOOD, SEED, Indices, Points, rank_correlations
+from fretwear.results import Variable, headlines
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import Unit, in_unit, number_text, readable_unit, with_unit
-from fretwear.vocabulary import Variable, headlines
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""

@@ -15,9 +15,9 @@ from plotly.subplots import make_subplots
 from fretwear.arrays import Array
 from fretwear.data.effects import SEED, Points, point_dims, point_values, varied_names
 from fretwear.report.matrix import factor_text
+from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import Unit, cycle_text, in_unit, number_text, readable_unit
-from fretwear.vocabulary import CASE_ID, RESULTS, STATUS, PointStatus
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""

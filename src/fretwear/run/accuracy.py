@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.wear.measures import NextTips
+from fretwear.results import RESULTS
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import Unreached
 from fretwear.study.plan import USUAL_BUDGET, affordable_width
-from fretwear.vocabulary import RESULTS
 
 Columns: TypeAlias = dict[str, NDArray[np.float64]]
 

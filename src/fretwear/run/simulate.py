@@ -37,6 +37,15 @@ from fretwear.mechanics.wear.measures import (
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
 from fretwear.mechanics.wear.state import State, WearProblem, in_contact
 from fretwear.mechanics.wear.stroke import StrokeState, slide
+from fretwear.results import (
+    BODY_FIELDS,
+    FIELDS,
+    SCALARS,
+    SYMMETRIES,
+    VECTOR_FIELDS,
+    ContactState,
+    Y,
+)
 from fretwear.run.accuracy import (
     GridRun,
     columns_of,
@@ -49,15 +58,6 @@ from fretwear.run.accuracy import (
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
-from fretwear.vocabulary import (
-    BODY_FIELDS,
-    FIELDS,
-    SCALARS,
-    SYMMETRIES,
-    VECTOR_FIELDS,
-    ContactState,
-    Y,
-)
 
 _MARGIN = 1.15
 

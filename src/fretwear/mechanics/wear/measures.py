@@ -60,7 +60,7 @@ _SPHERE = 2.0 / 3.0
 
 @dataclass(frozen=True)
 class Measures:
-    """The scalars of a state, of the whole contact, as in `fretwear.vocabulary`."""
+    """The scalars of a state, of the whole contact, as in `fretwear.results`."""
 
     approach: float  # m
     tangential_displacement: float  # m
