@@ -111,8 +111,7 @@ class Page:
     name
         Name of the page, and of the module that measures it: ``python -m benchmarks.NAME``.
     introduction
-        Text above the sections, with ``{names}`` of these, ``{minutes}`` that they took and the
-        ``{summary}`` of all checks.
+        Text above the sections, with ``{names}`` of these and ``{minutes}`` that they took.
     sections
         What it is made of.
     surroundings
@@ -158,26 +157,23 @@ class Page:
 
     def render(self, entries: Data) -> str:
         """The page in Markdown."""
-        rows, parts, seconds = [], [], 0
+        parts, seconds = [], 0
         for section in self.sections:
             if section.name not in entries:
                 continue
             entry = entries[section.name]
             seconds += entry["seconds"]
-            link = f"[{section.title}](#{anchor(section.title)})"
-            for check in section.checks(entry["data"]):
-                rows.append([link, check.what, percent(check.measured)])
 
             def image(match: re.Match[str], section: Section = section) -> str:
                 stem = section.stem(match[1] or "")
                 return f"![{section.title}](images/{self.name}/{stem}.svg)"
 
             body = re.sub(r"\{figure(?::(\w+))?\}", image, section.text(entry["data"])).rstrip()
-            parts.append(f"## {section.title}\n\n{body}\n\n*{self.footer(entry)}*\n")
+            versions = f"\n\n*{footer}*" if (footer := self.footer(entry)) else ""
+            parts.append(f"## {section.title}\n\n{body}{versions}\n")
         head = self.introduction.format(
             minutes=-(-seconds // 60),
             names=", ".join(f"`{section.name}`" for section in self.sections),
-            summary=table(["section", "what", "largest deviation"], rows, left=2),
         )
         return "\n".join([head, *parts])
 

@@ -86,7 +86,7 @@ PAGE = Page(
     INTRODUCTION,
     SECTIONS,
     surroundings,
-    lambda entry: f"fretwear {entry['version']}, Python {entry['python']}, {entry['seconds']} s.",
+    lambda _: "",
     time.process_time,
 )
 

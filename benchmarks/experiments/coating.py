@@ -41,10 +41,10 @@ def measure_fouvry2007() -> Data:
 
 def text_fouvry2007(data: Data) -> str:
     return f"""\
-Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on a coating of
-TiC, 1.6 µm thick, on steel, 100 N, ±50 and ±100 µm, until the coating spalled. Volumes follow the authors'
-415 µm³/J with an rms of {100 * data["rms"]:.0f} %. Predicted is the depth of the largest volume, {data["volume"]:.3g} µm³;
-depths scatter by {100 * data["scatter"]:.0f} %. The coating is not represented in the elasticity.
+Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on 1.6 µm of TiC on
+steel, 100 N, until the coating spalled. Volumes follow the authors' 415 µm³/J with an rms of
+{100 * data["rms"]:.0f} %; predicted is the depth of the largest volume. Depths scatter by {100 * data["scatter"]:.0f} %. The coating is not represented in the
+elasticity.
 
 {comparison(data["points"])}
 """

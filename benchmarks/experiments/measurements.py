@@ -69,16 +69,14 @@ def comparison(points: Sequence[Data]) -> str:
     lines = [
         [
             each["label"],
-            each["unit"],
-            f"{each['measured']:.3g}",
-            f"{100 * each['scatter']:.0f} %" if each.get("scatter") else "–",
+            f"{each['measured']:.3g}\u00a0{each['unit']}",
             f"{each['computed']:.3g}",
-            percent(each["computed"] / each["measured"] - 1.0),
+            percent(each["computed"] / each["measured"] - 1.0).replace(" ", "\u00a0"),
             each.get("basis", "predicted"),
         ]
         for each in points
     ]
-    return table(["", "unit", "measured", "scatter", "computed", "deviation", "basis"], lines)
+    return table(["", "measured", "computed", "deviation", "basis"], lines)
 
 
 def profile_figure(draw: Any) -> Figure:

@@ -13,7 +13,7 @@ def measure_proposed() -> Data:
             now = case.sel(cycle=cycle)
             values = [
                 1e6 * float(now[f"{name}{end}"])
-                for name in ("maximum_wear_depth", "contact_half_width_x", "stick_half_width_x")
+                for name in ("maximum_wear_depth", "contact_radius", "stick_radius")
                 for end in ("", "_error")
             ]
             found.append([float(case["wear_coefficient"]), cycle, *values])
@@ -31,17 +31,22 @@ def text_proposed(data: Data) -> str:
         ]
         for k, n, depth, depth_error, radius, radius_error, stick, stick_error in data["rows"]
     ]
-    titles = ["coefficient", "cycles", "depth of both, µm", "outer radius, µm", "stick radius, µm"]
+    titles = [
+        "coefficient",
+        "cycles",
+        "depth of both, µm",
+        "contact radius, µm",
+        "stick radius, µm",
+    ]
     return f"""\
-No published experiment in partial slip was found that states geometry, load, friction, cycles and the profile of a
-scar in numbers. One that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same
-steel, dry, 50 N, ±20 N, 30 000 cycles, the loop recorded in every decade, the annular scars of both bodies by
-interferometry to 10 nm. Predicted at µ = 0.5 (`studies/experiments/partial_slip.yaml`):
+No published experiment in partial slip was found that states geometry, load, friction, cycles and the profile of a scar in
+numbers. One that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N,
+±20 N, 30 000 cycles, with loops and the annular scars of both bodies. Predicted at µ = 0.5
+(`studies/experiments/partial_slip.yaml`):
 
 {table(titles, lines)}
 
-The coefficient is the only unknown: it sets when a depth is reached, not the profile at that depth, and the stick
-radius is the same for any coefficient and at any cycle.
+The coefficient is the only unknown: it sets when a depth is reached, not the profile at that depth.
 """
 
 

@@ -189,7 +189,7 @@ def compare(
     targets: Sequence[float] = (1e-6, 1e-4),
 ) -> dict[str, Any]:
     """This simulator's whole run beside the extrapolated runs of the peers, one thread each."""
-    case = smooth_case(cells_on_radius)
+    case = smooth_case(cells_on_radius, slip_model="jaeger")  # as the loops have it
     problem = simulate.wear_problem(case, Grid)
     own = []
     for _ in range(3):
@@ -197,7 +197,8 @@ def compare(
         state = deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
         own.append(watch.read())
     states = sampled(problem, case.tolerance)
-    trial = simulate.wear_problem(smooth_case(min(cells_on_radius, _TRIAL_CELLS)), Grid)
+    coarse_case = smooth_case(min(cells_on_radius, _TRIAL_CELLS), slip_model="jaeger")
+    trial = simulate.wear_problem(coarse_case, Grid)
     # The estimate goes with the spacing; how far beyond it a loop can go is found on fewer cells.
     factors = [
         longest_step(trial, coarse) / estimated_step(trial, coarse)

@@ -34,26 +34,14 @@ PARTS = (
 INTRODUCTION = """\
 # Verification in detail
 
-The tables behind [Verification](verification.md).
+The tables behind [Verification](verification.md). `python -m benchmarks.verification` repeats them in about {minutes} minutes
+of one core (extras `test` and `bench`) and keeps them in `verification.json`; names of sections ({names}) run only
+those, and `--render` only writes the pages.
 
-Unless a section says otherwise the contact is the study's: a steel sphere on a steel flat,
-R = 10 mm (our choice: the study gives no radius), P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3,
-K_w = 7e-13 / Pa; Hertz radius a = 148.6 µm, pressure p0 = 1081 MPa; X = Q/µP is the load ratio,
-κ = E*/G*, and τ = 4 K_w µ κ p0 N the number of cycles without dimension (30000 cycles are
-τ = 55.1). Spacings are given as fractions of a. "Capped" is elastic–perfectly plastic with
-p ≤ 4500 MPa = 4.16 p0. Deviations are signed: computed over reference, minus one.
-
-## Summary
-
-{summary}
-
-## Repeat it
-
-`python -m benchmarks.verification` measures everything on this page in about {minutes} minutes of
-one core, from the repository's root, with the package installed with its extras `test` and `bench`.
-It keeps what it found in `verification.json` beside this page, and writes both pages and their
-figures from that file. Names of sections ({names})
-run just those, and `--render` only writes the pages.
+Unless a section says otherwise the contact is that of the [source study](paper.md) with `slip_model: jaeger`, for which there are closed
+forms: steel on steel, R = 10 mm, P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, so that a = 148.6 µm and p0 = 1081 MPa.
+X = Q/µP is the load ratio, τ = 4 K_w µ κ p0 N the dimensionless number of cycles (τ = 55 is 30000 cycles). Spacings are fractions
+of a; "capped" is p ≤ 4500 MPa. Deviations are signed: computed over reference, minus one.
 """
 
 

@@ -35,7 +35,7 @@ def test_no_symbol_stands_for_two_quantities():
 
 # Functions, variables of integration, and constants that are explained where they are used.
 LOCAL = {*"eπdtr∫⟨⟩′i", "′′", "cos", "sin", "tan", "asin", "ln", "min", "max"}
-LOCAL |= {*"CFKZkζηθξρφχψλ", "k_x", "k_y", "q_x", "u_x", "u_y", "ε_a", "σ_n,max"}
+LOCAL |= {*"CFKZkζηθξρφχψλ", "k_x", "k_y", "K_xx", "q_x", "u_x", "u_y", "ε_a", "σ_n,max"}
 
 
 def identifiers(mathml):

@@ -136,8 +136,8 @@ def simulate(
 ) -> xr.Dataset:
     """Run a case.
 
-    A smooth indenter with rotational symmetry is computed on concentric rings: scalars come from
-    the rings, and fields are means over a quarter of the grid that `cell` asks for.
+    Smooth indenters with rotational symmetry may be computed on concentric rings: scalars then come
+    from the rings, and fields are means over a quarter of the grid that `cell` asks for.
 
     `observers` are called with each accepted `Step`, cycle 0 included. `progress` shows
     a bar, also in a notebook.
