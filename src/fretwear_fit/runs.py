@@ -15,7 +15,6 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.data.atomic import write_text
 from fretwear.data.dataset import line_near_the_middle, mirrored
-from fretwear.platform import pool_of
 from fretwear.results import BODY_SCALARS, CYCLE, X, Y, scalars_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
@@ -154,5 +153,8 @@ class Runs:
                 yield prediction
             return
         if self._pool is None:
-            self._pool = pool_of(self.processes)
+            from concurrent.futures import ProcessPoolExecutor
+            from multiprocessing import get_context
+
+            self._pool = ProcessPoolExecutor(self.processes, get_context("spawn"))
         yield from self._pool.map(Prediction.of, cases, [self.profiles] * len(cases))

@@ -1,29 +1,22 @@
 """What the commands do: run, plan, merge, show, compare, plot, animate; how they are stopped."""
 
-import fcntl
 import json
-import os
-import pty
 import re
 import shutil
 import signal
 import struct
 import subprocess
 import sys
-import termios
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import fretwear
-from fretwear.cli import commands
-from fretwear.study import plan
 from fretwear.study.reading import load_study, select_case
 
 from ..run.conftest import read_until
-from ..studies import TITANIUM, WAVES, base
+from ..studies import WAVES, base
 
 FRETWEAR = (sys.executable, "-m", "fretwear")
 
@@ -70,47 +63,6 @@ def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run):
     assert {Path(file).suffix for file in desk.files()} <= {".yaml", ".checkpoint"}
 
 
-def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
-    """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
-    near, far = pty.openpty()
-
-    def as_session():
-        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # tests may run under nohup
-        os.setsid()
-        fcntl.ioctl(2, termios.TIOCSCTTY, 0)
-
-    process = subprocess.Popen(
-        (*FRETWEAR, *long_run), stderr=far, stdout=far, preexec_fn=as_session
-    )
-    os.close(far)
-    seen = b""
-    while b"half-width" not in seen:
-        assert process.poll() is None
-        seen += os.read(near, 4096)
-    os.close(near)
-    assert process.wait(60) == 129
-    assert {Path(file).suffix for file in desk.files()} == {".yaml", ".checkpoint"}
-
-
-@pytest.mark.usefixtures("desk")
-def test_nohup_outlives_its_terminal():
-    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N")
-    ignore = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=ignore) as process:
-        assert "cycle 0" in process.stderr.readline()
-        process.send_signal(signal.SIGHUP)
-        process.stderr.read()
-        assert process.wait(60) == 0
-
-
-@pytest.mark.usefixtures("desk")
-def test_a_plan_estimates_each_case_once(monkeypatch):
-    estimated, estimate = [], plan.estimate
-    monkeypatch.setattr(plan, "estimate", lambda case: estimated.append(case) or estimate(case))
-    commands.plan(Path("tiny.yaml"))
-    assert len(estimated) == len(set(estimated)) > 0
-
-
 HEAVY = ("xarray", "netCDF4", "matplotlib")
 
 
@@ -151,19 +103,6 @@ def test_a_wide_plan_is_not_cut_and_a_huge_one_shows_both_ends_unless_all_is_ask
     assert total.startswith("301 points, 301 cases in ")
     every = desk.call("plan", "tiny.yaml", "--all").stdout.splitlines()
     assert [line.split()[0] for line in every[1:-3]] == ids
-
-
-def test_a_fit_goes_into_the_folder_of_its_study(desk):
-    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500  # 4 K P δ N, of a contact that slides as a whole
-    number = {"quantity": "wear_volume", "value": f"{volume} m^2", "error": "2 %"}
-    sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [number]}
-    desk.write({"base": TITANIUM, "fit": sought}, "scar.yaml")
-    result = desk.call("fit", "scar.yaml")
-    assert "results/scar/fit.nc" in result.stdout
-    assert "wear_coefficient  2·10⁻¹³ Pa⁻¹  1.96·10⁻¹³ Pa⁻¹ to 2.04·10⁻¹³ Pa⁻¹" in result.stdout
-    assert {"results/scar/fit.nc", "results/scar/fit.json"} <= {*desk.files()}
-    again = desk.call("fit", "scar.yaml", "-o", "missing/fit.nc", status=2)
-    assert "there is no folder missing" in again.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Results of coarse runs, of a case and of the cases of a study."""
 
-import subprocess
-import sys
 from functools import partial
 
 import pytest
@@ -13,12 +11,6 @@ from fretwear.study.reading import load_study
 from ..studies import base, run_study, steel, two_loads, write_study
 
 COARSE = {"cell": ["10 um", "12 um"], "error_estimate": False}
-
-
-def python(code, *arguments):
-    """Start a process with pipes; what it prints comes at once."""
-    command = [sys.executable, "-u", "-c", code, *map(str, arguments)]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def study_in(folder, vary, **sections):

@@ -2,21 +2,18 @@
 
 import json
 import math
-import subprocess
-import sys
 from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 import xarray as xr
 
-import fretwear
 from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
     different_parameters,
 )
-from fretwear.data.labels import case_dataset, history_dataset, history_line, source
+from fretwear.data.labels import case_dataset, history_dataset, history_line
 from fretwear.data.stack import resampled
 from fretwear.results import AT_SNAPSHOTS, FIELDS, SCALARS
 from fretwear.study.case import Case
@@ -124,22 +121,6 @@ def test_values_are_kept_at_cell_centres_and_interpolated_between_them_on_both_s
     assert resampled(states, [centres], [positions], -1).tolist() == [2, 2, 1, 1, 0, -1]
 
 
-def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_path):
-    git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b.invalid"]
-    subprocess.run([*git, "init", "-q"], check=True)
-    told, plain = source.__wrapped__, f"fretwear {fretwear.__version__}"
-    assert told(tmp_path) == plain, "another repository around an installed package"
-    code = tmp_path / "src" / "fretwear" / "module.py"
-    code.parent.mkdir(parents=True)
-    code.write_text("a = 1\n")
-    subprocess.run([*git, "add", "."], check=True)
-    subprocess.run([*git, "commit", "-q", "-m", "first"], check=True)
-    head = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
-    assert told(tmp_path) == f"{plain} (commit {head.stdout[:12]})"
-    code.write_text("a = 2\n")
-    assert told(tmp_path) == f"{plain} (commit {head.stdout[:12]}-dirty)"
-
-
 def _case(cycles, **parameters):
     growth = np.arange(1.0, len(cycles) + 1.0)
     results = {variable.name: ("cycle", growth) for variable in SCALARS}
@@ -213,7 +194,7 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
         quarter.expand_dims(normal_load=[50.0, 60.0]).fretwear.map("pressure")
 
 
-def test_a_dataset_shows_itself_in_a_notebook_and_answers_a_wrong_name(results, monkeypatch):
+def test_a_dataset_shows_itself_in_a_notebook_and_answers_a_wrong_name(results):
     quarter = results.dataset
     accessor = quarter.fretwear
     assert len(repr(accessor)) < 160
@@ -224,35 +205,3 @@ def test_a_dataset_shows_itself_in_a_notebook_and_answers_a_wrong_name(results, 
         accessor.friction  # noqa: B018
     with pytest.raises(AttributeError, match=r"no attribute 'lod'$"):
         accessor.lod  # noqa: B018
-    monkeypatch.setitem(sys.modules, "ipywidgets", None)
-    with pytest.raises(ImportError, match=r"pip install 'fretwear\[notebook\]'"):
-        accessor.slider("wear_depth")
-
-
-def test_a_slider_stops_at_every_snapshot(results, monkeypatch):
-    quarter = results.dataset
-    widgets = pytest.importorskip("ipywidgets")
-    from matplotlib import pyplot
-
-    shown = []
-    monkeypatch.setattr("matplotlib.pyplot.show", lambda: shown.append(pyplot.gcf()))
-    made = []
-    whole = widgets.SelectionSlider.__init__
-    monkeypatch.setattr(
-        widgets.SelectionSlider,
-        "__init__",
-        lambda self, **given: (made.append(self), whole(self, **given))[1],
-    )
-    quarter.fretwear.slider("wear_depth")
-    (slider,) = made
-    cycles = quarter.cycle.values.tolist()
-    assert list(slider.options) == [(str(round(cycle)), cycle) for cycle in cycles]
-    slider.value = 0.0
-    last, first = (figure.axes[0] for figure in shown)
-    assert last.get_title() == f"cycle {cycles[-1]:.0f}"
-    assert first.get_title() == "cycle 0"
-    assert last.get_xlabel() == "x (µm), direction of slip"
-    assert last.get_aspect() == 1.0
-    pyplot.close("all")
-    with pytest.raises(KeyError, match="has no field 'presure'"):
-        quarter.fretwear.slider("presure")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.export import ExportError, write_abaqus, write_csv, write_vtk
+from fretwear.data.export import ExportError, write_abaqus, write_csv, write_vtk, write_x3p
 
 from ..studies import STEEL, near, steel
 
@@ -98,3 +98,13 @@ def test_abaqus_gets_the_worn_profile_and_forces_that_balance_the_load(worn, lin
     (file,) = write_abaqus(line, tmp_path / "line.inp")
     loads = blocks(file)["*CLOAD"].astype(float)
     assert loads[loads[:, 1] == 2, 2].sum() == near(-18e3, rel=2e-3)
+
+
+def test_programs_for_surfaces_read_the_heights_of_the_worn_flat(worn, tmp_path):
+    surfaces = pytest.importorskip("SurfaceTopography")
+    (file,) = write_x3p(worn, tmp_path / "worn.x3p")
+    read = surfaces.read_topography(str(file)).to_unit("m")
+    depth = worn.wear_depth.isel(cycle=-1).transpose("x", "y").values
+    np.testing.assert_allclose(-read.heights(), depth, rtol=1e-6, atol=1e-6 * depth.max())
+    cells = [size / number for size, number in zip(read.physical_sizes, depth.shape, strict=True)]
+    assert cells == near([8e-6, 8e-6])

@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 
 import netCDF4
 import numpy as np
@@ -14,7 +12,6 @@ from fretwear.data.atomic import DataFileError, atomic_path
 from fretwear.data.files import (
     finished_by,
     open_case,
-    open_group,
     open_history,
     open_loops,
     reading,
@@ -147,11 +144,6 @@ def test_a_bit_flipped_in_a_field_is_found_when_the_field_is_read(case_path):
         dataset.load()
 
 
-def test_a_case_without_loops_says_so(case_path):
-    with pytest.raises(DataFileError, match="loop"):
-        open_loops(case_path)
-
-
 def test_a_file_that_is_not_finished_leaves_the_one_before_it_and_no_trace(tmp_path):
     path = tmp_path / "new" / "a.txt"
     with atomic_path(path) as temporary:
@@ -171,35 +163,3 @@ def test_a_file_that_is_not_finished_leaves_the_one_before_it_and_no_trace(tmp_p
         with atomic_path(path) as temporary:
             temporary.write_text("third")
         assert left.exists() == remains
-
-
-def test_a_folder_that_cannot_be_written_to_is_told(tmp_path, results):
-    blocker = tmp_path / "file"
-    blocker.touch()
-    with pytest.raises(DataFileError, match=r"file/case\.nc: not written: .*Choose another folder"):
-        write_case(results.dataset, results.history, blocker / "case.nc")
-
-
-FULL = """
-import resource, signal, sys
-from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_case, open_history, write_case
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-case, history = open_case(sys.argv[1]).load(), open_history(sys.argv[1]).load()
-resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-try:
-    write_case(case, history, sys.argv[2])
-except DataFileError as error:
-    print(error)
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not limit the size of files")
-def test_a_disk_that_is_full_is_one_sentence_and_nothing_is_lost(case_path):
-    other = case_path.with_name("other.nc")
-    command = [sys.executable, "-c", FULL, str(case_path), str(other)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.stdout.startswith(f"{other}: not written")
-    assert [file.name for file in other.parent.iterdir()] == [case_path.name]
-    with open_group(case_path) as whole:
-        whole.load()

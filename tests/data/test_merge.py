@@ -2,11 +2,7 @@
 
 import json
 import math
-import pickle
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import dask
 import numpy as np
@@ -17,17 +13,13 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.files import MERGED_PROFILES, open_case, open_history, open_summary, write_case
 from fretwear.data.merge import Tally, check_belongs, merge_study, remarks_on_summary
 from fretwear.data.stack import (
-    MOST_POSITIONS,
     NOT_DONE,
-    _StackedField,
-    common_positions,
     open_study,
 )
 from fretwear.results import FIELDS, SCALARS, PointStatus
-from fretwear.run.simulate import run
 
-from ..studies import WAVES, flip, near, run_study, steel
-from .conftest import COARSE, study_in
+from ..studies import WAVES, flip, near, run_study
+from .conftest import study_in
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 ROUGH = {**WAVES, "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
@@ -187,19 +179,6 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
     assert set(np.unique(stack.contact_state)) == {0, 1, 2}
 
 
-def test_common_positions_are_the_cells_of_the_finest_case_in_the_largest_window():
-    def cells(spacing, number, whole=False):
-        return (np.arange(-number if whole else 0, number) + 0.5) * spacing
-
-    fine, wide = cells(1e-6, 30), cells(3e-6, 33)
-    np.testing.assert_allclose(common_positions([fine, wide]), cells(1e-6, 99))
-    extreme = common_positions([cells(1e-10, 10000), wide])
-    assert extreme.size == MOST_POSITIONS
-    assert extreme[-1] < 99e-6 < extreme[-1] + (extreme[1] - extreme[0])
-    both = common_positions([fine, cells(3e-6, 3, whole=True)])
-    np.testing.assert_allclose(both, cells(1e-6, 30, whole=True))
-
-
 def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     summary = summary_of(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
     assert summary.wear_volume.dims == ("roughness", "slip_model", "cycle")
@@ -338,18 +317,22 @@ def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
 
 
 @pytest.mark.filterwarnings("ignore::FutureWarning")
-def test_xarray_puts_case_files_side_by_side(loads):
+@pytest.mark.parametrize("is_new", [False, True])
+def test_xarray_puts_case_files_side_by_side(loads, is_new):
+    """Also with the defaults that xarray announces, if all variables are asked for."""
     files = sorted((loads / "cases").glob("*.nc"))
-    with xr.open_mfdataset(files) as cases:
-        assert cases.case_id.values.tolist() == [file.stem for file in files]
-    with xr.open_mfdataset(files, combine="nested", concat_dim="case_id") as cases:
-        assert cases.wear_volume.dims == ("case_id", "cycle")
-        assert cases.case_id.values.tolist() == [file.stem for file in files]
-        for file in files:
-            with open_case(file) as case:
-                found = cases.sel(case_id=file.stem)
-                np.testing.assert_array_equal(found.wear_volume, case.wear_volume)
-                assert found.normal_load == case.normal_load
+    nested = {"combine": "nested", "concat_dim": "case_id"}
+    every = {**nested, "data_vars": "all", "coords": "all", "join": "outer"}
+    for given in [every] if is_new else [{}, nested, every]:
+        with (
+            xr.set_options(use_new_combine_kwarg_defaults=is_new),
+            xr.open_mfdataset(files, **given) as cases,
+        ):
+            for file in files:
+                with open_case(file) as case:
+                    found = cases.sel(case_id=file.stem)
+                    np.testing.assert_array_equal(found.wear_volume, case.wear_volume)
+                    assert found.normal_load == case.normal_load
 
 
 def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
@@ -374,15 +357,7 @@ def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
         open_study(folder)
 
 
-def test_nothing_is_read_before_it_is_used_and_then_by_threads(stack):
-    assert all(dask.is_dask_collection(stack[field.name].data) for field in FIELDS)
-    with dask.config.set(scheduler="threads", num_workers=8):
-        peak = stack.pressure.max(("x", "y")).compute()
-    whole = stack.pressure.compute(scheduler="synchronous")
-    np.testing.assert_array_equal(peak, whole.max(("x", "y")))
-
-
-def test_any_part_can_be_asked_for_and_no_more_is_read(stack, monkeypatch):
+def test_any_part_can_be_asked_for_and_reductions_run_on_threads(stack):
     slip = stack.slip.compute()
     for part in (
         {"normal_load": 1},
@@ -392,58 +367,6 @@ def test_any_part_can_be_asked_for_and_no_more_is_read(stack, monkeypatch):
         {"plastic_limit": [1, 0], "y": [4, 0, 0]},
     ):
         np.testing.assert_array_equal(stack.slip.isel(part), slip.isel(part))
-    taken, take = [], _StackedField.__getitem__
-
-    def watched(field, key):
-        taken.append(take(field, key))
-        return taken[-1]
-
-    monkeypatch.setattr(_StackedField, "__getitem__", watched)
-    stack.slip.isel(normal_load=1, cycle=-1, y=0).compute()
-    assert sum(values.size for values in taken) == 2 * stack.sizes["x"]
-
-
-def test_the_stack_even_of_one_case_can_be_copied_to_other_processes(make_study, merged):
-    with open_study(merged(make_study({}))) as stack:
-        assert stack.wear_depth.dims == ("cycle", "x", "y")
-        assert float(stack.wear_depth.max()) > 0.0
-        np.testing.assert_array_equal(pickle.loads(pickle.dumps(stack.slip)), stack.slip)
-
-
-# Peak of the process after each of two reductions, in kB; the first one imports all there is to.
-MEMORY = """
-import re
-import sys
-from pathlib import Path
-import fretwear
-
-def peak():
-    return int(re.search(r"VmHWM:\\s*(\\d+)", Path("/proc/self/status").read_text())[1])
-
-with fretwear.open_study(sys.argv[1]) as stack:
-    stack.pressure.isel(normal_load=slice(0, 2)).mean("normal_load").max().compute()
-    print(peak())
-    stack.pressure.mean("normal_load").max().compute()
-    print(peak(), stack.pressure.nbytes // 1000)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells the peak")
-def test_a_reduction_over_all_cases_never_holds_them_all(make_study, tmp_path):
-    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(40)]
-    cycles = tuple(range(0, 1001, 100))
-    study = make_study({"load": loads}, output={"cycles": list(cycles)})
-    first, *others = study.cases()
-    result = run(steel(**{**COARSE, "cell": "0.8 um"}, output_cycles=cycles))
-    source = tmp_path / "cases" / f"{first}.nc"
-    write_case(result.dataset.assign_attrs(case_id=first), result.history, source)
-    for name in others:
-        dataset = result.dataset.assign_attrs(case_id=name)
-        write_case(dataset, result.history, source.with_name(f"{name}.nc"))
-    merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
-    command = [sys.executable, "-c", MEMORY, str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    before, after, whole = map(int, done.stdout.split())
-    assert whole > 90_000
-    assert after - before < 0.6 * whole
+    with dask.config.set(scheduler="threads", num_workers=8):
+        peak = stack.slip.max(("x", "y")).compute()
+    np.testing.assert_array_equal(peak, slip.max(("x", "y")))

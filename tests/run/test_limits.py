@@ -104,24 +104,6 @@ def test_a_peak_that_stays_below_its_limit_is_measured_as_that_of_elastic_bodies
     assert below < 0.4 * peaks[1].state.pressure.max()
 
 
-@pytest.mark.parametrize(
-    ("flat", "edge", "load", "limit"),
-    [
-        ("250 um", "2 mm", "5 N", "3 GPa"),
-        ("250 um", "2 mm", "5 N", "0.3 GPa"),
-        ("250 um", "10 mm", "5 N", "3 GPa"),
-        ("500 um", "5 mm", "20 N", "3 GPa"),
-        ("60 um", "10 mm", "50 N", "0.28 GPa"),
-    ],
-)
-def test_punches_under_light_and_heavy_loads_run(flat, edge, load, limit):
-    punch = {"kind": "round_punch", "flat_radius": flat, "edge_radius": edge}
-    given = {"radius": None, "indenter": punch, "load": load, "cycles": 30}
-    capped, elastic = worn(steel(**given, plastic_limit=limit)), worn(steel(**given))
-    if capped[NAMES.index("plastic_volume")] == 0.0:
-        np.testing.assert_allclose(capped, elastic, rtol=1e-4)
-
-
 @pytest.mark.parametrize("ratio", [0.06, 0.3, 0.9])
 @pytest.mark.parametrize("part", [0.21, 0.27, 0.42])
 def test_a_contact_that_yields_all_over_runs_however_narrow_its_slip_annulus(ratio, part):

@@ -2,27 +2,20 @@
 
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from fretwear.run.resources import (
-    SECONDS_PER_TRANSFORM,
     available_memory,
     cores,
     grouped,
-    machine_speed,
     machine_warnings,
     require_memory,
-    seconds_after,
-    study_seconds,
-    transform_seconds,
     why_too_large,
 )
 from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
 from fretwear.study.problems import StudyError
-from fretwear.study.reading import load_study
 
 from ..studies import STEEL, near, steel
 from .conftest import BASE, make_case, without
@@ -32,10 +25,7 @@ STUDY = {"base": without(BASE, "load"), "vary": {"load": ["25 N", "50 N"]}}
 
 
 # What the process is told of its groups; limit, use and statistics of each; what is left.
-TWO, ONE = (
-    ("memory.max", "memory.current", "memory.stat"),
-    ("memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat"),
-)
+TWO = ("memory.max", "memory.current", "memory.stat")
 CONTROL_GROUPS = {
     "the job's own, where cached files are given back on demand": (
         "0::/slurm/job_7",
@@ -48,14 +38,6 @@ CONTROL_GROUPS = {
         3_000,
     ),
     "that of a container, at the root": ("0::/docker/0123", {"": (TWO, 2_000, 0)}, 2_000),
-    "one of version one": (
-        "9:name=systemd:/\n4:cpu,memory:/job\n0::/",
-        {
-            "memory/job": (ONE, 6_000, 5_000, "inactive_file 9000\ntotal_inactive_file 500"),
-            "memory": (ONE, 9223372036854771712, 0),
-        },
-        1_500,
-    ),
     "one that is exceeded": ("0::/job", {"job": (TWO, 5, 7)}, 0),
 }
 
@@ -131,40 +113,6 @@ def test_jobs_are_neither_too_many_nor_too_long(seconds, least, most):
     assert jobs[-1].memory_bytes == len(seconds) - 1
 
 
-def test_cores_share_jobs_but_not_what_follows(load):
-    few, many = (
-        Plan(load({**STUDY, "batch": 1, "vary": {"load": [f"{20 + n} N" for n in range(count)]}}))
-        for count in (1, 4)
-    )
-    alone, shared = (study_seconds(many, at_once) for at_once in (1, 2))
-    assert shared < alone < 2 * shared
-    assert study_seconds(few, 2) == near(study_seconds(few)), "a single job is no shorter"
-    assert study_seconds(many, 2, speed=2.0) == near(shared / 2)
-
-
-def test_a_plan_counts_the_figures_and_claims_that_an_entry_point_adds():
-    """Those of the source study took 18 s of the processor, of 31 s for all figures and claims."""
-    studies = Path(__file__).parents[2] / "studies"
-    source = Plan(load_study(studies / "paper.yaml"))
-    other = Plan(load_study(studies / "paper.yaml", ["load=51 N"]))
-    assert seconds_after(source) - seconds_after(other) == near(18, rel=0.1)
-
-
-def test_stresses_are_planned_for_each_of_their_snapshots(load):
-    def seconds(**output):
-        plan = Plan(load({**STUDY, "output": {"cycles": [10, 50], **output}}))
-        return sum(each.seconds for each in grouped(plan)), plan
-
-    (wear, plan), (all_snapshots, _), (two, _) = (
-        seconds(), seconds(stress={}), seconds(stress={"cycles": [50]})
-    )  # fmt: skip
-    cases = [*plan.study.cases().values()]
-    snapshots = len(cases[0].output_cycles)
-    assert all_snapshots - wear > 0.4 * snapshots * len(cases)
-    # Cycle 0 is always among them.
-    assert all_snapshots - wear == near(snapshots / 2 * (two - wear))
-
-
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
     said = [({}, [5]), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
@@ -177,25 +125,6 @@ def test_a_study_says_how_it_is_joined(load):
         with pytest.raises(StudyError, match="must be auto, or a whole number of cases") as error:
             load({**STUDY, "batch": wrong})
         assert [problem.key for problem in error.value.problems] == ["batch"]
-
-
-def test_points_that_come_to_one_case_are_run_and_counted_once(load):
-    waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
-    base = {**STUDY["base"], "roughness": waves, "cell": ["10 um", "10 um"]}
-    single = grouped(Plan(load({**STUDY, "base": base})))
-    slopes = {"roughness.slope_x": ["5 deg", "6 deg"], **STUDY["vary"]}
-    study = load({"base": base, "vary": slopes})
-    assert study.size == 4
-    assert ids(grouped(Plan(study))) == ids(single) == list(study.cases())
-
-
-def test_a_machine_whose_transforms_take_twice_as_long_has_half_the_speed(monkeypatch):
-    assert 1e-3 < machine_speed() < 1e3
-    usual = SECONDS_PER_TRANSFORM / transform_seconds() / machine_speed()
-    assert 0.2 < usual < 5.0, "the same machine has about the same speed again"
-    slow = "fretwear.run.resources.transform_seconds"
-    monkeypatch.setattr(slow, lambda: 2.0 * SECONDS_PER_TRANSFORM)
-    assert machine_speed() == 0.5
 
 
 @pytest.fixture

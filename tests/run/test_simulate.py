@@ -1,7 +1,5 @@
 """A case from end to end: what the dataset says must agree with itself and with closed forms."""
 
-import subprocess
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +7,9 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
 from fretwear.mechanics.contact.cells import ContactError
-from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
@@ -27,9 +23,10 @@ from fretwear.run.simulate import (
     simulate,
     wear_problem,
 )
+from fretwear.study.spacing import LEAST_COARSENESS
 from fretwear.theory import HertzContact, PartialSlip
 
-from ..studies import near
+from ..studies import near, steel
 from .conftest import make_case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -313,18 +310,6 @@ class SlipOnNarrowCells(Jaeger):
         return super().reduced(problem, *others, **options)
 
 
-@pytest.mark.parametrize(("amplitude", "times"), [("0 um", 3.0), ("0.2 um", 2.0)])
-def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
-    cylinder = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}, "cell": None}
-    waves = {**ROUGH, "slope_y": "0 deg", "amplitude": amplitude}
-    given = {**cylinder, "accuracy": "none", "roughness": waves}
-    case = make_case(**given, load="100 N/mm", tangential_ratio=0.5)
-    twin_case = case.on_cells(case.times_coarser)
-    problems = wear_problem(case), wear_problem(twin_case, coarseness=case.times_coarser)
-    run, twin = (len(Strips.first(each).edges) for each in problems)
-    assert run / twin == near(times, rel=0.05)
-
-
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     alone = simulate(make(error_estimate=False, slip_model="jaeger"))
     with pytest.warns(DoubtfulResultWarning, match="no estimated errors.*no reduced"):
@@ -414,30 +399,6 @@ def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
     assert dataset.attrs["warnings"] == ""
 
 
-MEMORY = """
-import resource
-import fretwear
-case = fretwear.Case(
-    radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="40 N",
-    tangential_ratio=0.8, friction=0.6, wear_coefficient="7e-13 / Pa", cycles=300,
-    roughness={"amplitude": "0.1 um", "slope_x": "3 deg", "slope_y": "1 deg"},
-    plastic_limit="4500 MPa", output_cycles=(0, 10, 100, 200, 300),
-)
-fretwear.simulate(case)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-"""
-
-
-@pytest.mark.slow
-def test_a_run_on_the_finest_grid_of_the_demo_needs_less_than_a_gigabyte():
-    done = subprocess.run(
-        [sys.executable, "-c", MEMORY], capture_output=True, text=True, check=True, timeout=300
-    )
-    kilobytes = int(done.stdout) / (1024 if sys.platform == "darwin" else 1)
-    assert kilobytes < 1e6
-    assert fretwear.__version__
-
-
 def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path, capsys):
     case, saved, whole = make(**KINDS["rough"]), tmp_path / "saved.nc", datasets["rough"]
     whole = simulate(case, progress=True)
@@ -455,13 +416,27 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
         assert all(each.first == each.second for each in compared)
         drawn = {axes.get_ylabel() for axes in fretwear.figures.overview(again, history).axes}
         assert {"Pressure (MPa)", "Gap (µm)"} <= drawn
-    with pytest.raises(TypeError, match=r"takes a case, fretwear.Case\(.*, not a dict"):
-        simulate({"load": "50 N"})
-    content, shorter = saved.read_bytes(), tmp_path / "shorter.nc"
-    for end in (len(content) - 1, len(content) // 2):
-        shorter.write_bytes(content[:end])
-        with pytest.raises(DataFileError, match="unfinished, cut short"):
-            open_case(shorter)
-    text = case._repr_html_()
-    for words in ("<code>load</code>", "normal load", "N</td>"):
-        assert words in text
+
+
+LINE = {
+    **{"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}},
+    **{"load": "300 N/mm", "tangential_ratio": 0.4, "cycles": 30},
+}
+
+
+@pytest.mark.parametrize("given", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
+def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(given):
+    case = steel(**given)
+    counts = []
+    for part in (1.0, 0.5, 3.0, 0.01):
+        each = case.replace(cell=[part * width for width in case.grid_spacing])
+        problem = wear_problem(each)
+        counts.append(len(problem.geometry.first(problem).edges))
+    problem = wear_problem(case)
+    assert problem.geometry.first(problem).shape[0] + 1 == counts[0] == counts[2]
+    # A finer cell counts from the exact default, which is written rounded down to two digits.
+    half = case.replace(cell=[0.5 * width for width in case.grid_spacing]).coarseness
+    assert 0.45 < half <= 0.5
+    assert counts[1] / counts[0] == near(1.0 / half, rel=0.02)
+    # However fine the fields are written, the matrices have their limit.
+    assert counts[3] / counts[0] == near(1.0 / LEAST_COARSENESS, rel=0.05)

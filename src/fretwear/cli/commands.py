@@ -85,8 +85,6 @@ def init(
     """
     from fretwear.data.atomic import atomic_path
     from fretwear.run.workflow import workspace
-    from fretwear.study.problems import StudyError
-    from fretwear.study.reading import load_study
     from fretwear.study.study import as_mapping
     from fretwear.study.yamlfile import read_document
     from fretwear.units import did_you_mean
@@ -96,17 +94,14 @@ def init(
     files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
     studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
     if list_:
-        rows = []
-        for name, path in studies.items():
-            extra = "pip install 'fretwear[surfaces]'" if _surfaces(path) else ""
-            try:
-                rows.append((name, load_study(path).title, extra))
-            except StudyError as error:
-                if extra:  # which its surfaces need to be read
-                    title = as_mapping(read_document(path).data)["title"]
-                    rows.append((name, str(title), extra))
-                else:
-                    typer.echo(f"fretwear: warning: not listed: {error}", err=True)
+        rows = [
+            (
+                name,
+                str(as_mapping(read_document(path).data)["title"]),
+                "pip install 'fretwear[surfaces]'" if _surfaces(path) else "",
+            )
+            for name, path in studies.items()
+        ]
         for line in aligned(rows, str.ljust, indent=""):
             say(line)
         return

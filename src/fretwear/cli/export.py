@@ -26,17 +26,18 @@ _LARGE = 100_000_000  # bytes of exported files
 
 def export(
     file: CaseFile,
-    to: Annotated[Literal["vtk", "csv", "abaqus"], typer.Option("--to", help=_TO)],
+    to: Annotated[Literal["vtk", "csv", "abaqus", "x3p"], typer.Option("--to", help=_TO)],
     output: Annotated[
-        Path | None, option("-o/--output", "OUT", _OUTPUT, "OUT.pvd, OUT.csv or OUT.inp")
+        Path | None, option("-o/--output", "OUT", _OUTPUT, "OUT.pvd, .csv, .inp or .x3p")
     ] = None,
     cycle: Annotated[
-        float | None, option("--cycle", "NUMBER", _CYCLE, "all; abaqus: the last")
+        float | None, option("--cycle", "NUMBER", _CYCLE, "all; abaqus, x3p: the last")
     ] = None,
 ) -> None:
     """Write a case or its stresses in a format that other programs read.
 
-    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them.
+    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them,
+    x3p its heights for programs that read surfaces.
     """
     check_results(file)
 

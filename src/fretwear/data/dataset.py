@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -24,10 +24,7 @@ from fretwear.results import (
     headlines,
 )
 from fretwear.study.case import Case
-from fretwear.units import cycle_text, is_readable, listed, readable_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from fretwear.units import is_readable, listed, readable_unit
 
 _SAME = 1e-12
 
@@ -163,43 +160,12 @@ class Accessor:
         from matplotlib.figure import Figure
 
         figure, file = Figure(figsize=(3.4, 2.6), dpi=80, layout="constrained"), BytesIO()
-        self._draw(figure.subplots(), "wear_depth", None)
+        axes = figure.subplots()
+        self.map("wear_depth").plot(ax=axes, cmap="inferno_r")  # type: ignore[call-arg]
+        axes.set_aspect("equal")
         figure.savefig(file, format="png")
         picture = b64encode(file.getvalue()).decode("ascii")
         return f"{head}<br><img alt='wear depth' src='data:image/png;base64,{picture}'>"
-
-    def _draw(self, axes: Axes, name: str, cycle: float | None) -> None:
-        """Draw a map to scale, titled by its cycle."""
-        field = self.map(name, cycle)
-        words = f"{field.attrs['long_name']} ({field.attrs['units']})"
-        key = {"label": words.replace(" (1)", "")}
-        field.plot(ax=axes, cmap="inferno_r", cbar_kwargs=key)  # type: ignore[call-arg]
-        title = f"cycle {cycle_text(float(field[CYCLE.name]))}"
-        unit = field[X.name].attrs["units"]
-        axes.set(aspect="equal", title=title, ylabel=f"y ({unit})")
-        axes.set_xlabel(f"x ({unit}), direction of slip")
-
-    def slider(self, name: str) -> None:
-        """Show a field of a point contact in a notebook, with a slider over its snapshots.
-
-        The slider takes ipywidgets, of the extra ``notebook``; an ImportError says so without it.
-        A KeyError says that there is no such field.
-        """
-        try:
-            from ipywidgets import SelectionSlider, interact
-        except ImportError as error:
-            remedy = f"pip install 'fretwear[notebook]', or draw map({name!r}, cycle).plot()"
-            raise ImportError(f"a slider needs ipywidgets: {remedy}") from error
-        from matplotlib import pyplot
-
-        def draw(cycle: float) -> None:
-            self._draw(pyplot.subplots()[1], name, cycle)
-            pyplot.show()
-
-        self.map(name)
-        cycles = [float(cycle) for cycle in self._dataset[CYCLE.name].values]
-        options = [(cycle_text(cycle), cycle) for cycle in cycles]
-        interact(draw, cycle=SelectionSlider(options=options, value=cycles[-1]))
 
     @property
     def case(self) -> Case:

@@ -10,10 +10,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 from scipy.interpolate import RBFInterpolator
@@ -32,9 +33,6 @@ from fretwear.results import (
 )
 from fretwear.study.problems import as_cell
 from fretwear.units import in_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Rows = NDArray[np.intp]
 
@@ -74,19 +72,11 @@ def varied_names(summary: xr.Dataset) -> list[str]:
     return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
 
 
-def point_values(summary: xr.Dataset, name: str) -> NDArray[np.generic]:
+def point_values(summary: xr.Dataset, name: str) -> NDArray[Any]:
     """Return a variable of a merged study, one value per point."""
-    shape, dims = summary.variables[STATUS.name].values.shape, point_dims(summary)
-    # A coordinate lies along one of the dimensions only.
-    axes = [slice(None) if dim in summary.variables[name].dims else None for dim in dims]
-    return np.broadcast_to(_in_order(summary, name)[tuple(axes)], shape).ravel()
-
-
-def _in_order(summary: xr.Dataset, name: str) -> NDArray[Any]:
-    """Return the values of a variable along the dimensions of the points, then the cycles."""
-    stored = list(summary.variables[name].dims)
-    order = [stored.index(dim) for dim in (*point_dims(summary), CYCLE.name) if dim in stored]
-    return np.asarray(summary.variables[name].values).transpose(order)
+    sizes = summary.variables[STATUS.name].sizes
+    wide = summary.variables[name].set_dims(dict(sizes))  # type: ignore[no-untyped-call]
+    return np.asarray(wide.values).ravel()
 
 
 def final_results(summary: xr.Dataset) -> dict[str, Array]:
@@ -95,16 +85,16 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     Cases may end at different cycles. A result that is undefined, such as the mean stick pressure
     where nothing sticks, is NaN.
     """
-    dims = {*point_dims(summary), CYCLE.name}
-    names = [str(name) for name, about in summary.variables.items() if set(about.dims) == dims]
-    histories = {name: _in_order(summary, name) for name in names}
+    dims = (*point_dims(summary), CYCLE.name)
+    names = [name for name, about in summary.variables.items() if {*about.dims} == {*dims}]
+    table = summary[names].reset_coords(drop=True).transpose(*dims)
     # A snapshot is stored if any result is defined in it; some, such as the mean stick pressure,
     # may not be.
-    stored = np.any([~np.isnan(values) for values in histories.values()] or [[False]], axis=0)
-    last = stored.shape[-1] - 1 - np.argmax(stored[..., ::-1], axis=-1, keepdims=True)
-    return {
-        name: np.take_along_axis(values, last, -1)[..., 0] for name, values in histories.items()
-    }
+    stored = table.notnull().to_dataarray().any("variable").variable
+    last = (stored * xr.Variable(CYCLE.name, np.arange(stored.sizes[CYCLE.name]))).argmax(
+        CYCLE.name
+    )
+    return {str(name): about.isel({CYCLE.name: last}).values for name, about in table.items()}
 
 
 def results_table(summary: xr.Dataset) -> str:
@@ -155,14 +145,14 @@ class Points:
             about = summary.variables[name].attrs
             if "drawn_from" in about:
                 drawn[name] = about
-            units = about.get("units", "")
-            values = [in_unit(value, units) for value in point_values(summary, name)[done].tolist()]
-            distinct = list(dict.fromkeys(values))
+            values = point_values(summary, name)[done].tolist()
+            place, distinct = pd.factorize(
+                np.array([in_unit(value, about.get("units", "")) for value in values], object),
+                sort=not any(isinstance(value, str) for value in values),
+            )
             if len(distinct) > 1:
-                has_text = any(isinstance(value, str) for value in distinct)
-                levels[name] = tuple(distinct if has_text else sorted(distinct))
-                place = {value: number for number, value in enumerate(levels[name])}
-                places.append([place[value] for value in values])
+                levels[name] = tuple(distinct)
+                places.append(place)
         results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
         for name in results:
             error = results.get(f"{name}_error", np.zeros(int(done.sum())))
@@ -326,7 +316,7 @@ def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.Da
             ratios = values["after"].where(is_positive) / values["before"].where(is_positive)
             values["logarithm"] = np.log(ratios)
             divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
-            parts = [({}, values)] + [
+            parts: list[tuple[dict[str, Value], pd.DataFrame]] = [({}, values)] + [
                 ({divider: points.levels[divider][level]}, part)
                 for level, part in (values.groupby(divider) if divider else ())
             ]
@@ -458,7 +448,8 @@ def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
 
     uniform = [stats.uniform()] * listed.size
     found = stats.sobol_indices(func=function, n=_DRAWS, dists=uniform, rng=0)
-    return np.nan_to_num([np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)])
+    both = [np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)]
+    return np.asarray(np.nan_to_num(both), np.float64)
 
 
 def rank_correlations(unit: Array, values: Array) -> Array:

@@ -1,8 +1,7 @@
-"""Datasets as files of other programs: tables of text, VTK for ParaView, loads for Abaqus."""
+"""Datasets as files of other programs: tables, VTK for ParaView, loads for Abaqus, heights."""
 
 from __future__ import annotations
 
-import csv
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -17,8 +16,6 @@ from fretwear.units import cycle_text, listed
 
 _SPACE = (X.name, Y.name, DEPTH.name)
 _STEPS = (CYCLE.name, PHASE.name)
-# Rows of a table that are made at a time.
-_ROWS = 2**16
 
 
 class ExportError(ValueError):
@@ -47,25 +44,16 @@ def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
     for dims, names in tables.items():
         # Coordinates along one of the dimensions stand beside the variables.
         beside = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
-        lacking = [dim for dim in dims if dim not in ds.coords]
-        table = ds[[*names, *beside]].assign_coords({dim: ds[dim] for dim in lacking})
-        columns = [*dims, *(n for n in beside if n not in dims), *names]
-        arrays = [table[name].broadcast_like(table[names[0]]).transpose(*dims) for name in columns]
-        values = [np.asarray(array.values).ravel() for array in arrays]
+        table = ds[[*names, *beside]]
+        table = table.drop_vars([name for name, c in table.coords.items() if not c.dims])
+        units = {name: table[name].attrs.get("units", "1") for name in table.variables}
+        titles = {n: f"{n} ({unit})" for n, unit in units.items() if unit not in ("", "1")}
+        frame = table.to_dataframe(dim_order=dims).reset_index().rename(columns=titles)
         target = path.with_name(f"{path.stem}-{'-'.join(dims)}.csv")
-        with atomic_path(target) as temporary, temporary.open("w", newline="") as stream:
-            rows = csv.writer(stream, lineterminator="\n")
-            rows.writerow(_titled(name, array) for name, array in zip(columns, arrays, strict=True))
-            for first in range(0, values[0].size, _ROWS):
-                some = (value[first : first + _ROWS].tolist() for value in values)
-                rows.writerows(zip(*some, strict=True))
+        with atomic_path(target) as temporary:
+            frame.to_csv(temporary, index=False, lineterminator="\n")
         written.append(target)
     return written
-
-
-def _titled(name: str, array: xr.DataArray) -> str:
-    unit = array.attrs.get("units", "")
-    return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
 def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
@@ -156,6 +144,29 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
     return [path]
 
 
+def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write the heights of the worn flat, m, as programs for measured surfaces read them.
+
+    They are minus the wear depth at the last snapshot, upwards, of both bodies together if that of
+    the flat is not known. It takes the library SurfaceTopography; `ExportError` without it, or if
+    the dataset has no map of wear.
+    """
+    try:
+        from SurfaceTopography import Topography
+    except ImportError as error:
+        reason = "x3p files take SurfaceTopography: pip install 'fretwear[surfaces]'"
+        raise ExportError(reason) from error
+    depth = "wear_depth_flat" if "wear_depth_flat" in ds else "wear_depth"
+    if depth not in ds or Y.name not in ds.dims:
+        raise ExportError("an x3p file has a map of wear, as the file of a point contact has it")
+    worn = ds[depth].isel({CYCLE.name: -1}).transpose(X.name, Y.name)
+    sizes = [worn[name].size * float(np.diff(worn[name]).mean()) for name in worn.dims]
+    heights = Topography(-worn.values.astype(np.float64), sizes, unit="m", periodic=False)
+    with atomic_path(path) as temporary:
+        heights.to_x3p(str(temporary), manufacturer="fretwear", model="fretwear")
+    return [path]
+
+
 def _data_lines(columns: Iterable[NDArray[np.generic]]) -> list[str]:
     kept = (column.tolist() for column in columns)
     return [", ".join(f"{value:.9g}" for value in row) for row in zip(*kept, strict=True)]
@@ -165,5 +176,6 @@ WRITERS: Mapping[str, tuple[str, Callable[..., list[Path]]]] = {
     "csv": (".csv", write_csv),
     "vtk": (".pvd", write_vtk),
     "abaqus": (".inp", write_abaqus),
+    "x3p": (".x3p", write_x3p),
 }
 """Formats: the ending of the file that is named, and what writes it."""

@@ -136,9 +136,6 @@ def opened_case(path: str | os.PathLike[str]) -> Iterator[netCDF4.Dataset]:
         yield file
 
 
-opened_summary = opened_case
-
-
 def open_group(
     path: str | os.PathLike[str], group: str | None = None, remedy: str = _RUN_AGAIN
 ) -> xr.Dataset:
@@ -192,7 +189,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     """
     dataset = open_group(path)
     try:
-        _check_case(Path(path), dataset)
+        check_case(Path(path), dataset.attrs, dataset.variables)
     except DataFileError:
         dataset.close()
         raise
@@ -203,26 +200,30 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     return dataset.fretwear.full() if full else dataset
 
 
-def _check_case(path: Path, dataset: xr.Dataset) -> None:
-    if CASE_ID.name not in dataset.attrs or STATUS.name in dataset:
+def check_case(path: Path, attributes: Mapping[str, Any], variables: Mapping[Any, Any]) -> None:
+    """Raise a `DataFileError` unless a file with these contents is the file of one case."""
+    if CASE_ID.name not in attributes or STATUS.name in variables:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
     # Only datasets of the first format, saved by xarray, may lack the attribute.
-    if dataset.attrs.get("complete", 0 if "format_version" in dataset.attrs else 1) != 1:
+    if attributes.get("complete", 0 if "format_version" in attributes else 1) != 1:
         raise DataFileError(path, "the run that wrote it did not finish", _RUN_AGAIN)
-    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in dataset.variables]:
+    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in variables]:
         raise DataFileError(path, f"it lacks {', '.join(lacking)}", _RUN_AGAIN)
-    if dataset.attrs.get("symmetry") not in SYMMETRIES:
+    if attributes.get("symmetry") not in SYMMETRIES:
         raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", _RUN_AGAIN)
-    _check_axes_and_units(path, dataset)
+    _check_axes_and_units(path, variables)
 
 
-def _check_axes_and_units(path: Path, dataset: xr.Dataset) -> None:
-    for axis in {CYCLE.name, X.name, Y.name} & dataset.variables.keys():
-        values = dataset[axis].values
+def _check_axes_and_units(path: Path, variables: Mapping[Any, Any]) -> None:
+    for axis in {CYCLE.name, X.name, Y.name} & variables.keys():
+        values = np.asarray(variables[axis][:])
         if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
             raise DataFileError(path, f"{axis} does not increase from value to value", _RUN_AGAIN)
-    for name in RESULTS.keys() & dataset.data_vars.keys():
-        units = dataset[name].attrs.get("units", "")
+    for name in RESULTS.keys() & variables.keys():
+        about = getattr(variables[name], "attrs", None)
+        units = (
+            about.get("units", "") if about is not None else getattr(variables[name], "units", "")
+        )
         if units != (expected := RESULTS[name].in_units(units).si_unit):
             problem = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
             raise DataFileError(path, problem, _RUN_AGAIN)
@@ -248,7 +249,7 @@ def open_history(path: str | os.PathLike[str]) -> xr.Dataset:
         if STATUS.name in whole:
             history = open_group(path, HISTORY_GROUP).set_coords(CYCLE.name)
             return history.assign_coords(whole.drop_vars([CYCLE.name, X.name]).coords)
-        _check_case(Path(path), whole)
+        check_case(Path(path), whole.attrs, whole.variables)
         with suppress(DataFileError):
             return open_group(path, HISTORY_GROUP)
         # A dataset saved by xarray has no history, only snapshots.
@@ -279,7 +280,7 @@ def open_summary(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         if STATUS.name not in dataset or CYCLE.name not in dataset:
             raise DataFileError(path, "it is not a merged study", "Merge the study again")
-        _check_axes_and_units(path, dataset)
+        _check_axes_and_units(path, dataset.variables)
     except DataFileError:
         dataset.close()
         raise

@@ -10,14 +10,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_group, open_summary, reading
+from fretwear.data.files import open_summary, opened_case
 from fretwear.results import (
     CASE_ID,
     CYCLE,
@@ -70,7 +69,7 @@ def resampled(
     axis and the first cell of a one-sided array values are constant; beyond the outermost cell
     centres they are `outside`. Cells that are all positive are one side of an even contact.
     """
-    inside = []
+    inside = list[NDArray[np.intp]]()
     for axis, (at, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
         inside.append(np.flatnonzero(np.abs(places) <= np.abs(at).max() * (1.0 + 1e-12)))
         values = np.moveaxis(
@@ -91,7 +90,7 @@ def _along_last(values: NDArray[Any], cells: Array, positions: Array) -> NDArray
     if values.dtype.kind != "f":
         return values[..., lower + (weight >= 0.5)]
     between = (1.0 - weight) * values[..., lower] + weight * values[..., lower + 1]
-    return between.astype(values.dtype)
+    return np.asarray(between, values.dtype)
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
@@ -145,12 +144,13 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
-    files, rows = np.full(status.shape, None), list[Array]()
+    files: NDArray[Any] = np.full(status.shape, None)
+    rows = list[Array]()
     try:
         for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
             files[position] = folder / "cases" / f"{ids[position]}.nc"
-            with open_group(files[position]) as case:
-                rows += [case[Y.name].to_numpy()] if Y.name in case.coords else []
+            with opened_case(files[position]) as case:
+                rows += [case[Y.name][:]] if Y.name in case.variables else []
     except DataFileError:
         summary.close()
         raise
@@ -203,8 +203,7 @@ class _StackedField:
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue
-            with self.lock, reading(path), netCDF4.Dataset(path) as case:
-                case.set_auto_maskandscale(False)
+            with self.lock, opened_case(path) as case:
                 if (field := case.variables.get(self.field.name)) is None:
                     continue
                 stored = case[CYCLE.name][:].tolist()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +28,7 @@ EXPLORED = {"pressure_profile": "pressure", "shear_profile": "shear_traction"} |
 """Profiles of the explorer and the fields that they are of."""
 _MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
 _WIDE = 8.0
-_LAYOUT = {
+_LAYOUT: dict[str, Any] = {
     "template": None,
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#1b1f24"},
     "margin": {"l": 62, "r": 12, "t": 34, "b": 48},
@@ -259,7 +260,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
     return figure
 
 
-def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list]]:
+def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
     """Return places in µm and profiles, a row for each cycle, of cases by their varied values."""
     dims = point_dims(summary)
     done = np.flatnonzero(point_values(summary, STATUS.name) == PointStatus.DONE)

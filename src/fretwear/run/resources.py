@@ -23,13 +23,6 @@ from fretwear.units import size_text
 # Estimates exceed actual use by up to a quarter; within that a case may still fit.
 _CERTAIN = 1.25
 
-# Folders of both versions of Linux control groups, and their files with the limit of the memory,
-# the memory in use, and the part of it that is given back on demand.
-_CONTROL_GROUPS_1 = (
-    "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file",
-)  # fmt: skip
-_CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
-
 # A job of many small cases takes at most this time, s, and at least what makes its start, and the
 # queue of a cluster, worth while; between these a study has about a number of jobs.
 _LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 10.0, 64
@@ -58,7 +51,7 @@ def available_memory(
     """Return the memory, bytes, that this process can still allocate.
 
     It is the minimum of the memory available on the machine, swap space included, and the remainder
-    of every Linux control group of the process (container or cluster job).
+    of every Linux control group (version 2) of the process (container or cluster job).
     """
     import psutil
 
@@ -70,21 +63,19 @@ def available_memory(
 
 
 def _left_to_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
+    """The memory left to each group of version 2 that holds this process, with its file cache."""
     for line in _text(proc / "self/cgroup").splitlines():
         _, controllers, group_path = line.split(":", 2)
-        if controllers and "memory" not in controllers.split(","):
+        if controllers:
             continue
-        folder, limit, used, given_back = _CONTROL_GROUPS_1 if controllers else _CONTROL_GROUPS_2
-        root = control_groups / folder
-        # Limits of the enclosing groups hold as well; in a container only the outermost folder may
-        # be visible, which then is the group of the process.
-        inner = root / group_path.lstrip("/")
-        for group in (inner, *inner.parents[: len(inner.parts) - len(root.parts)]):
-            # Version 2 says "max" where there is no limit, version 1 a number beyond any memory.
+        # In a container only the outermost folder may be visible, the group of the process then.
+        inner = control_groups / group_path.lstrip("/")
+        for group in (inner, *inner.parents[: len(inner.parts) - len(control_groups.parts)]):
+            # The limit is "max" where there is none.
             with suppress(ValueError):
-                left = int(_text(group / limit)) - int(_text(group / used))
+                left = int(_text(group / "memory.max")) - int(_text(group / "memory.current"))
                 rows = (row.split() for row in _text(group / "memory.stat").splitlines())
-                yield left + sum(int(row[1]) for row in rows if row[:1] == [given_back])
+                yield left + sum(int(row[1]) for row in rows if row[:1] == ["inactive_file"])
 
 
 def _text(path: Path) -> str:
