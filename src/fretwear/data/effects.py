@@ -316,7 +316,7 @@ def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.Da
             ratios = values["after"].where(is_positive) / values["before"].where(is_positive)
             values["logarithm"] = np.log(ratios)
             divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
-            parts: list[tuple[dict[str, Value], pd.DataFrame]] = [({}, values)] + [
+            parts: list[tuple[dict[str, Any], pd.DataFrame]] = [({}, values)] + [
                 ({divider: points.levels[divider][level]}, part)
                 for level, part in (values.groupby(divider) if divider else ())
             ]
