@@ -351,9 +351,9 @@ class Quantity(Parameter):
                 symbol = f"${self.symbol.strip('$')}_{end}$" if len(end) == 1 else ""
                 about = self._item.renamed(f"{self.words} {words}", symbol)
                 yield from about.coordinates(f"{name}_{end}", item)
-        elif dataclasses.is_dataclass(value):
-            yield name, self, float(value)  # type: ignore[arg-type]
-            yield from value.coordinates(name)  # type: ignore[attr-defined]
+        elif hasattr(value, "coordinates"):
+            yield name, self, float(value)
+            yield from value.coordinates(name)
         elif value is None or value != self.omitted_value:
             yield name, self.in_frame_of(value), value
 
@@ -363,8 +363,8 @@ class Quantity(Parameter):
             value = pair(value)
         if isinstance(value, tuple):
             return [self._item.canonical(item) for item in value]
-        if dataclasses.is_dataclass(value):
-            return {n: one for n, one in value.canonical().items() if n != "kind"}  # type: ignore[attr-defined]
+        if hasattr(value, "canonical"):
+            return {n: one for n, one in value.canonical().items() if n != "kind"}
         return "none" if isinstance(value, float) and math.isinf(value) else value
 
     def allows(self, value: object) -> bool:
@@ -526,7 +526,7 @@ class Inline(PartOf):
         """Return the part with other values of some fields, of another kind if these need it."""
         for kind in (type(part), *self.family.kinds().values()):
             common = kind.parameters().keys() & vars(part).keys()
-            fields = {name: vars(part)[name] for name in common} | given
+            fields = {**{name: vars(part)[name] for name in common}, **given}
             if self.kind_of(fields, [kind]):
                 return kind.unchecked(**fields)
         return None
@@ -560,7 +560,7 @@ class Part:
         if "__dataclass_fields__" in vars(cls):
             return handler(source)
 
-        def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> Self:
+        def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> object:
             return cls.read(value, info.context)
 
         return core_schema.with_info_plain_validator_function(kind_of)
@@ -580,7 +580,8 @@ class Part:
         if name not in [*kinds]:
             raise located("kind", name, MisspeltError(f"must be one of {', '.join(kinds)}", kinds))
         content = {**value, "kind": name}
-        return adapter(kinds[name]).validate_python(content, context=folder)
+        part: Self = adapter(kinds[name]).validate_python(content, context=folder)
+        return part
 
     @classmethod
     def unchecked(cls, **values: object) -> Self:
@@ -754,7 +755,7 @@ def inlined(schema: Schema) -> Schema:
     return result
 
 
-@cache
+@_remembered
 def adapter(of: Any) -> TypeAdapter[Any]:
     """What reads values of a type."""
     return TypeAdapter(of)
@@ -792,7 +793,7 @@ def _annotations(hint: object) -> Iterator[Parameter]:
     changes = {"description": description} if description else {}
     for note in metadata:
         if isinstance(note, Parameter):
-            yield dataclasses.replace(note, **changes)
+            yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
 
 
 @_remembered
