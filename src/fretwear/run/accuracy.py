@@ -16,7 +16,7 @@ from fretwear.study.case import Case
 from fretwear.study.case_warnings import Unreached
 from fretwear.study.plan import USUAL_BUDGET, affordable_width
 
-Columns: TypeAlias = dict[str, NDArray[np.float64]]
+_Columns: TypeAlias = dict[str, NDArray[np.float64]]
 
 # Standard deviations in an estimated error, chosen on half of the cases of the verification page.
 _DEVIATIONS = 2.0
@@ -152,7 +152,7 @@ def unreached(case: Case, rounds: Sequence[GridRun]) -> Unreached | None:
 
 def without_jumps(
     finer: GridRun, coarser: GridRun, wavelengths: tuple[float, float] | None
-) -> tuple[Columns, Columns]:
+) -> tuple[_Columns, _Columns]:
     """Return the values of the coarser of two runs without jumps to other tips, and the jumps, m.
 
     Half-widths that differ by more than half the distance of tips along x or y, the
@@ -161,7 +161,7 @@ def without_jumps(
     where both runs differ, or where the gaps differ so much that they may close on narrower cells.
     """
     values, comparable = (columns_of(run.rows) for run in (finer, coarser))
-    jumps: Columns = {}
+    jumps: _Columns = {}
     if wavelengths is None:
         return comparable, jumps
     for name in finer.tips[0]:

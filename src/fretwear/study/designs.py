@@ -31,7 +31,7 @@ MAX_POINTS = 200_000
 
 
 @dataclasses.dataclass(frozen=True)
-class Range:
+class DrawnRange:
     """An interval to sample, in SI units, uniformly or uniformly in the logarithm."""
 
     low: float
@@ -126,7 +126,7 @@ class Axis:
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
     written: tuple[Any, ...]  # as in a study file
-    drawn_from: Range | None = None  # None if the values were listed
+    drawn_from: DrawnRange | None = None  # None if the values were listed
 
     @cached_property
     def member(self) -> str:
@@ -252,7 +252,7 @@ def _identity(value: object) -> object:
     return str(value) if dataclasses.is_dataclass(value) else value
 
 
-def _read_range(name: str, raw: Mapping[str, object], design: Design, folder: object) -> Range:
+def _read_range(name: str, raw: Mapping[str, object], design: Design, folder: object) -> DrawnRange:
     key = case_keys()[name]
     if not isinstance(design, Sampled):
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
@@ -271,4 +271,4 @@ def _read_range(name: str, raw: Mapping[str, object], design: Design, folder: ob
     if scale == "log" and low <= 0.0:
         rule = "must be larger than 0 on a logarithmic scale"
         raise located("from", raw["from"], QuantityError(rule))
-    return Range(low, high, logarithmic=scale == "log")
+    return DrawnRange(low, high, logarithmic=scale == "log")
