@@ -103,7 +103,7 @@ class FreeParameter:
         value: object = base.get(whole)
         if not path and is_list(value):
             with suppress(QuantityError):
-                return sum(self.about.read(number, _UNITS) for number in value)
+                return float(sum(self.about.read(number, _UNITS) for number in value))
             return None
         for step in path:
             if isinstance(value, Mapping):
@@ -113,7 +113,7 @@ class FreeParameter:
             elif step not in _places(parameter_of(whole)):
                 return None
         with suppress(QuantityError):
-            return self.about.read(value, _UNITS)
+            return float(self.about.read(value, _UNITS))
         return None
 
     def placed(self, base: Mapping[str, object], sought: float) -> tuple[str, object]:
@@ -307,8 +307,8 @@ class Measurement(Part):
         else:
             for name in ("value", "error"):
                 if vars(self)[name] is not None:
-                    rule = QuantityError("does not apply to readings of a file")
-                    wrong.append((name, vars(self)[name], rule))
+                    reason = QuantityError("does not apply to readings of a file")
+                    wrong.append((name, vars(self)[name], reason))
             needed = {"file": "such as file: scar.csv"}
             needed |= {"force_noise": "such as force_noise: 0.2 N"} if self.is_loop else {}
         for name, example in needed.items():
@@ -321,8 +321,8 @@ class Measurement(Part):
                 vars(self).update(value=value, error=error)
             else:
                 assert self.readings is not None
-        except QuantityError as reason:
-            _raise([("value" if about else "file", self.value or self.file, reason)])
+        except QuantityError as cause:
+            _raise([("value" if about else "file", self.value or self.file, cause)])
 
     @cached_property
     def readings(self) -> tuple[Array, Array] | None:
@@ -347,7 +347,7 @@ class Measurement(Part):
     @property
     def is_loop(self) -> bool:
         """Whether it is force against displacement."""
-        return self.quantity == _LOOPS
+        return bool(self.quantity == _LOOPS)
 
     def variable(self, frame: ContactFrame) -> Variable:
         """The scalar that it is, in a point or a line contact."""
@@ -403,7 +403,7 @@ class FitRequest(StudySection):
         """Read the section; one error lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must have free and data", _FREE_EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)
+        read: Self = adapter(cls).validate_python(given, context=folder)  # type: ignore[arg-type]
         return read
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
@@ -443,7 +443,7 @@ class FitRequest(StudySection):
     @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())
+        return inlined(adapter(cls).json_schema())  # type: ignore[arg-type]
 
 
 def with_sought(
