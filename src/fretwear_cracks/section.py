@@ -113,14 +113,14 @@ class StressOutput(Part, StudySection):
         return {about: fatigue[about.name].values for about in FATIGUE if about.name in fatigue}
 
     @classmethod
-    def read(cls, given: object, folder: Path) -> Self:
+    def read(cls, given: object, folder: object = None) -> Self:
         """Read the section."""
         if not isinstance(given, Mapping):
             raise QuantityError("must be a mapping", _EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)
+        read: Self = adapter(cls).validate_python(given, context=folder)  # type: ignore[arg-type]
         return read
 
     @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())
+        return inlined(adapter(cls).json_schema())  # type: ignore[arg-type]
