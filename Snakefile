@@ -6,8 +6,7 @@
 import shlex
 import sys
 
-from fretwear.figures.index import captions, figure_category, figure_labels
-from fretwear.run.workflow import CAPTION, StudyJobs
+from fretwear.run.workflow import StudyJobs
 from fretwear.study.problems import StudyError
 from fretwear.version import __version__
 
@@ -100,14 +99,11 @@ rule figures:
         report(
             directory(FIGURES),
             patterns=["{figure}.svg"],
-            caption=CAPTION,
-            category=lambda wildcards: figure_category(FIGURES, wildcards.figure),
-            labels=lambda wildcards: figure_labels(FIGURES, wildcards.figure),
+            category="Figures",
+            labels={"figure": "{figure}"},
         ),
     params:
         version=__version__,
-        # Of the output: changed captions are no reason to draw figures again.
-        captions=lambda wildcards, output: captions(FIGURES),
     shell:
         "{FRETWEAR} figures {STUDY:q}"
 

@@ -22,7 +22,7 @@ from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
 
 _SHOWN = {about.name: about for about in FATIGUE}
 _HISTORIES = ("largest_smith_watson_topper", "largest_damage")
-_OUTCOME, _CATEGORY = "fatigue_outcome", "Below the surface"
+_OUTCOME = "fatigue_outcome"
 _COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])
 
 
@@ -122,14 +122,14 @@ def crack_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
         if name in summary and bool((summary[name] > 0.0).any()):
             figure = scalar_history(summary, _SHOWN[name], summary)
             words = f"{_SHOWN[name].label} against the number of cycles."
-            yield StudyFigure(name, words, _CATEGORY, figure)
+            yield StudyFigure(name, words, figure)
     varied = [size for size in summary["status"].sizes.values() if size > 1]
     if _OUTCOME in summary and varied and "point" not in summary.dims:
         caption = (
             "Whether wear or a crack wins by the last cycle; numbers are the cycle of the first "
             "crack."
         )
-        yield StudyFigure("fatigue_map", caption, _CATEGORY, fatigue_map(summary))
+        yield StudyFigure("fatigue_map", caption, fatigue_map(summary))
     for number, (title, case_id) in enumerate(representative_cases(summary).ids.items(), 1):
         file = cases.parent / "fatigue" / f"{case_id}.nc"
         if file.exists():
@@ -139,4 +139,4 @@ def crack_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
                     f"{CRACKS[0].label} through the thickness at y = 0{of_case}, before and after "
                     "wear; the cross marks where a crack is expected, the line its plane."
                 )
-                yield StudyFigure(f"crack_map_{number}", caption, _CATEGORY, crack_map(cracks))
+                yield StudyFigure(f"crack_map_{number}", caption, crack_map(cracks))

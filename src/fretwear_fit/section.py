@@ -69,7 +69,7 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # n
     path = cases.parent / "fit.nc"
     for name, figure in plots_of_file(path) if path.exists() else ():
         words = figure.caption if isinstance(figure, JournalFigure) else ""
-        yield StudyFigure(name, words, "Fit", figure)
+        yield StudyFigure(name, words, figure)
 
 
 def plots_of_file(path: Path) -> Iterator[tuple[str, Figure]]:

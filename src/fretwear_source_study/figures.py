@@ -37,7 +37,6 @@ from fretwear_source_study.parameters import PLASTIC_LIMIT, TITLES
 Drawn = tuple[Figure, list[str]]
 """A figure, and the sentences of its caption."""
 
-CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
 
 _PROFILE_HEIGHT, _WIDTH_HEIGHT, _KEY_HEIGHT = 52.0, 72.0, 14.0
@@ -77,7 +76,7 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
         return
     for name, draw in _FIGURES.items():
         figure, caption = draw(cases)
-        yield StudyFigure(name, " ".join(caption), CATEGORY, figure)
+        yield StudyFigure(name, " ".join(caption), figure)
     other, its_radius, simple = next(groups, ("", 0.0, {}))
     if its_radius != radius:
         return
@@ -90,9 +89,9 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
     text = (
         f"The {title} contact with slip of the worn shape, and with the constant slip of the "
         f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
-        "volume over the cycles, and ratios of the results."
+        "volume over the cycles."
     )
-    yield StudyFigure("slip_models", text, CATEGORY, figure)
+    yield StudyFigure("slip_models", text, figure)
 
 
 @styled

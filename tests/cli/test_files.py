@@ -25,7 +25,7 @@ from fretwear.report import Section
 def figures(summary, cases):
     figure = JournalFigure(1, 50.0)
     figure.subplots()
-    yield StudyFigure("points", f"{summary.sizes['load']} loads.", "More", figure)
+    yield StudyFigure("points", f"{summary.sizes['load']} loads.", figure)
 
 def sections(summary, cases):
     yield Section("files", "Files", Markup(len(list(cases.glob("*.nc")))))

@@ -9,13 +9,7 @@ import fretwear
 from fretwear import figures
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle, mirrored
-from fretwear.figures.datasets import profiles_of
-from fretwear.figures.profiles import bearing_heights
-from fretwear.run.simulate import run
 from fretwear.units import number_text
-
-from ..studies import steel
-from .conftest import SMALL
 
 UNITS = {"pressure": 1e6, "shear_traction": 1e6, "wear_depth": 1e-6, "gap": 1e-6}
 
@@ -53,16 +47,6 @@ def test_a_rough_profile_is_filled_before_the_line_of_the_first(rough):
     (strip,) = axes.get_images()
     state = line_near_the_middle(rough["contact_state"]).isel(cycle=-1)
     np.testing.assert_array_equal(strip.get_array()[0], state)
-
-
-def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
-    """The pressure of the stored cells, and the shape of the case, give the gap elsewhere."""
-    inner = rough.sel(x=slice(0.0, 1.02 * float(rough["contact_half_width_x"].max())))
-    whole = profiles_of(rough, "gap", 1000)
-    beyond = profiles_of(inner, "gap", 1000, reach=float(whole.x[-1]))
-    shared = np.isin(np.round(beyond.x, 12), np.round(whole.x, 12))
-    expected = np.interp(beyond.x[shared], whole.x, whole.values[-1])
-    np.testing.assert_allclose(beyond.values[-1][shared], expected, rtol=0.01, atol=2e-9)
 
 
 def test_cases_stand_side_by_side_with_letters(smooth, rough, check_texts):
@@ -118,14 +102,14 @@ def test_scars_of_very_different_depths_are_seen_on_one_scale(smooth):
 
 
 def test_bearing_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough):
-    heights = bearing_heights(rough)
-    lines = figures.bearing_area(rough).axes[0].get_lines()
-    assert [*heights] == [0, 1000]
-    for line, expected in zip(lines, heights.values(), strict=True):
-        shown = line.get_ydata()
-        assert (np.diff(shown) <= 0.0).all()
-        np.testing.assert_allclose(np.ptp(shown), np.ptp(expected) / 1e-9, rtol=1e-9)
-    assert np.mean(heights[1000]) < np.mean(heights[0]), "wear lowers the surface"
+    (axes,) = figures.bearing_area(rough).axes
+    before, after = (line.get_ydata() for line in axes.get_lines())
+    assert (np.diff(before) <= 0.0).all()
+    assert (np.diff(after) <= 0.0).all()
+    unit = 1e-9 if "(nm)" in axes.get_ylabel() else 1e-6
+    amplitude = 0.3e-6  # of waves, whose heights span up to four times that
+    assert amplitude < unit * np.ptp(before) < 4.01 * amplitude
+    assert np.mean(after) < np.mean(before), "wear lowers the surface"
 
 
 def test_all_of_a_case_on_one_page(smooth_run, check_texts):
@@ -140,14 +124,13 @@ def test_all_of_a_case_on_one_page(smooth_run, check_texts):
     check_texts(figure)
 
 
-def test_two_cases_are_in_every_panel_with_the_ratios_of_their_results(smooth, rough, check_texts):
+def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
     figure = figures.compare_cases({"A": smooth, "B": rough})
-    pressure, *_, ratios = figure.axes
+    pressure, *_, volumes = figure.axes
     assert [line.get_label() for line in pressure.get_lines()] == ["A", "B"]
-    words = [text.get_text() for text in ratios.get_yticklabels()]
-    drawn = dict(zip(words, ratios.get_lines()[1].get_xdata(), strict=True))
+    first, second = (line.get_ydata()[-1] for line in volumes.get_lines())
     expected = float(rough["wear_volume"][-1] / smooth["wear_volume"][-1])
-    assert drawn["wear volume"] == pytest.approx(expected)
+    assert second / first == pytest.approx(expected)
     check_texts(figure)
     with pytest.raises(ValueError, match="takes two cases, not 1"):
         figures.compare_cases({"A": smooth})
@@ -163,34 +146,19 @@ def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth, tmp_path)
     line = film.show(10).axes[0].get_lines()[-1]
     whole = mirrored(smooth[["pressure"]].sel(cycle=10))["pressure"]
     np.testing.assert_allclose(line.get_ydata(), 1e-6 * line_near_the_middle(whole), rtol=1e-6)
-    with pytest.raises(ValueError, match=r"end the name in .gif or .mp4"):
+    with pytest.raises(ValueError, match=r"in .gif or .mp4"):
         film.save(tmp_path / "wear.avi")
 
 
-def test_slip_in_two_directions_is_drawn_by_arrows_along_it():
-    coupled = run(steel(**SMALL, slip_model="coupled")).dataset
-    figure = figures.wear_map(coupled)
-    arrows = next(c for c in figure.axes[0].collections if hasattr(c, "U"))
-    np.testing.assert_allclose(np.hypot(arrows.U, arrows.V), 1.0, rtol=1e-6)
-    assert np.abs(arrows.V).max() > 0.01
-
-
-@pytest.mark.parametrize(
-    ("given", "remedy"),
-    [("case.nc", r"open the file first: fretwear.open_case\('case.nc'\)"), (None, "open_case")],
-)
-def test_anything_but_a_dataset_is_refused_with_a_remedy(given, remedy):
-    for draw in (figures.pressure_profiles, figures.wear_volume, figures.wear_map):
-        with pytest.raises(TypeError, match=remedy):
-            draw(given)
-
-
-def test_missing_variables_and_cycles_are_named(smooth_run, small_study):
+def test_anything_but_a_dataset_with_these_fields_and_cycles_is_refused(smooth_run, small_study):
     with pytest.raises(ValueError, match=r"cycles = \[5\]: this dataset has snapshots at \[0, 1"):
         figures.pressure_profiles(smooth_run.dataset, cycles=5)
     for dataset in (smooth_run.history, small_study.summary):
-        with pytest.raises(ValueError, match="no fields; open the case"):
+        with pytest.raises(ValueError, match="has no variable 'wear_depth'"):
             figures.wear_map(dataset)
+    for draw in (figures.pressure_profiles, figures.wear_volume, figures.wear_map):
+        with pytest.raises(TypeError, match="open_case"):
+            draw("case.nc")
 
 
 def test_a_file_that_cannot_be_written_leaves_nothing(smooth, tmp_path):

@@ -60,7 +60,7 @@ def finished(made_once):
         summary = xr.load_dataset(folder / "summary.nc")
         figure = scalar_history(summary, "contact_half_width_x")
         save_figure(figure, folder / "figures" / "contact_half_width")
-        entry = {"name": "contact_half_width", "caption": "Half-width < 1. All.", "category": "a"}
+        entry = {"name": "contact_half_width", "caption": "Half-width < 1. All."}
         (folder / "figures" / INDEX_NAME).write_text(json.dumps([entry]))
         (folder / "cases" / f"{failed}.failed").write_text(REASON)
 

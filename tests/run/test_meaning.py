@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.cli.show import case_content, case_lines, comparison_lines
+from fretwear.cli.show import case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
 from fretwear.data.effects import Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
@@ -115,7 +115,7 @@ def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figure
             assert "NaN where nothing sticks" in slid[name].comment
         assert float(slid.stick_area[-1]) == float(slid.stick_half_width_x[-1]) == 0.0
         with open_history(paths[0]) as history:
-            told = [*case_lines(case_content(slid, history))]
+            told = [*case_lines(slid, history)]
         compared = [*comparison_lines(stuck, slid)]
     for lines, ends in ((told, "–"), (compared, "–")):
         rows = [line for line in lines if "mean stick pressure" in line or "stick share" in line]
@@ -145,7 +145,7 @@ def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_rank
         assert float(case.peak_pressure_error[-1]) == math.inf
         assert "singular" in case.peak_pressure.comment
         assert "infinite where" in case.peak_pressure_error.comment
-        told = [*case_lines(case_content(case, history))]
+        told = [*case_lines(case, history)]
     (row,) = (line for line in told if line.strip().startswith("peak pressure"))
     assert "± ∞" in row
     assert any("± ∞: at the edge of a worn stick zone" in line for line in told)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.cli.show import case_content, case_lines, comparison_lines
+from fretwear.cli.show import case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, open_history, open_summary
 from fretwear.data.stack import open_study
@@ -52,7 +52,7 @@ def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
         assert carried.values == near(float(case["normal_load"]), rel=1e-6)
     with open_case(paths[0]) as a, open_case(paths[1]) as b, open_history(paths[0]) as history:
         assert history.wear_volume.units == "m2"
-        told = "\n".join(case_lines(case_content(a, history)))
+        told = "\n".join(case_lines(a, history))
         for words in ("(half of the contact)", "10 N/mm", "wear volume per length"):
             assert words in told
         assert "18.5 N/mm" in "\n".join(comparison_lines(a, b))
@@ -61,7 +61,7 @@ def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
 def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
     with open_summary(folder / "summary.nc") as summary:
         assert summary.wear_volume.units == "m2"
-        drawn = {d.name: d.draw().figure for d in study_figures(summary, folder / "cases")}
+        drawn = {d.name: d.figure for d in study_figures(summary, folder / "cases")}
     assert drawn
     assert not [name for name in drawn if "map" in name]
     assert "per length" in drawn["wear_volume"].axes[0].get_ylabel()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 import shlex
 from collections.abc import Iterator, Sequence
@@ -149,7 +148,6 @@ def plan(
     from fretwear.study.reading import load_plan
     from fretwear.units import duration_text, size_text
 
-    _collect_rarely()
     planned = load_plan(file, set_ or ())
     speed = resources.machine_speed()
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
@@ -320,12 +318,6 @@ def merge(
     say(f"{summary}: {tally.done} points done, {tally.failed} failed, {tally.invalid} invalid")
 
 
-def _collect_rarely() -> None:
-    """Objects loaded by now stay; scanning them again and again would take a fifth of the time."""
-    gc.freeze()
-    gc.set_threshold(100_000, 10, 10)
-
-
 def figures(file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     study, folder = study_and_results(file, results)
@@ -335,12 +327,11 @@ def figures(file: StudyFile, results: Results = None) -> None:
     from fretwear.figures.study import StudyFigure, write_study_figures
     from fretwear.plugins import added
 
-    _collect_rarely()
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
     with open_summary(merged) as summary, open_history(merged) as history:
         check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
-        entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
+        entries = write_study_figures(summary, cases, drawn, extra, history)
         for remark in remarks_on_summary(summary):
             note(remark)
     say(f"{drawn}: {len(entries)} figures")
@@ -404,19 +395,11 @@ def animate(
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-        from fretwear.figures import cases as figures_of_cases
+        from fretwear.figures import animation
 
+        moving = animation(case, history)
         try:
-            figures_of_cases.check_format(path)
-        except figures_of_cases.FfmpegMissingError as error:
+            moving.save(path, dots_per_inch=dots)
+        except ValueError as error:
             raise CommandError(str(error)) from error
-        moving = figures_of_cases.animation(case, history)
-        moving.save(path, dots_per_inch=dots)
-    pictures, size = len(moving.cycles), path.stat().st_size
-    say(f"{path}: {pictures} pictures, {size / 1e6:.2f} MB")
-    if pictures < figures_of_cases.FEW_SNAPSHOTS:
-        cycles = ", ".join(map(str, figures_of_cases.well_spaced_cycles(moving.cycles[-1])))
-        note(
-            f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
-            f"for example output: {{cycles: [{cycles}]}}"
-        )
+    say(f"{path}: {len(moving.cycles)} pictures, {path.stat().st_size / 1e6:.2f} MB")

@@ -11,7 +11,6 @@ from typing import NoReturn, TypeVar
 import numpy as np
 import xarray as xr
 
-from fretwear.arrays import Array
 from fretwear.results import (
     CYCLE,
     FORCES,
@@ -74,57 +73,6 @@ def case_of(dataset: xr.Dataset) -> Case:
     if "parameters" not in dataset.attrs:
         raise ValueError("the dataset is not a case: it has no attribute 'parameters'")
     return Case(**json.loads(dataset.attrs["parameters"]))
-
-
-def gap_beyond(dataset: xr.Dataset, x: Array, gaps: Array, reach: float) -> tuple[Array, Array]:
-    """Continue gaps along x, both in m, to a reach beyond the last cell stored.
-
-    There the gap, of shape (ncycles, nx), is the gap of the unworn surfaces plus their displacement
-    under the pressure: by Boussinesq u = Σ p dA/πE*r, in a line contact u = −Σ 2 p dx ln(r)/πE*,
-    both counted from the last cell stored. If this cell is loaded, r is a mean over the cell. Gaps
-    are returned as given if the dataset lacks the shape of the case or its pressure.
-    """
-    step = float(x[1] - x[0])
-    more = np.arange(x[-1] + step, reach + step, step)
-    if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
-        return x, gaps
-    case = case_of(dataset)
-    if not all(part.is_known for part in case.surfaces.values()):
-        return x, gaps
-    whole = mirrored(dataset[["pressure"]]).transpose(CYCLE.name, X.name, ...)
-    plane_strain = Y.name not in whole.dims
-    at_y = np.zeros(1) if plane_strain else whole[Y.name].values
-    y = np.abs(at_y).min(keepdims=True)
-    width = 1.0 if plane_strain else float(at_y[1] - at_y[0])
-    # The means over a cell of 1/r and of ln r, r the distance from its centre.
-    inverse = 2.0 * (math.asinh(width / step) / width + math.asinh(step / width) / step)
-    nearest = step / (2.0 * math.e) if plane_strain else 1.0 / inverse
-    pressure = whole["pressure"].values.astype(np.float64).reshape(len(gaps), -1)
-    loaded = (pressure > 0.0).any(axis=0)
-    forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
-    grid = np.meshgrid(whole[X.name].values, at_y, indexing="ij")
-    at_x, at_y = (position.ravel()[loaded] for position in grid)
-
-    def changes(points: Array) -> Array:
-        heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
-        if case.rough is not None:
-            cell = None if plane_strain else (float(points[1] - points[0]), width)
-            heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
-        away = (np.maximum(np.hypot(point - at_x, y - at_y), nearest) for point in points)
-        kernels = (-2.0 * np.log(r) if plane_strain else 1.0 / r for r in away)
-        changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
-        return np.asarray(changed[:, 1:] - changed[:, :1])
-
-    # Wear and plastic depth of the last cell do not extend beyond it.
-    ends = gaps[:, [0, -1]]
-    for name in {"wear_depth", "plastic_depth"} & set(dataset):
-        lost = line_near_the_middle(dataset[name]).isel({X.name: [0, -1]})
-        ends = ends - lost.transpose(CYCLE.name, X.name).values
-    right = ends[:, 1:] + changes(np.concatenate([x[-1:], more]))
-    if x[0] > 0.0:
-        return np.concatenate([x, more]), np.concatenate([gaps, right], axis=1)
-    left = (ends[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
-    return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
 
 
 @xr.register_dataset_accessor("fretwear")  # type: ignore[no-untyped-call]

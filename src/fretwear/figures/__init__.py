@@ -17,10 +17,9 @@ Anything but a dataset raises a ``TypeError``; a dataset that lacks the variable
 snapshots raises a ``ValueError``.
 """
 
-# ruff: noqa: F403
-
 from collections.abc import Callable
 from importlib import import_module
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 from fretwear.figures.index import HISTORIES, PROFILES
@@ -28,18 +27,10 @@ from fretwear.figures.index import HISTORIES, PROFILES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fretwear.figures.cases import *
-    from fretwear.figures.effects import *
-    from fretwear.figures.history import *
-    from fretwear.figures.maps import *
-    from fretwear.figures.profiles import *
-    from fretwear.figures.style import *
-
 _HOMES = {
     "cases": "CaseAnimation animation compare_cases overview",
-    "effects": "fretting_map",
     "history": "scalar_history",
-    "maps": "compare_wear_maps wear_map",
+    "maps": "compare_wear_maps fretting_map wear_map",
     "profiles": "bearing_area compare_profiles field_profiles fretting_loops scars",
     "style": "STYLE_SHEET save_as save_figure style_context",
 }
@@ -48,27 +39,24 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 __all__ = [*_HOME, *PROFILES, *HISTORIES]
 
 
-def __getattr__(name: str) -> "Callable[..., Figure]":
+def __getattr__(name: str) -> Any:
     # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
-        draws = vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
+        found = vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
     elif name in PROFILES:
-        draws = _of_quantity("field_profiles", name, PROFILES[name])
+        found = _of_quantity(__getattr__("field_profiles"), name, PROFILES[name])
     elif name in HISTORIES:
-        draws = _of_quantity("scalar_history", name, HISTORIES[name])
+        found = _of_quantity(__getattr__("scalar_history"), name, HISTORIES[name])
     else:
         raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")
-    globals()[name] = draws
-    return draws  # type: ignore[no-any-return]
+    globals()[name] = found
+    return found
 
 
-def _of_quantity(general: str, name: str, quantity: str) -> "Callable[..., Figure]":
+def _of_quantity(
+    draw: "Callable[..., Figure]", name: str, quantity: str
+) -> "Callable[..., Figure]":
     """Return the figure function of one result or field: the general one with its quantity."""
-    from inspect import signature
-
-    from fretwear.results import RESULTS
-
-    draw = __getattr__(general)
 
     def figure(dataset: Any, *args: Any, **options: Any) -> "Figure":
         return draw(dataset, quantity, *args, **options)
@@ -76,7 +64,7 @@ def _of_quantity(general: str, name: str, quantity: str) -> "Callable[..., Figur
     dataset, _, *others = signature(draw).parameters.values()
     figure.__signature__ = signature(draw).replace(parameters=[dataset, *others])  # type: ignore[attr-defined]
     figure.__name__ = figure.__qualname__ = name
-    figure.__doc__ = f"Draw the {RESULTS[quantity].words} as `{general}` does."
+    figure.__doc__ = f"Draw `{quantity}` as `{draw.__name__}` does."
     return figure
 
 

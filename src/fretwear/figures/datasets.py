@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from os import PathLike
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +12,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import gap_beyond, line_near_the_middle
+from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import MERGED_PROFILES, open_history
 from fretwear.data.stack import representative_cycles
 from fretwear.results import FIELDS, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
 """The snapshots that a figure shows; None: a few representative ones."""
-
-BEYOND_CONTACT = 1.12
-"""Distance to which profiles are shown, in half-widths of the contact."""
 
 _ALIKE = 1e-3
 _OVER_FIRST = 3.0
@@ -36,7 +32,7 @@ class Profiles:
     x: Array  # n cell centres
     cycles: Array
     values: Array  # shape (k, n)
-    zones: NDArray[np.int8]  # `ContactState` of the cells, shape (k, n), open beyond those stored
+    zones: NDArray[np.int8]  # `ContactState` of the cells, shape (k, n)
     contact_half_width: Array  # shape (k,)
     stick_half_width: Array
     is_rough: bool
@@ -48,34 +44,19 @@ class Profiles:
         """Whether one side shows everything."""
         return bool(self.x[0] > 0.0)
 
-    def at(self, *places: int) -> Profiles:
-        """Return the profiles at some of the cycles, given by their places."""
-        chosen = list(places)
-        return replace(
-            self,
-            cycles=self.cycles[chosen],
-            values=self.values[chosen],
-            zones=self.zones[chosen],
-            contact_half_width=self.contact_half_width[chosen],
-            stick_half_width=self.stick_half_width[chosen],
-        )
-
 
 def profiles_of(
     dataset: xr.Dataset,
     field: Variable | str,
     cycles: Cycles = None,
-    reach: float = 0.0,
     *,
     both_sides: bool = False,
 ) -> Profiles:
     """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
-    `both_sides` of a whole contact are kept even so.
-    The gap extends to `reach`, m; beyond the cells stored it is computed from the pressure. Raises
-    the errors of `snapshots`, and a `ValueError` if a dataset varies in more than cycle, x and y.
+    `both_sides` of a whole contact are kept even so. Raises the errors of `snapshots`, and a
+    `ValueError` if a dataset varies in more than cycle, x and y.
     """
-    check_dataset(dataset)
     field = field_of(field)
     picked = snapshots(dataset, cycles, stored_name(dataset, field.name))
     line = _line(picked, field.name)
@@ -92,17 +73,11 @@ def profiles_of(
     contact, stick = (
         picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
     )
-    if math.isnan(field.outside):
-        reach, stored = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0))), x
-        x, values = gap_beyond(picked, stored, values, reach)
-        beyond = int((x < stored[0]).sum()), int((x > stored[-1]).sum())
-        zones = np.pad(zones, ((0, 0), beyond))
     ceiling, error = math.inf, RESULTS["peak_pressure"].error.name
     if field.si_unit == "Pa" and error in picked and np.isposinf(picked[error].values).any():
         # The later peak at a singular edge of stick would hide the rest.
         ceiling = _OVER_FIRST * float(np.nanmax(values[0]))
-    at = picked["cycle"].values.astype(np.float64)
-    is_rough = not is_smooth(dataset)
+    at, is_rough = picked["cycle"].values.astype(np.float64), not is_smooth(dataset)
     return Profiles(field, x, at, values, zones, contact, stick, is_rough, ceiling)
 
 
@@ -147,9 +122,7 @@ def field_of(quantity: Variable | str) -> Variable:
         return quantity
     fields = {field.name: field for field in FIELDS if not field.flags}
     if quantity not in fields:
-        raise ValueError(
-            f"quantity = {quantity!r}: there are profiles of {', '.join(map(repr, fields))}."
-        )
+        raise ValueError(f"quantity = {quantity!r}: there are profiles of {', '.join(fields)}.")
     return fields[quantity]
 
 
@@ -178,59 +151,29 @@ def available_cycles(dataset: xr.Dataset) -> list[int]:
     return [int(cycle) for cycle in cycles]
 
 
-def snapshots(
-    dataset: xr.Dataset,
-    cycles: Cycles,
-    *names: str,
-    default: Callable[[list[int]], Sequence[int]] = representative_cycles,
-) -> xr.Dataset:
-    """Return a dataset at the given cycles or, without any, at the cycles that `default` picks.
+def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
+    """Return a dataset at the given cycles or, without any, at a few representative ones.
 
     Raises a `TypeError` for anything but a dataset, and a `ValueError` for a dataset that lacks a
     cycle or one of the variables `names`.
     """
-    check_dataset(dataset)
     require(dataset, *names)
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
         dataset = dataset.expand_dims("cycle")
     available = available_cycles(dataset)
-    if not available:
-        raise ValueError("This point of the study is not done: it has no snapshot to draw.")
-    asked = list(default(available)) if cycles is None else np.atleast_1d(cycles).tolist()
+    chosen = representative_cycles(available) if cycles is None else np.atleast_1d(cycles).tolist()
+    asked = [int(cycle) for cycle in chosen]
     if not asked or not set(asked) <= set(available):
         raise ValueError(f"cycles = {asked}: this dataset has snapshots at {available}.")
     return dataset.sel(cycle=asked)
 
 
-def check_dataset(dataset: object) -> None:
-    """Raise a `TypeError` for anything but a dataset, saying how to get one."""
-    if isinstance(dataset, xr.Dataset):
-        return
-    remedy = "open_case and simulate of fretwear return one"
-    if isinstance(dataset, str | PathLike):
-        remedy = f"open the file first: fretwear.open_case({str(dataset)!r})"
-    given = type(dataset).__name__
-    raise TypeError(f"A figure is drawn from an xarray.Dataset, not from a {given}; {remedy}.")
-
-
-def check_cases(cases: object) -> None:
-    """Refuse anything but a mapping of titles to datasets, at least one."""
-    if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
-        raise TypeError(
-            f"Give cases by their titles, not as a {type(cases).__name__}; "
-            'for example {"smooth": first, "rough": second}.'
-        )
-    if not cases:
-        raise ValueError("There is no case to draw.")
-    for dataset in cases.values():
-        check_dataset(dataset)
-
-
-def require(dataset: xr.Dataset, *names: str) -> None:
-    """Raise a `ValueError` if a dataset lacks a variable, saying what it has instead."""
-    if not (missing := [name for name in names if name not in dataset]):
-        return
-    reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'no variables'}"
-    if "status" in dataset or "step" in dataset.dims:
-        reason = "merged studies and histories have no fields; open the case with open_case"
-    raise ValueError(f"The dataset has no variable {missing[0]!r}: {reason}.")
+def require(dataset: object, *names: str) -> None:
+    """Raise a `TypeError` for anything but a dataset, a `ValueError` if it lacks a variable."""
+    if not isinstance(dataset, xr.Dataset):
+        given = type(dataset).__name__
+        raise TypeError(f"A figure shows an xarray.Dataset, not a {given}: see fretwear.open_case.")
+    for name in names:
+        if name not in dataset:
+            found = ", ".join(sorted(map(str, dataset.data_vars)))
+            raise ValueError(f"The dataset has no variable {name!r}; it has {found or 'none'}.")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -25,15 +24,14 @@ from fretwear.data.effects import (
     varied_names,
 )
 from fretwear.figures.axes import (
-    ParameterAxis,
-    Value,
     ValueAxis,
     add_scale,
     make_panels,
     outside_key,
+    parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import check_dataset, history_of, require, variable_of
+from fretwear.figures.datasets import history_of, require, variable_of
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -46,17 +44,16 @@ from fretwear.figures.style import (
     styled,
 )
 from fretwear.results import POINT, PointStatus, Variable
-from fretwear.study.parameters import parameter, symbol_text, words_text
-from fretwear.units import in_unit, listed
+from fretwear.study.parameters import symbol_text, words_text
+from fretwear.units import in_unit
 
 MOST_KEYED = 8
 """Largest number of levels with a key; more levels have a colour bar."""
 
-_MOST_PANELS, _MOST_ACROSS = 12, 3
-_MOST_VECTORS = 300  # lines; more are drawn as pixels
+_MOST_ACROSS = 3
 _MOST_CONTRASTS = 2
 _CONSTANT = 1e-3
-_JUMP, _STEEPER = 0.02, 4.0
+_WIDE = 10.0
 # A result that every contact has at every cycle.
 _ALWAYS = "contact_half_width_x"
 
@@ -65,18 +62,37 @@ _ALWAYS = "contact_half_width_x"
 class Curve:
     """One point of a study, or the mean of points that differ in their seed, over the cycles."""
 
-    place: tuple[int, ...]  # along each dimension of the study
+    place: Mapping[str, int]  # by the dimensions of the study
     cycles: Array
     values: Array  # NaN where undefined
     deviation: Array | None = None  # standard deviation of a mean
 
+    def is_at(self, place: Mapping[str, int]) -> bool:
+        """Whether the curve belongs to a panel."""
+        return all(self.place[name] == index for name, index in place.items())
 
-def levels_of(dataset: xr.Dataset, name: str) -> list[Value]:
+
+@dataclass(frozen=True)
+class Colours:
+    """The colour of each level of a parameter, with a key by labels or with a colour bar."""
+
+    tints: Sequence[str] = (CATEGORICAL[0],)
+    key: dict[str, Line2D] = field(default_factory=dict)
+    bar: ScalarMappable | None = None
+    label: str = ""  # of the bar
+
+
+def levels_of(dataset: xr.Dataset, name: str) -> list[float | str]:
     """Return the values of a parameter along its dimension; drawn ones with three digits."""
     about, values = dataset[name].attrs, dataset[name].values.tolist()
     if "drawn_from" in about:
         values = [float(f"{value:.3g}") for value in values]
     return [in_unit(value, about.get("units", "")) for value in values]
+
+
+def level_text(dataset: xr.Dataset, place: Mapping[str, int]) -> str:
+    """Return the values of parameters at a place, in symbols: ``$P$ = 30 N, elastic``."""
+    return ", ".join(symbol_text(n, levels_of(dataset, n)[i]) for n, i in place.items())
 
 
 def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
@@ -88,7 +104,7 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     require(dataset, name)
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
         dataset = dataset.expand_dims("cycle")
-    dims = [dim for dim in dataset[name].dims if dim not in ("cycle", "step")]
+    dims = [str(dim) for dim in dataset[name].dims if dim not in ("cycle", "step")]
     # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
     always = dataset[_ALWAYS if _ALWAYS in dataset else name]
     cycles, values, there = (
@@ -99,39 +115,24 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     for place in np.ndindex(values.shape[:-1]):
         stored = np.isfinite(there[place]) & np.isfinite(cycles[place])
         if np.isfinite(values[place][stored]).any():
-            curves.append(Curve(place, cycles[place][stored], values[place][stored]))
+            at = dict(zip(dims, place, strict=True))
+            curves.append(Curve(at, cycles[place][stored], values[place][stored]))
     return curves
 
 
-def _means(curves: Sequence[Curve], axis: int) -> list[Curve]:
-    """Return the means of curves along one dimension, at every cycle of any of them."""
-    groups: dict[tuple[int, ...], list[Curve]] = {}
+def _means_over_seeds(curves: Sequence[Curve]) -> list[Curve]:
+    """Return the means of curves that differ in their seed alone, at every cycle of any of them."""
+    groups: dict[tuple[tuple[str, int], ...], list[Curve]] = {}
     for curve in curves:
-        groups.setdefault(curve.place[:axis] + curve.place[axis + 1 :], []).append(curve)
+        others = tuple((name, index) for name, index in curve.place.items() if name != SEED)
+        groups.setdefault(others, []).append(curve)
     means = []
     for place, group in groups.items():
         cycles = np.unique(np.concatenate([curve.cycles for curve in group]))
         table = np.stack([np.interp(cycles, curve.cycles, curve.values) for curve in group])
         deviation = table.std(axis=0, ddof=1) if len(group) > 1 else None
-        means.append(Curve(place, cycles, table.mean(axis=0), deviation))
+        means.append(Curve(dict(place), cycles, table.mean(axis=0), deviation))
     return means
-
-
-def with_steps(cycles: Array, values: Array) -> tuple[Array, Array]:
-    """Return a curve in which jumps are steps: a corner stands before each value after a jump.
-
-    A jump is a change by more than 2 % that is four times as steep, over the logarithm of cycles,
-    as the changes before and after it: an asperity that comes into contact.
-    """
-    if len(cycles) < 4:
-        return cycles, values
-    changes = np.abs(np.diff(values))
-    slopes = changes / np.maximum(np.diff(np.log1p(cycles)), 1e-12)
-    around = np.concatenate([[0.0], slopes, [0.0]])
-    is_jump = slopes > _STEEPER * np.maximum(around[:-2], around[2:])
-    is_jump &= changes > _JUMP * np.abs(values[:-1])
-    after = np.flatnonzero(is_jump) + 1
-    return np.insert(cycles, after, cycles[after]), np.insert(values, after, values[after - 1])
 
 
 def is_constant(dataset: xr.Dataset, name: str) -> bool:
@@ -154,11 +155,12 @@ def scalar_history(
     Lines go through every step of the `history`, by default that of the file from which the dataset
     was opened, or else through the snapshots. The parameter with the most values has colours, the
     next one line styles; the others have panels. Points of a study that are not done (NaN) are left
-    out. Values that span more than a factor of 30 have a logarithmic axis if the result allows one;
-    jumps are drawn as steps. Raises a `ValueError` if the dataset lacks the result or no point has
-    a value of it, or if `ax` is given and the parameters take several panels.
+    out; three seeds or more are drawn by their mean and standard deviation. Values that span more
+    than a factor of 30 have a logarithmic axis if the result allows one. Raises a `ValueError` if
+    the dataset lacks the result, if no point has a value of it, or if `ax` is given and the
+    parameters take several panels.
     """
-    check_dataset(dataset)
+    require(dataset)
     name = quantity if isinstance(quantity, str) else quantity.name
     steps = history_of(dataset) if history is None else history
     steps = steps if name in steps else dataset
@@ -166,135 +168,97 @@ def scalar_history(
     if not curves:
         raise ValueError(f"No point has a value of {name}: there is nothing to draw.")
     variable = quantity if isinstance(quantity, Variable) else variable_of(steps, quantity)
-    dims = [str(dim) for dim in steps[name].dims if dim not in ("cycle", "step")]
-    count, seeds = len(curves), steps.sizes.get(SEED, 0)
-    if has_means := seeds >= LEAST_SEEDS and SEED in dims:
-        # Seeds differ by chance, so their mean and deviation are shown.
-        curves = _means(curves, dims.index(SEED))
-        dims.remove(SEED)
-    varied = [dim for dim in dims if len({c.place[dims.index(dim)] for c in curves}) > 1]
-    by_size = sorted(varied, key=lambda dim: -steps.sizes[dim])
-    colour, style = ([*by_size, None, None])[:2]
-    if style is not None and steps.sizes[style] > len(LINE_STYLES):
-        style = None
+    cases = f"{len(curves)} case{'s' if len(curves) > 1 else ''}"
+    sentences = [f"{variable.label} against the number of cycles, {cases}."]
+    if steps.sizes.get(SEED, 0) >= LEAST_SEEDS and SEED in curves[0].place:
+        curves = _means_over_seeds(curves)
+        sentences.append(f"Mean and standard deviation over {steps.sizes[SEED]} seeds.")
+    varied = [dim for dim in curves[0].place if len({curve.place[dim] for curve in curves}) > 1]
+    colour, style = (*sorted(varied, key=lambda dim: -steps.sizes[dim]), "", "")[:2]
+    if style and steps.sizes[style] > len(LINE_STYLES):
+        style = ""
     facets = [dim for dim in varied if dim not in (colour, style)]
-    while math.prod(steps.sizes[dim] for dim in facets) > _MOST_PANELS:
-        facets.remove(max(facets, key=lambda dim: steps.sizes[dim]))
-    rows = list(itertools.product(*(range(steps.sizes[dim]) for dim in facets)))
-    rows = [row for row in rows if any(_is_at(c, dims, facets, row) for c in curves)]
-    axis = ValueAxis(variable, np.concatenate([curve.values for curve in curves]))
+    indices = itertools.product(*(range(steps.sizes[dim]) for dim in facets))
+    places = [dict(zip(facets, index, strict=True)) for index in indices]
+    places = [place for place in places if any(curve.is_at(place) for curve in curves)]
     if ax is None:
-        titles = [
-            ", ".join(
-                symbol_text(d, levels_of(steps, d)[i]) for d, i in zip(facets, r, strict=True)
-            )
-            for r in rows
-        ]
-        span = 1 if len(rows) == 1 else columns
-        across = min(len(rows), steps.sizes[facets[-1]] if facets else 1, _MOST_ACROSS)
-        height = 46.0 if len(rows) > across else 56.0
-        figure, panels = make_panels(span, titles, across, (16.0, height))
-    elif len(rows) == 1:
+        titles = [level_text(steps, place) for place in places]
+        across = min(steps.sizes[facets[-1]] if facets else 1, _MOST_ACROSS, len(places))
+        row = 46.0 if len(places) > across else 56.0
+        figure: Figure
+        figure, panels = make_panels(columns if facets else 1, titles, across, (16.0, row))
+    elif len(places) == 1:
         figure, panels = root_figure(ax), [ax]
     else:
         raise ValueError(
-            f"This study takes {len(rows)} panels, which do not fit into one axes: leave "
+            f"This study takes {len(places)} panels, which do not fit into one axes: leave "
             "out ax, or select a part of the study first, for example with dataset.isel(...)."
         )
-    colours, handles, labels, scale = _colours(steps, colour, curves, dims)
+    axis = ValueAxis(variable, np.concatenate([curve.values for curve in curves]))
+    colours = _colours(steps, colour, curves) if colour else Colours()
+    mark = "" if "step" in steps.dims else "o"
     cycles = [c.cycles[c.values > 0.0] if axis.is_logarithmic else c.cycles for c in curves]
-    for panel, row in zip(panels, rows, strict=True):
+    for panel, place in zip(panels, places, strict=True):
         panel.grid(axis="y")
-        for curve in curves:
-            if _is_at(curve, dims, facets, row):
-                place = dict(zip(dims, curve.place, strict=True))
-                color, dashes = colours[place.get(colour or "", 0)], place.get(style or "", 0)
-                _draw(panel, curve, axis, color, dashes, is_dense="step" in steps.dims)
-                panel.get_lines()[-1].set_rasterized(count > _MOST_VECTORS)
+        for curve in (curve for curve in curves if curve.is_at(place)):
+            tint = colours.tints[curve.place.get(colour, 0)]
+            dashes = LINE_STYLES[curve.place.get(style, 0)]
+            values = axis.unit.of(curve.values)
+            panel.plot(curve.cycles, values, color=tint, linestyle=dashes, marker=mark)
+            if curve.deviation is not None:
+                half = axis.unit.of(curve.deviation)
+                band = (values - half, values + half)
+                panel.fill_between(curve.cycles, *band, color=tint, alpha=0.2, lw=0.0)
         set_cycle_axis(panel, np.concatenate(cycles))
-        axis.apply(panel.yaxis)
-    _label(figure, panels, axis)
-    if style:
-        for dashes, level in zip(LINE_STYLES, levels_of(steps, style), strict=False):
-            handles.append(Line2D([], [], color=MUTED, linestyle=dashes))
-            labels.append(symbol_text(style, level))
-    if scale is not None:
-        bar = add_scale(figure, panels, scale[0], scale[1].label, aspect=40.0)
-        scale[1].apply(bar.ax.yaxis)
-    if handles and ax is not None:
-        ax.legend(handles, labels)
-    elif handles:
-        outside_key(figure, handles, labels)
-    caption(
-        figure, f"{variable.label} against the number of cycles, {count} case{'s'[: count > 1]}."
-    )
-    if has_means:
-        caption(figure, f"Mean and standard deviation over {seeds} seeds.")
-    hidden = [dim for dim in varied if dim not in (colour, style, *facets)]
-    if hidden:
-        caption(
-            figure, f"Lines that look alike differ in {listed(parameter(n).words for n in hidden)}."
-        )
-    return figure
-
-
-def _is_at(curve: Curve, dims: Sequence[str], names: Sequence[str], at: Sequence[int]) -> bool:
-    return all(curve.place[dims.index(name)] == i for name, i in zip(names, at, strict=True))
-
-
-def _draw(
-    panel: Axes, curve: Curve, axis: ValueAxis, color: str, style: int, *, is_dense: bool
-) -> None:
-    unit = axis.unit
-    cycles, values = curve.cycles, curve.values
-    if is_dense:
-        cycles, values = with_steps(cycles, values)
-    mark = "" if is_dense else "o"
-    panel.plot(cycles, unit.of(values), color=color, ls=LINE_STYLES[style], marker=mark)
-    if curve.deviation is not None:
-        low, high = (unit.of(curve.values + sign * curve.deviation) for sign in (-1.0, 1.0))
-        panel.fill_between(curve.cycles, low, high, color=color, alpha=0.2, lw=0.0)
-
-
-def _label(figure: Figure, panels: Sequence[Axes], axis: ValueAxis) -> None:
-    """Label the axis of a result once for all panels."""
+        axis.apply(panel)
     if len(panels) == 1:
         panels[0].set_ylabel(axis.wrapped_label(34))
     else:
         figure.supylabel(axis.label, fontsize=7.5)
+    key = dict(colours.key)
+    for index in range(steps.sizes[style] if style else 0):
+        line = Line2D([], [], color=MUTED, linestyle=LINE_STYLES[index])
+        key[level_text(steps, {style: index})] = line
+    if colours.bar is not None:
+        add_scale(figure, panels, colours.bar, colours.label, aspect=40.0)
+    if key and ax is not None:
+        ax.legend(key.values(), key.keys())
+    elif key:
+        outside_key(figure, [*key.values()], [*key])
+    for sentence in sentences:
+        caption(figure, sentence)
+    return figure
 
 
-def _colours(
-    steps: xr.Dataset, colour: str | None, curves: Sequence[Curve], dims: Sequence[str]
-) -> tuple[list[str], list[Line2D], list[str], tuple[ScalarMappable, ParameterAxis] | None]:
-    """Return a colour for each level along a dimension, with a key or a colour bar."""
-    if colour is None:
-        return [CATEGORICAL[0]], [], [], None
-    names, size = [colour], steps.sizes[colour]
-    if colour not in steps.coords or colour == POINT.name:
-        along = [str(n) for n, about in steps.coords.items() if about.dims == (colour,)]
+def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:
+    """Return a colour for each level along a dimension: a parameter, or ``point``.
+
+    Many points have the colours of the parameter with the largest rank correlation with the result.
+    """
+    size, names = steps.sizes[name], [name]
+    if name not in steps.coords or name == POINT.name:
+        along = [str(n) for n, about in steps.coords.items() if about.dims == (name,)]
         names = [n for n in along if n not in BOOKKEEPING and len(set(levels_of(steps, n))) > 1]
-    levels = {name: levels_of(steps, name) for name in names}
-    numeric = {n: v for n, v in levels.items() if not any(isinstance(one, str) for one in v)}
-    if size > MOST_KEYED and numeric:
+    numbers = {n: steps[n].values for n in names if steps[n].dtype.kind in "fiu"}
+    finite = {n: v.astype(np.float64) for n, v in numbers.items() if np.isfinite(v).all()}
+    shown = sorted({curve.place[name] for curve in curves})
+    if size > MOST_KEYED and finite:
+        places = [curve.place[name] for curve in curves]
         last = np.array([[curve.values[-1]] for curve in curves])
-        shown = [curve.place[dims.index(colour)] for curve in curves]
-        table = np.array([np.asarray(v, dtype=np.float64)[shown] for v in numeric.values()]).T
-        influence = np.abs(rank_correlations(table, last)[:, 0])
-        name = [*numeric][int(np.argmax(np.nan_to_num(influence)))]
-        axis = ParameterAxis(name, numeric[name])
-        places = axis.places(numeric[name])
-        norm = (LogNorm if axis.is_logarithmic else Normalize)(places.min(), places.max())
-        tints = [to_hex(tint) for tint in sequential_colormap()(norm(places))]
-        return tints, [], [], (ScalarMappable(norm, sequential_colormap()), axis)
-    tints = [CATEGORICAL[i % len(CATEGORICAL)] for i in range(size)]
-    if names == [colour] and numeric:
-        order = np.argsort(numeric[colour])
-        tints = [sequential_colours(size)[i] for i in np.argsort(order)]
-    labels = [", ".join(symbol_text(n, v[i]) for n, v in levels.items()) for i in range(size)]
-    shown = sorted({curve.place[dims.index(colour)] for curve in curves})
-    handles = [Line2D([], [], color=tints[i]) for i in shown]
-    return tints, handles, [labels[i] for i in shown], None
+        table = np.stack([values[places] for values in finite.values()], axis=1)
+        influence = np.nan_to_num(np.abs(rank_correlations(table, last)[:, 0]))
+        values, label = parameter_values(steps, [*finite][int(np.argmax(influence))])
+        is_wide = 0.0 < values.min() < values.max() / _WIDE
+        scale = (LogNorm if is_wide else Normalize)(values.min(), values.max())
+        bar = ScalarMappable(scale, sequential_colormap())
+        return Colours([*map(to_hex, bar.to_rgba(values))], {}, bar, label)
+    tints = [CATEGORICAL[index % len(CATEGORICAL)] for index in range(size)]
+    if names == [name] and numbers:
+        order = np.argsort(np.argsort(numbers[name]))
+        tints = [sequential_colours(size)[index] for index in order]
+    lines = {i: Line2D([], [], color=tints[i]) for i in shown}
+    key = {level_text(steps, dict.fromkeys(names, i)): line for i, line in lines.items()}
+    return Colours(tints, key)
 
 
 @dataclass(frozen=True)
@@ -319,35 +283,27 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         last = final_results(summary)["wear_volume"]
         order = [int(i) for i in np.argsort(last) if np.isfinite(last[i]) and done[int(i)]]
         names = [n for n in varied_names(summary) if len(set(summary[n].values.tolist())) > 1]
-        chosen = dict.fromkeys([order[0], order[-1]])
-        titles = [
-            ", ".join(symbol_text(n, levels_of(summary, n)[i]) for n in names) for i in chosen
-        ]
-        return RepresentativeCases(
-            tuple(names[:_MOST_CONTRASTS]),
-            {title: str(ids[i].item()) for title, i in zip(titles, chosen, strict=True)},
-            "",
-        )
+        ends = dict.fromkeys([order[0], order[-1]])
+        chosen = {level_text(summary, dict.fromkeys(names, i)): str(ids[i].item()) for i in ends}
+        return RepresentativeCases(tuple(names[:_MOST_CONTRASTS]), chosen, "")
     varied = [dim for dim in dims if summary.sizes[dim] > 1]
     preferred = [n for n in ("roughness_amplitude", "roughness", "plastic_limit") if n in varied]
     contrasts = tuple(dict.fromkeys([*preferred, *varied]))[:_MOST_CONTRASTS]
-    ends = {}
+    extremes = {}
     for name in contrasts:
-        values = levels_of(summary, name)
-        is_text = any(isinstance(value, str) for value in values)
-        order = [*range(len(values))] if is_text else [int(i) for i in np.argsort(values)]
-        ends[name] = [order[0], order[-1]]
-    corners = done.isel(ends)
+        values = summary[name].values
+        sizes = np.arange(values.size) if values.dtype.kind in "OUS" else values
+        extremes[name] = [int(np.argmin(sizes)), int(np.argmax(sizes))]
+    corners = done.isel(extremes)
     others = {n: range(summary.sizes[n] - 1, -1, -1) for n in dims if n not in contrasts}
     best = max(
         (dict(zip(others, at, strict=True)) for at in itertools.product(*others.values())),
         key=lambda at: int(corners.isel(at).sum()),
     )
     cases = {}
-    for place in itertools.product(*ends.values()):
-        at = best | dict(zip(contrasts, place, strict=True))
-        if done.isel(at):
-            title = ", ".join(symbol_text(n, levels_of(summary, n)[at[n]]) for n in contrasts)
-            cases[title] = str(ids.isel(at).item())
+    for corner in itertools.product(*extremes.values()):
+        contrast = dict(zip(contrasts, corner, strict=True))
+        if done.isel(best | contrast):
+            cases[level_text(summary, contrast)] = str(ids.isel(best | contrast).item())
     common = [words_text(n, levels_of(summary, n)[i]) for n, i in best.items() if n in varied]
     return RepresentativeCases(contrasts, cases, ", ".join(common))

@@ -1,4 +1,4 @@
-"""Maps over the contact."""
+"""Maps over the contact, and the fretting map of a study."""
 
 from __future__ import annotations
 
@@ -16,29 +16,35 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import add_scale, outside_key
-from fretwear.figures.datasets import check_cases, check_dataset, is_smooth, snapshots
+from fretwear.figures.axes import add_scale, outside_key, parameter_values
+from fretwear.figures.datasets import is_smooth, require, snapshots, variable_of
 from fretwear.figures.profiles import case_panels
 from fretwear.figures.style import (
     CATEGORICAL,
     COLUMN_WIDTH,
-    INK,
     MUTED,
     Columns,
     caption,
     depth_colormap,
+    one_panel,
     styled,
 )
 from fretwear.results import RESULTS, ContactState
-from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
+from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit, with_unit
+
+WAYS = ("displacement_amplitude", "displacement_ratio")
+"""Varied parameters that a fretting map may have besides the load."""
 
 _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
-_SQUARE_ROOT = 0.5
-# Arrows of slip along the diameter of a contact.
-_ARROWS = 11
 _EDGES = {"contact": MUTED, "stick": CATEGORICAL[0]}
+_REGIMES = {
+    "partial slip": ("o", CATEGORICAL[0]),
+    "mixed": ("D", CATEGORICAL[5]),
+    "gross slip": ("s", CATEGORICAL[1]),
+}
+_LARGEST, _SMALLEST = 11.0, 2.5
 
 
 @dataclass(frozen=True)
@@ -51,9 +57,6 @@ class WearMap:
     fractions: Mapping[str, Array]  # parts of the cells in contact and sticking, shape (nx, ny)
     cycle: int
     is_smooth: bool
-    # Arrows of unit length along the slip at +Q, (x, y, along x, along y), shape (4, k); none
-    # where friction acts along x alone.
-    arrows: Array
 
     @property
     def reach(self) -> float:
@@ -71,7 +74,6 @@ def wear_map(
     The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. On rough
     surfaces edges surround each spot of contact.
     """
-    check_dataset(dataset)
     return _draw_maps({"": dataset}, cycle, columns, ax)
 
 
@@ -90,7 +92,6 @@ def compare_wear_maps(
 def _draw_maps(
     cases: Mapping[str, xr.Dataset], cycle: int | None, columns: Columns, ax: Axes | None
 ) -> Figure:
-    check_cases(cases)
     scars = [take_wear_map(case, cycle) for case in cases.values()]
     across = columns if len(cases) > 1 else 1.25 * columns
     figure, panels = case_panels(cases, columns, ax, (COLUMN_WIDTH[columns] - 30.0) / across, "all")
@@ -107,8 +108,6 @@ def _draw_maps(
     caption(figure, f"{label} of both bodies after {when}.")
     if isinstance(scale, PowerNorm):
         caption(figure, "Colours vary as the square root of the depth.")
-    if any(scar.arrows.size for scar in scars):
-        caption(figure, "Arrows: slip at the tangential load +Q.")
     keys = [Line2D([], [], color=color) for color in _EDGES.values()]
     names = ["edge of contact", "edge of stick zone"]
     if ax is None:
@@ -130,31 +129,14 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
         name: whole.get(f"{name}_fraction", inside).values.astype(np.float64)
         for name, inside in cells.items()
     }
-    arrows = slip_arrows(mirrored(state)) if "slip_y" in state else np.empty((4, 0))
-    return WearMap(x, y, depth, fractions, int(state["cycle"]), is_smooth(dataset), arrows)
-
-
-def slip_arrows(whole: xr.Dataset) -> Array:
-    """Where the contact of a snapshot slips, at every few cells, x and y in m and the direction."""
-    names = ("slip_x", "slip_y", "contact_state")
-    along, across, zone = (whole[name].transpose("x", "y").values for name in names)
-    x, y = (whole[name].values.astype(np.float64) for name in "xy")
-    touching = np.abs(x[(zone != ContactState.OPEN).any(axis=1)])
-    every = max(1, round(2.0 * touching.max(initial=0.0) / (x[1] - x[0]) / _ARROWS))
-    places = np.ix_(*(np.arange(every // 2, axis.size, every) for axis in (x, y)))
-    length = np.hypot(along, across)[places]
-    slips = (zone[places] == ContactState.SLIP) & (length > 0.0)
-    at = [axis.ravel()[place.ravel()] for axis, place in zip((x, y), places, strict=True)]
-    grid = np.meshgrid(*at, indexing="ij")
-    directions = (field[places][slips] / length[slips] for field in (along, across))
-    return np.stack([*(axis[slips] for axis in grid), *directions])
+    return WearMap(x, y, depth, fractions, int(state["cycle"]), is_smooth(dataset))
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
     """Return colours for scars of these depths, by the square root if the depths differ much."""
     highest = float(np.max(deepest)) or 1.0
     is_unequal = float(np.min(deepest)) < highest / _UNEQUAL
-    return PowerNorm(_SQUARE_ROOT, 0.0, highest) if is_unequal else Normalize(0.0, highest)
+    return PowerNorm(0.5, 0.0, highest) if is_unequal else Normalize(0.0, highest)
 
 
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
@@ -167,15 +149,7 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
         if part.min() < 0.5 < part.max():
             width = 1.0 if scar.is_smooth else 0.5
             axes.contour(x, y, part.T, [0.5], colors=[color], linewidths=width)
-    if scar.arrows.size:
-        (x, y), directions = MICROMETRE.of(scar.arrows[:2]), scar.arrows[2:]
-        arrows = axes.quiver(
-            x, y, *directions, units="inches", scale=10.0, width=0.012, pivot="mid"
-        )
-        arrows.set(facecolor="white", edgecolor=INK, linewidth=0.4)
-    axes.set_xlabel(
-        "x (µm), direction of slip" if not scar.arrows.size else "x (µm), direction of force"
-    )
+    axes.set_xlabel("x (µm), direction of slip")
     return image
 
 
@@ -195,3 +169,47 @@ def draw_map(
     image = axes.imshow(values.T, colors, scale, aspect="equal", origin="lower", extent=extent)
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="x (µm)", ylabel="y (µm)")
     return image
+
+
+@styled
+def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+    """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
+
+    `summary` is a merged study that varies the load and the displacement amplitude or ratio; other
+    varied parameters are shown at their first value. Slip that is partial in some snapshots and
+    gross in others is mixed. The width of a dot is proportional to the cube root of the wear
+    volume.
+    """
+    require(summary, "status", "regime", "wear_volume")
+    names = (next(name for name in WAYS if name in summary["status"].dims), "normal_load")
+    rest = {name: 0 for name in summary["status"].dims if name not in names}
+    shown = summary.isel(rest).transpose(*names[::-1], ...)
+    gross = shown["regime"].mean("cycle", skipna=True).values
+    volume = shown["wear_volume"].max("cycle").values
+    figure, axes = one_panel(1, 76.0, ax)
+    caption(figure, "Regime of slip over load and displacement; dots grow with the wear volume.")
+    axes.set(xscale="log", yscale="log")
+    places = []
+    for name, axis in zip(names, (axes.xaxis, axes.yaxis), strict=True):
+        values, label = parameter_values(shown, name)
+        axis.set_ticks(values.tolist(), [f"{value:.3g}" for value in values])
+        axis.set_ticks([], minor=True)
+        axis.set_label_text(label)
+        places.append(values)
+    x, y = np.meshgrid(*places)
+    kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
+    greatest = float(np.nanmax(volume))
+    widths = np.maximum(_LARGEST * np.cbrt(volume / greatest), _SMALLEST)
+    for regime, (marker, color) in _REGIMES.items():
+        here = (kinds == regime) & np.isfinite(gross)
+        if here.any():
+            axes.scatter(x[here], y[here], widths[here] ** 2, color, marker=marker, linewidths=0.0)
+            axes.plot([], [], marker, color=color, label=regime)
+    axes.margins(0.15)
+    worn = variable_of(shown, "wear_volume")
+    unit = readable_unit(volume, worn.si_unit)
+    largest = with_unit(f"{unit.of(greatest):.3g}", unit)
+    title = f"width of dots: cube root of {worn.words}, at most {largest}"
+    key = axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=3, title=title)
+    key.set_alignment("left")
+    return figure

@@ -21,14 +21,12 @@ from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, Shared, make_panels, outside_key
 from fretwear.figures.datasets import (
-    BEYOND_CONTACT,
     Cycles,
     Profiles,
     available_cycles,
-    check_cases,
-    check_dataset,
     field_of,
     profiles_of,
+    require,
     snapshots,
 )
 from fretwear.figures.style import (
@@ -54,10 +52,9 @@ ZONE_COLORS = {
 ZONES = ListedColormap([ZONE_COLORS[zone] for zone in ContactState])
 
 _DOWNWARD = ("wear_depth", "plastic_depth")
+_BEYOND_CONTACT = 1.12  # distance to which profiles are shown, in half-widths of the contact
 _BEFORE_EDGE = 0.75
 _ABOVE = 1.05
-_INSIDE_CONTACT = 0.8
-_ROOM_OVER_WAVES = 1.6
 _SHARE_OF_FIRST_GAP = 0.3
 _WORN = 0.01
 _UNEQUAL = 5.0
@@ -96,7 +93,6 @@ def field_profiles(
     singular at the edge of the stick zone, where it grows without bound as cells get narrower, axes
     end at three times the first peak, and the highest value is written.
     """
-    check_dataset(dataset)
     return _draw_profiles({"": dataset}, quantity, cycles, columns, ax)
 
 
@@ -123,12 +119,9 @@ def _draw_profiles(
     columns: Columns,
     ax: Axes | None,
 ) -> Figure:
-    check_cases(cases)
     field = field_of(quantity)
-    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
-    reach = BEYOND_CONTACT * widest if len(cases) > 1 else 0.0
     contents = [
-        profiles_of(case, field, shown, reach)
+        profiles_of(case, field, shown)
         for case, shown in zip(cases.values(), _cycles_of(cases, cycles), strict=True)
     ]
     frames = [frame_of([content]) for content in contents]
@@ -159,10 +152,10 @@ def _cycles_of(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> list[Cycles]:
     if len(cases) == 1:
         return [cycles]
     available = [available_cycles(case) for case in cases.values()]
-    every = sorted(set().union(*available))
-    shown = list(representative_cycles(every)) if cycles is None else np.atleast_1d(cycles).tolist()
+    every = set().union(*available)
+    shown = representative_cycles(every) if cycles is None else np.atleast_1d(cycles).tolist()
     chosen = [[cycle for cycle in shown if cycle in had] for had in available]
-    if not set(shown) <= set(every) or not all(chosen):
+    if not set(shown) <= every or not all(chosen):
         raise ValueError(f"cycles = {shown}: the cases have snapshots at {available}.")
     return [*chosen]
 
@@ -199,12 +192,11 @@ def frame_of(panels: Sequence[Profiles]) -> Frame:
     last cycle. A traction with a singular edge is shown up to its ceiling.
     """
     field, is_even = panels[0].field, all(panel.is_even for panel in panels)
-    right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
-    if at_edge(field):
-        # A merged study holds the gap only within the window.
+    widest = max(float(panel.contact_half_width.max()) for panel in panels)
+    right = _BEYOND_CONTACT * widest
+    if at_edge(field):  # known within the window of a case
         right = min(right, max(float(panel.x[-1]) for panel in panels))
-    if field.name in ("wear_depth", "wear_rate"):
-        # The wear of a stroke extends beyond the contact.
+    if field.name in ("wear_depth", "wear_rate"):  # beyond the contact by the stroke
         for panel in panels:
             deepest = panel.values.max(axis=0)
             worn = np.abs(panel.x[deepest > _WORN * deepest.max()])
@@ -214,16 +206,11 @@ def frame_of(panels: Sequence[Profiles]) -> Frame:
         left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
     tops = []
     for panel in panels:
-        distance, widths = np.abs(panel.x), panel.contact_half_width
-        shown = panel.values[:, distance <= right]
-        first, top = float(np.nanmax(shown[0])), float(np.nanmax(shown))
-        if at_edge(field):
-            inside = distance < _INSIDE_CONTACT * widths[:, None]
-            waves = float(panel.values.max(initial=0.0, where=inside))
-            last = np.nanmax(panel.values[-1, distance <= BEYOND_CONTACT * widths.max()])
-            top = max(float(last), _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * waves)
-        top = min(top, panel.ceiling)
-        tops.append(top)
+        shown = panel.values[:, np.abs(panel.x) <= right]
+        top = float(np.nanmax(shown))
+        if at_edge(field):  # the bodies approach each other, so that the first gap is the largest
+            top = max(float(np.nanmax(shown[-1])), _SHARE_OF_FIRST_GAP * top)
+        tops.append(min(top, panel.ceiling))
     unit = field.unit or readable_unit(tops, field.si_unit)
     return Frame(left, right, _ABOVE * max(tops) or 1.0, unit)
 
@@ -324,9 +311,8 @@ def shade_stick(axes: Axes, profiles: Profiles) -> None:
         axes.axvspan(0.0, edge, color=STICK_SHADE, lw=0)
     else:
         x, across = MICROMETRE.of(profiles.x), axes.get_xaxis_transform()
-        axes.fill_between(
-            x, 0.0, 1.0, where=inside, color=STICK_SHADE, lw=0, transform=across, step="mid"
-        )
+        shade = axes.fill_between(x, 0.0, 1.0, where=inside, step="mid", transform=across)
+        shade.set(color=STICK_SHADE, linewidth=0.0)
     if inside.any():
         caption(axes, "Grey: stick zone at the last cycle.")
 
@@ -348,10 +334,6 @@ def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = No
     crosses it. A case with one wear coefficient for both bodies together raises a ValueError.
     """
     names = [field.name for field in BODY_FIELDS]
-    if isinstance(dataset, xr.Dataset) and names[0] not in dataset:
-        raise ValueError(
-            "the dataset has no wear of each body: give wear_coefficient as [indenter, flat]"
-        )
     line = mirrored(snapshots(dataset, cycle, *names)[names].isel(cycle=-1))
     figure, axes = one_panel(1, 66.0, ax)
     x = MICROMETRE.of(line.x.values)
@@ -371,7 +353,6 @@ def fretting_loops(
 
     `fretwear.open_loops` returns `loops`; `cycles` are at most six of them by default.
     """
-    check_dataset(loops)
     return compare_loops({"": loops}, cycles, columns=1, ax=ax)
 
 
@@ -384,7 +365,6 @@ def compare_loops(
     ax: Axes | None = None,
 ) -> Figure:
     """Draw `fretting_loops` of several cases, by the titles of their panels."""
-    check_cases(cases)
     force, displacement = (variable.name for variable in LOOP)
     contents = [snapshots(loops, cycles, force, displacement) for loops in cases.values()]
     figure, panels = case_panels(cases, columns, ax, 50.0, "none")
@@ -409,82 +389,44 @@ def compare_loops(
     return figure
 
 
-def bearing_heights(
-    dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
-) -> dict[int, Array]:
-    """Return the heights of the surfaces at some cycles, by default the first and the last.
-
-    See `Roughness.in_contact`. A dataset does not record the place of the file of a measured
-    surface; its `case` from a study does. Raises a `ValueError` if the case is smooth, or the file
-    of its surface is missing.
-    """
-    states = snapshots(
-        dataset, cycles, "wear_depth", "plastic_depth", default=lambda n: sorted({n[0], n[-1]})
-    )
-    case = case or dataset.fretwear.case
-    if case.rough is None:
-        raise ValueError("A bearing-area curve describes roughness, and this case is smooth.")
-    if not case.rough.is_known:
-        raise ValueError("The surface of this case is in a file that the dataset does not contain.")
-    axes = [axis for axis in ("x", "y") if axis in dataset.coords]
-    half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
-    lost = (states["wear_depth"] + states["plastic_depth"]).transpose("cycle", *axes).values
-    heights = case.rough.in_contact([dataset[axis].values for axis in axes], half_widths, lost)
-    return dict(zip(states["cycle"].values.astype(int).tolist(), heights, strict=True))
-
-
+@styled
 def bearing_area(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    case: Case | None = None,
+    *,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
 
     The height of the roughness less wear and plastic depth is drawn over the share of the contact
-    that lies above it; `cycles` are by default the first and the last snapshot. Raises a ValueError
-    if the case is smooth, or the file of its surface is missing.
+    that lies above it; `cycles` are by default the first and the last snapshot. A dataset does not
+    contain the file of a measured surface; its `case` names it. Raises a `ValueError` if the case
+    is smooth or the file is missing.
     """
-    check_dataset(dataset)
-    return _draw_bearing_areas({"": bearing_heights(dataset, cycles)}, columns, ax)
-
-
-def compare_bearing_areas(
-    cases: Mapping[str, xr.Dataset],
-    known: Mapping[str, Case] | None = None,
-    *,
-    columns: Columns = 2,
-) -> Figure:
-    """Draw bearing-area curves of several cases, by title, on one scale of heights.
-
-    `known` are the cases of a study by the same titles, which name the files of measured surfaces.
-    """
-    check_cases(cases)
-    known = known or {}
-    heights = {
-        title: bearing_heights(case, None, known.get(title)) for title, case in cases.items()
-    }
-    return _draw_bearing_areas(heights, columns, None)
-
-
-@styled
-def _draw_bearing_areas(
-    cases: Mapping[str, Mapping[int, Array]], columns: Columns, ax: Axes | None
-) -> Figure:
-    figure, panels = case_panels(cases, columns, ax, 50.0, "all")
+    require(dataset)
+    available = available_cycles(dataset)
+    ends = cycles if cycles is not None else sorted({available[0], available[-1]})
+    states = snapshots(dataset, ends, "wear_depth", "plastic_depth")
+    rough = (case or dataset.fretwear.case).rough
+    if rough is None or not rough.is_known:
+        raise ValueError("A bearing-area curve needs a rough surface whose heights are known.")
+    axes = [axis for axis in ("x", "y") if axis in dataset.coords]
+    half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
+    lost = (states["wear_depth"] + states["plastic_depth"]).transpose("cycle", *axes).values
+    heights = rough.in_contact([dataset[axis].values for axis in axes], half_widths, lost)
+    unit = readable_unit(np.concatenate(heights), "m")
+    figure, panel = one_panel(1, 66.0, ax)
+    colours = sequential_colours(len(heights))
+    for cycle, height, colour in zip(states["cycle"].values, heights, colours, strict=True):
+        share = 100.0 * (np.arange(height.size) + 0.5) / height.size
+        panel.plot(share, unit.of(height), color=colour, label=cycle_text(cycle))
+    panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
+    panel.set_ylabel(f"Height ({unit.name})")
+    panel.legend(title="Cycle")
     caption(
         figure,
         "Share of the contact that lies above each height: of the roughness less wear and plastic "
         "depth, from the mean before wear.",
     )
-    every = np.concatenate([h for heights in cases.values() for h in heights.values()])
-    unit = readable_unit(every, "m")
-    colors = cycle_colours(sorted({cycle for heights in cases.values() for cycle in heights}))
-    for panel, heights in zip(panels, cases.values(), strict=True):
-        for cycle, height in heights.items():
-            share = 100.0 * (np.arange(height.size) + 0.5) / height.size
-            panel.plot(share, unit.of(height), color=colors[cycle], label=cycle_text(cycle))
-        panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
-        panel.set_ylabel(f"Height ({unit.name})")
-    if ax is None:
-        cycle_key(figure, colors)
-    else:
-        ax.legend(title="Cycle")
     return figure

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import io
-import zlib
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import wraps
 from os import PathLike, fspath
 from pathlib import Path
@@ -20,14 +19,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fretwear.data.atomic import atomic_path
-from fretwear.figures.index import PAGE_WIDTH
 
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
 Columns = Literal[1, 2]
 """Width of a figure in columns of a journal page."""
 
-COLUMN_WIDTH = {1: 90.0, 2: PAGE_WIDTH}
+COLUMN_WIDTH = {1: 90.0, 2: 190.0}
 """Width in mm of a figure over one and over two journal columns."""
 
 STICK_SHADE = "#efefef"
@@ -52,13 +50,6 @@ class LineLook(TypedDict):
 _MM_PER_INCH = 25.4
 _SCREEN_DPI = 150
 _LIGHTEST, _DARKEST = 0.8, 0.0
-
-_OPTIONS: dict[str, dict[str, Any]] = {
-    # Run-length compression takes a third of the time, and files are hardly larger.
-    ".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}},
-    ".svg": {"metadata": {"Date": None, "Creator": "fretwear"}},
-    ".pdf": {"metadata": {"CreationDate": None, "Creator": "fretwear", "Producer": None}},
-}
 
 P = ParamSpec("P")
 Q = TypeVar("Q")
@@ -131,31 +122,12 @@ def styled(function: Callable[P, Q]) -> Callable[P, Q]:
 def save_figure(
     figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
 ) -> list[Path]:
-    """Write a figure once per format; each file appears only when it is complete.
+    """Write a figure once per format, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
 
-    `stem` is folder and name of the files without their endings, the `formats`, such as ``svg``,
-    ``png`` (300 dots per inch) and ``pdf``. The files have no date, and their inner names depend on
-    the content alone, so the same data always give the same file.
+    `stem` is folder and name of the files without their endings. Each file appears only when it is
+    complete.
     """
-    with laid_out(figure):
-        return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
-
-
-@contextmanager
-def laid_out(figure: Figure) -> Iterator[None]:
-    """Lay a figure out once for all files written in the context; matplotlib would twice a file."""
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        with style_context():
-            engine.execute(figure)
-            if any(axes.get_aspect() != "auto" for axes in figure.axes):
-                engine.execute(figure)  # the size of axes to scale follows from the first
-        figure.set_layout_engine("none")
-    try:
-        yield
-    finally:
-        if engine is not None:
-            figure.set_layout_engine(engine)
+    return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
@@ -167,8 +139,9 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
             f"{path.name}: {ending or 'no ending'} is not a format for figures; "
             "end the name in .png, .svg or .pdf."
         )
-    with style_context(), laid_out(figure), atomic_path(path) as temporary:
-        figure.savefig(temporary, format=ending.removeprefix("."), **_OPTIONS.get(ending, {}))
+    options: dict[str, Any] = {"metadata": {"Date": None}} if ending == ".svg" else {}
+    with style_context(), atomic_path(path) as temporary:
+        figure.savefig(temporary, format=ending.removeprefix("."), **options)
     return path
 
 

@@ -53,7 +53,7 @@ _LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedd
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
 # Figures by the order in which they are read; those of other quantities are behind a fold.
 _FIRST = ("fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles")
-_OF_ROUGH = ("gap_profiles", "wear_rate_profiles", "bearing_area")
+_OF_ROUGH = ("gap_profiles", "wear_rate_profiles")
 
 
 class Section(NamedTuple):

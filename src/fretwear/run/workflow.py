@@ -19,9 +19,6 @@ from fretwear.study.problems import Problem, StudyError
 from fretwear.study.reading import load_plan
 from fretwear.version import code_digest
 
-CAPTION = str(Path(__file__).with_name("caption.rst"))
-"""Template of what Snakemake's report says of a figure."""
-
 _KEYS = ("study", "keep_older")
 # A job that exceeds its request is lost; one that requests too much only waits.
 _MEMORY_MARGIN, _TIME_MARGIN, _MINUTES_TO_START = 2.0, 5.0, 5
