@@ -22,7 +22,7 @@ STUDY = {
     "title": "A small grid",
     "base": base(
         load=None,
-        friction=None,
+        friction=0.6,
         plastic_limit=None,
         roughness={"kind": "wavy", "slope_x": "1.8 deg", "slope_y": "1 deg"},
         cell=["3.9 um", "4 um"],
@@ -30,7 +30,6 @@ STUDY = {
     ),
     "vary": {
         "load": ["30 N", "40 N"],
-        "friction": [0.3, 0.6],
         "roughness.amplitude": ["0 um", "0.3 um"],
         "plastic_limit": ["none", "4500 MPa"],
     },

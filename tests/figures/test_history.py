@@ -59,7 +59,7 @@ def curves(figure):
 
 def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
     summary = xr.open_dataset(small_study.cases.parent / "summary.nc")
-    part = summary.sel(normal_load=30, friction=0.6, roughness_amplitude=0, plastic_limit=np.inf)
+    part = summary.sel(normal_load=30, roughness_amplitude=0, plastic_limit=np.inf)
     (curve,) = curves(figures.wear_volume(part))
     with fretwear_history(small_study, part) as history:
         kept = history["cycle"].values
@@ -82,29 +82,28 @@ def fretwear_history(study, part):
 def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, check_texts):
     summary = small_study.summary
     figure = figures.contact_half_width(summary)
-    assert len(curves(figure)) == 16
+    assert len(curves(figure)) == 8
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[0].startswith(r"$\bf{a}$")
-    assert "smooth" in titles[0]
-    assert "elastic" in titles[0]
+    assert titles[0].endswith("elastic")
     (key,) = figure.legends
     assert [text.get_text() for text in key.get_texts()] == [
         "$P$ = 30 N",
         "$P$ = 40 N",
-        "$µ$ = 0.3",
-        "$µ$ = 0.6",
+        "smooth",
+        "$h_\\mathrm{a}$ = 0.3 µm",
     ]
     check_texts(figure)
-    with pytest.raises(ValueError, match=r"takes 4 panels.*dataset\.isel"):
+    with pytest.raises(ValueError, match=r"takes 2 panels.*dataset\.isel"):
         figures.wear_volume(summary, ax=Figure().subplots())
 
 
 def test_points_that_are_not_done_are_left_out(small_study):
     summary = small_study.summary.copy(deep=True)
     summary.encoding.clear()
-    summary["wear_volume"][0, 0, 0, 0] = np.nan
-    summary["contact_half_width_x"][0, 0, 0, 0] = np.nan
-    assert len(curves(figures.wear_volume(summary))) == 15
+    summary["wear_volume"][0, 0, 0] = np.nan
+    summary["contact_half_width_x"][0, 0, 0] = np.nan
+    assert len(curves(figures.wear_volume(summary))) == 7
 
 
 def test_seeds_are_drawn_by_their_mean_and_deviation():
@@ -152,11 +151,8 @@ def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_stud
     assert chosen.contrasts == ("roughness_amplitude", "plastic_limit")
     assert len(chosen.ids) == 4
     assert "40 N" in chosen.common
-    point = summary.sel(normal_load=40, friction=0.6, roughness_amplitude=3e-7, plastic_limit=4.5e9)
+    point = summary.sel(normal_load=40, roughness_amplitude=3e-7, plastic_limit=4.5e9)
     assert point["case_id"].item() in chosen.ids.values()
     summary = summary.copy(deep=True)
-    summary["status"][1, 1] = 1
-    assert (
-        "30 N" in representative_cases(summary).common
-        or "0.3" in representative_cases(summary).common
-    )
+    summary["status"][1] = 1
+    assert "30 N" in representative_cases(summary).common

@@ -38,8 +38,8 @@ def test_a_study_ends_in_datasets_figures_and_a_report_and_a_second_start_has_no
     for name in ("points.csv", "results.csv", "report.html", "answer.json"):
         assert (finished.results / name).stat().st_size
     entries = json.loads((finished.results / "figures/index.json").read_text(encoding="utf-8"))
-    drawn = {entry["name"] for entry in entries if entry["is_drawn"]}
-    assert drawn <= {path.stem for path in (finished.results / "figures").glob("*.svg")}
+    drawn = {entry["name"] for entry in entries}
+    assert drawn == {path.stem for path in (finished.results / "figures").glob("*.svg")}
     assert "Nothing to be done" in finished.snakemake("--dry-run", status=0)
     said = finished.snakemake("--report", "workflow.html", status=0)
     page = (finished.folder / "workflow.html").read_text(encoding="utf-8")

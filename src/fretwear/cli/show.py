@@ -31,7 +31,7 @@ from fretwear.results import (
     contact_frame,
     headlines,
 )
-from fretwear.units import cycle_text, in_unit, number_text, readable_unit, with_error
+from fretwear.units import in_unit, number_text, readable_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,7 +113,7 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
         closed_forms = unworn(case.fretwear.case)
     forces = [name for given, names in FORCES.items() if given not in case.coords for name in names]
     rows = [("", *(f"cycle {case['cycle'].values[end]:.0f}" for end in (0, -1)), "unworn", "")]
-    names = dict.fromkeys((*headlines(case), *_MORE_RESULTS, *forces))
+    names = dict.fromkeys((*headlines([*map(str, case)]), *_MORE_RESULTS, *forces))
     for name in (name for name in names if name in case):
         about, values = RESULTS[name].in_frame(contact_frame(case)), case[name].values
         errors = case.get(f"{name}_error", 0.0 * case[name]).values
@@ -141,7 +141,7 @@ def study_lines(summary: xr.Dataset) -> Iterator[str]:
         units = summary[name].attrs.get("units", "")
         values = [in_unit(value, units) for value in point_values(summary, name).tolist()]
         columns.append([name, *(value_text(name, value) for value in values)])
-    for name in (name for name in headlines(summary)[:_OF_A_POINT] if name in final):
+    for name in headlines(final)[:_OF_A_POINT]:
         about = RESULTS[name].in_frame(contact_frame(summary))
         errors = final.get(f"{name}_error", 0.0 * final[name])
         *texts, unit = _texts(final[name].ravel(), about, errors.ravel())
@@ -157,8 +157,9 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        found = [_in_words(case.coords[name]) if name in case.coords else () for case in (a, b)]
-        rows.append(((found[0] or found[1])[0], *(words[-1] if words else "–" for words in found)))
+        known = {i: _in_words(c.coords[name]) for i, c in enumerate((a, b)) if name in c.coords}
+        words = next(iter(known.values()))[0]
+        rows.append((words, *(known.get(i, ("", "–"))[1] for i in (0, 1))))
     yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
     yield from aligned(rows[len(rows) == 1 :])
     yield from ("", "Results")
@@ -176,8 +177,8 @@ def _in_words(parameter: xr.DataArray) -> tuple[str, str]:
     """Return the words of a parameter of a case and its value as text."""
     from fretwear.study.parameters import value_text
 
-    value = in_unit(parameter.item(), parameter.attrs.get("units", ""))
-    return parameter.attrs.get("long_name", parameter.name), value_text(parameter.name, value)
+    name, value = str(parameter.name), in_unit(parameter.item(), parameter.attrs.get("units", ""))
+    return parameter.attrs.get("long_name", name), value_text(name, value)
 
 
 def _texts(values: Iterable[float], about: Variable, errors: Iterable[float]) -> list[str]:
