@@ -63,6 +63,7 @@ def test_the_kernel_is_that_of_displacements_along_x_by_tractions_along_x():
     np.testing.assert_allclose(found, along, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("poisson", "changes"),
     [
@@ -105,6 +106,7 @@ def test_slip_and_wear_are_those_of_friction_as_a_vector(poisson, changes):
     assert off["jaeger"] > 4.0 * off["cerruti"]
 
 
+@pytest.mark.slow
 def test_wear_is_that_of_explicit_steps():
     """The depths are those beside both axes."""
     states = worn(fretting(30, slip_model=Cerruti()), [*WORN_BY_VECTOR_FRICTION])
@@ -135,6 +137,7 @@ def test_it_equals_that_of_a_normal_contact_to_the_bit_where_directions_do_not_d
     np.testing.assert_array_equal(found.reduced.gap, single.reduced.gap)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes", [{}, {"roughness": ROUGH}, {"limit": 1.4}, {"loading": TILTING}]
 )
@@ -151,6 +154,7 @@ def test_the_loop_has_the_energy_of_slip_and_wear_the_energy_of_all_cycles(chang
     assert volume == near(problem.combined_wear_coefficient / FRICTION * energy, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_late_wear_is_that_of_short_explicit_steps_with_dense_matrices():
     """The stick zone recedes, which raises volume and energy above those of `Jaeger`."""
     cells, tau, step = 8, 8.0, 0.02
@@ -187,6 +191,7 @@ def _dense(count, size, weights):
     return matrix.reshape(count**2, count**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [{"roughness": ROUGH}, {}], ids=["rough", "smooth"])
 def test_shorter_steps_lead_to_the_same_wear_when_the_stick_zone_recedes(changes):
     problem = fretting(16, slip_model=Cerruti(), **changes)

@@ -10,11 +10,8 @@ from hypothesis import strategies as st
 from fretwear.mechanics.contact import problem as contact
 from fretwear.mechanics.contact import solver
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem
-from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import projected_gradient, solve_contact
 from fretwear.mechanics.slip.models import WearLayer, WinklerLayer
-from fretwear.mechanics.surfaces.indenters import Sphere
-from fretwear.mechanics.wear.edges import half_width
 
 from ..studies import near
 from . import oracles
@@ -27,8 +24,6 @@ from .problems import (
     ROUGH,
     SMOOTH,
     A,
-    Waves,
-    fretting,
     pressed,
     window,
 )
@@ -36,20 +31,6 @@ from .problems import (
 SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
 # Elastic; the top of the pressure cut off; nearly all of the contact at its limit.
 LIMITS = (np.inf, 0.9, 0.55)
-
-
-def test_hertz_pressure_approach_half_width_and_gap_at_110_cells_per_radius():
-    cells = window((128, 128), 128 / 110 * A)
-    found = solve_contact(pressed(cells))
-    assert found.pressure.max() == near(P0, rel=1e-3)
-    assert found.approach == near(HERTZ.approach, rel=5e-4)
-    for axis in (0, 1):
-        width = half_width(cells.along(axis), found.pressure > 0, found.gap)
-        assert width == near(A, rel=3e-3)
-    r = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
-    error = np.abs(found.gap - HERTZ.gap(r))[found.pressure == 0].max()
-    # The edge is known to a part of a cell: h/a times the slope of the gap.
-    assert error < 1e-3 * HERTZ.approach
 
 
 def test_hertz_pressure_converges_with_the_grid():
@@ -118,9 +99,7 @@ def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit, laye
 
 
 @pytest.mark.parametrize("name", SURFACES)
-@pytest.mark.parametrize(
-    ("limit", "tolerance"), [(limit, 1e-7) for limit in LIMITS] + [(0.9, 1e-4), (np.inf, 1e-12)]
-)
+@pytest.mark.parametrize(("limit", "tolerance"), [(0.55, 1e-7), (0.9, 1e-4), (np.inf, 1e-12)])
 def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
     name, limit, tolerance
 ):
@@ -192,19 +171,6 @@ def test_any_start_leads_to_the_same_solution_and_is_left_as_it_is(start, limit,
     np.testing.assert_array_equal(start, given_start)
 
 
-@pytest.mark.parametrize("limit", [np.inf, 0.9])
-@pytest.mark.parametrize("even", [(True, True), (False, False)], ids=["quarter", "whole"])
-def test_transposed_arrays_are_taken_as_they_come(even, limit):
-    problem = pressed(window((16, 12), even=even), roughness=ROUGH, limit=limit)
-    expected = solve_contact(problem)
-    transposed = replace(problem, shape=np.asfortranarray(problem.shape))
-    found = solve_contact(transposed, np.asfortranarray(expected.pressure))
-    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-5 * P0)
-    displacement = problem.half_space.displacement
-    moved = displacement(np.asfortranarray(expected.pressure))
-    np.testing.assert_array_equal(moved, displacement(expected.pressure))
-
-
 def test_a_flat_punch_as_wide_as_the_window_loads_every_cell():
     cells = window((16, 16))
     flat = ContactProblem(cells.half_space(MODULUS), np.zeros(cells.shape), LOAD)
@@ -241,20 +207,6 @@ def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_o
         solve_contact(problem)
 
 
-def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
-    # Very shallow waves on unequal cells: the mean residual was soon small, the residual of a few
-    # cells at the edge never.
-    radius, modulus, load = 1.0, 335760.8496047178, 222.95869899351814
-    amplitude, slopes = 2.2289025243327458e-05, (0.001225830655240451, 0.0011498574636143453)
-    numbers = [0.5 * np.pi * np.tan(slope) / amplitude for slope in slopes]
-    cells = Grid((54, 40), (0.002977677213711879, 0.0042187451092492246))
-    rough = fretting(indenter=Sphere(radius), roughness=Waves(amplitude, *numbers))
-    shape = rough.unworn(cells)
-    problem = ContactProblem(cells.half_space(modulus), shape, load)
-    for tolerance in np.geomspace(1e-1, 1e-6, 26):
-        assert solve_contact(problem, tolerance=tolerance).residual <= tolerance
-
-
 def layers(cells):
     random = np.random.default_rng(3)
     compliance = random.uniform(0, 2, cells.shape) * A / 16 / MODULUS
@@ -270,7 +222,7 @@ def layers(cells):
 
 @pytest.mark.parametrize(
     ("surface", "limit", "kind"),
-    [(name, limit, "bare") for name in SURFACES for limit in LIMITS]
+    [("smooth", np.inf, "bare"), ("rough", 0.55, "bare")]
     + [("rough", 1.1, kind) for kind in ("Winkler", "wear", "wear and flow")],
 )
 def test_projected_gradient_and_active_set_agree(surface, limit, kind):

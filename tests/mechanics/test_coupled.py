@@ -48,6 +48,7 @@ def worn(problem, times, accuracy=None):
     return [states[cycle] for cycle in cycles]
 
 
+@pytest.mark.slow
 def test_wear_is_that_of_explicit_steps():
     """The depths are those beside both axes."""
     states = worn(fretting(30, slip_model=Coupled()), [*WORN_BY_VECTOR_FRICTION])
@@ -60,6 +61,7 @@ def test_wear_is_that_of_explicit_steps():
             assert depth == near(expected * A**2 / RADIUS, rel=0.012)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [{}, {"roughness": ROUGH, "limit": 3.0}, {"debris_fraction": 0.5}],
@@ -80,6 +82,7 @@ def test_without_poissons_ratio_slip_is_that_of_one_direction(changes):
         assert np.abs(coupled.wear - single.wear).max() <= equal * single.wear.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "poisson", "changes"),
     [
@@ -103,30 +106,6 @@ def test_wear_volume_is_the_energy_dissipated_times_the_coefficient_over_frictio
     assert volume == near(problem.combined_wear_coefficient / FRICTION * energy, rel=1e-3)
 
 
-def test_on_few_cells_depths_on_the_axes_miss_a_narrow_ring_of_slip_as_in_one_direction():
-    """X = 0.3, τ = 0.25: the ring, of 0.11 a, has 3 cells of a/24; its peak lies between them."""
-    depths = {
-        (cells, model.kind): worn(fretting(cells, load_ratio=0.3, slip_model=model), [0.25])[0].wear
-        for cells in (24, 54, 81)
-        for model in (Coupled(), Jaeger())
-    }
-    on_x = {key: wear[:, 0].max() for key, wear in depths.items()}
-    for kind in ("coupled", "jaeger"):
-        assert on_x[24, kind] == near(0.9 * on_x[81, kind], rel=0.03)
-        assert on_x[54, kind] == near(on_x[81, kind], rel=0.01)
-    for cells in (24, 54):
-        wear, fine = depths[cells, "coupled"].max(), depths[81, "coupled"].max()
-        assert wear == near(fine, rel=0.01)
-
-
-def test_shorter_steps_lead_to_the_same_wear():
-    problem = fretting(12, slip_model=Coupled(), roughness=ROUGH, limit=3.0)
-    end = [2.0 / (problem.wear_growth * P0)]
-    usual, fine = ([*evolve(problem, end, tolerance)][-1] for tolerance in (0.01, 0.001))
-    assert usual.geometry.integral(usual.wear) == near(fine.geometry.integral(fine.wear), rel=0.005)
-    assert usual.wear.max() == near(fine.wear.max(), rel=0.01)
-
-
 def test_a_window_that_grows_keeps_the_tractions():
     wide, narrow = (
         worn(fretting(12, slip_model=Coupled(), extent=(size * A, size * A)), [2.0])[0]
@@ -137,6 +116,7 @@ def test_a_window_that_grows_keeps_the_tractions():
     assert volumes[1] == near(volumes[0], rel=0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loading", "roughness"),
     [
@@ -189,17 +169,3 @@ def test_mirrored_tractions_along_y_change_sign_from_quarter_to_quarter():
         field = last[name].transpose("x", "y").values
         assert np.array_equal(field, field[::-1])
     assert "slip_y" not in fretwear.simulate(fretwear.Case(cycles=10, tangential_ratio=0.7, **CASE))
-
-
-def test_a_line_contact_has_a_single_direction():
-    line = CASE | {
-        "indenter": {"kind": "cylinder", "radius": "10 mm"},
-        "load": "18.5 N/mm",
-        "cell": "2 um",
-    }
-    del line["radius"]
-    coupled, single = (
-        fretwear.simulate(fretwear.Case(slip_model=model, cycles=50, tangential_ratio=0.7, **line))
-        for model in ("coupled", "jaeger")
-    )
-    assert np.array_equal(coupled.wear_depth, single.wear_depth)

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,7 +33,7 @@ def after(case, *, rings=True):
 
 
 @pytest.mark.parametrize(
-    ("u", "rings"), [(0.9999, True), *((u, r) for u in (0.2, 0.5, 0.8, 1.5) for r in (True, False))]
+    ("u", "rings"), [(0.2, True), (0.5, False), (0.9999, True), (1.5, True), (1.5, False)]
 )
 def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fouvry_has_it(
     u, rings
@@ -68,6 +67,7 @@ def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fo
     np.testing.assert_allclose(ends, [1.0, -1.0, 1.0], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
     [{"tangential_ratio": 0.8}, {"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
@@ -113,6 +113,7 @@ POPOV = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("u", "load", "center", "width", "deepest", "volume"), POPOV)
 def test_popov_worn_sphere_at_a_held_approach(u, load, center, width, deepest, volume):
     case = case_of(200_000, indentation="2.2 um", displacement_ratio=u)
@@ -136,6 +137,7 @@ KINETICS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("u", "spring", "tau", "d", "reduced", "ratio", "deepest", "v"), KINETICS)
 @pytest.mark.parametrize("rings", [True, False])
 def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, deepest, v):
@@ -150,16 +152,6 @@ def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, dee
     assert last.measures.tangential_force / (0.5 * 50) == near(ratio, rel=1e-3)
     assert last.measures.maximum_wear_depth / unit == near(deepest, rel=2e-3)
     assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("u", "rig", "most"), [(0.5, {}, 8.2), (1.2, {}, 6.5), (1.2, {"rig_stiffness": "28 N/um"}, 9.5)]
-)
-def test_a_stage_foretells_how_slip_follows_the_approach(u, rig, most):
-    """A contact and a reduced contact do as a rule, and Newton's method converges for both."""
-    *_, last = steps(case_of(2000, displacement_ratio=u, **rig))
-    # Some stages are made anew on larger rings, which are made anew as the stick zone grows.
-    assert last.state.convolutions <= most * 2 * last.state.step
 
 
 def test_a_peak_that_hardly_wears_does_not_keep_a_new_load_from_its_first_step():
@@ -248,18 +240,11 @@ def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_
     assert found[250].measures.tangential_force < 0.8 * 50
 
 
-def test_a_run_of_a_moving_stick_zone_resumes_to_the_same_bits():
-    case = case_of(500, displacement_ratio=0.8, output_cycles=[100])
-    run = [step.state for step in steps(case, geometry=Rings)]
-    again = [step.state for step in steps(case, start=replace(run[4]), geometry=Rings)]
-    assert [state.cycle for state in again] == [state.cycle for state in run[5:]]
-    np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
-
-
 def blocks_of(*blocks, **given):
     return steel(**{"cycles": None, "output_cycles": None, "blocks": blocks, **given})
 
 
+@pytest.mark.slow
 def test_blocks_follow_each_other_on_the_same_shape():
     one = case_of(500, tangential_ratio=0.8)
     assert blocks_of({"cycles": 200}, {"cycles": 300}).case_id == one.case_id

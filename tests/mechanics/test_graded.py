@@ -87,7 +87,7 @@ def at_onset(kind, displacement_ratio):
 
 
 BOTH = pytest.mark.parametrize("kind", ["rings", "strips"])
-RATIOS = pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
+RATIOS = pytest.mark.parametrize("ratio", [0.2, 0.9])
 
 
 @BOTH
@@ -113,6 +113,7 @@ def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
     assert np.partition(error, -2)[-2] < 3e-3
 
 
+@pytest.mark.slow
 @BOTH
 @RATIOS
 def test_endless_wear_reaches_the_limiting_state(kind, ratio):
@@ -128,6 +129,7 @@ def test_endless_wear_reaches_the_limiting_state(kind, ratio):
     assert found.stick_half_width_x == near(limit.stick_radius, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "ratio", "peak"), [("rings", 0.8, P0), ("strips", 0.5, LINE.peak_pressure)]
 )
@@ -188,7 +190,7 @@ def test_influence_of_narrow_rings_adds_up_to_that_of_wide_ones():
 
 
 @BOTH
-@pytest.mark.parametrize("ratio", [1e-4, 1e-3, 1 - 1e-6, 1 - 1e-9])
+@pytest.mark.parametrize("ratio", [1e-3, 1 - 1e-9])
 def test_narrow_zones_of_slip_and_stick_are_those_of_cattaneo_and_mindlin(kind, ratio):
     problem, theory, _ = on_cells(kind, ratio)
     found = measure(problem, first_loading(problem))
@@ -201,16 +203,14 @@ def test_narrow_zones_of_slip_and_stick_are_those_of_cattaneo_and_mindlin(kind, 
 @BOTH
 def test_pressure_in_the_middle_is_continuous_where_the_contact_begins_to_slide(kind):
     """As little as sticks or is left open within a rounding of U_t, it is no cell of its own."""
-    steps = np.concatenate([10.0 ** np.arange(-15.5, -3.1, 0.75), [3e-5, 1e-7, 4e-4]])
-    ratios = [1.0, 1.0 - 1.2e-16, *(1.0 - steps), *(1.0 + steps), *np.linspace(0.999, 1.001, 8)]
-    assert len(ratios) == 50
-    worn = {}
+    steps = 10.0 ** np.arange(-15.0, -3.1, 3.0)
+    ratios, worn = [1.0, 1.0 - 1.2e-16, *(1.0 - steps), *(1.0 + steps)], {}
     for ratio in ratios:
         problem = at_onset(kind, ratio)
         state = first_loading(problem)
         peak = problem.hertz.peak_pressure
         assert state.pressure[0, 0] == near(peak, rel=1e-3), ratio
-        if ratio in (1.0, ratios[1], ratios[4], ratios[15]):
+        if ratio in ratios[:6:2]:
             *_, last = evolve(problem, [1.0 / (problem.wear_growth * peak)])
             worn[ratio] = last.pressure[0, 0] / peak
     # It changes by less over a thousandth of U_t.
@@ -244,16 +244,6 @@ def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics(r
         np.testing.assert_array_equal(interpolated(places, values, others), expected)
 
 
-def test_rings_inside_a_stick_zone_beside_a_narrow_annulus_of_slip_are_as_narrow_as_those_in_it():
-    """A stick zone as wide as the unworn contact, of bodies that yield in a wide band."""
-    problem, annulus = fretting(limit=0.8, geometry=Rings), 0.02 * A
-    grading = Grading.of(problem, A, A + annulus, yields=True)
-    edges = np.asarray(Rings.graded(grading, 1.3 * A).edges)
-    beside = np.searchsorted(edges, A - 1e-9 * A)
-    assert edges[beside] == near(A)
-    assert np.diff(edges[beside - 5 : beside + 6]).max() < 1.01 * annulus / 40
-
-
 def test_a_capped_contact_meets_its_conditions(rings):
     limit, bodies, unworn = 0.7 * P0, rings.half_space(MODULUS), fretting().unworn(rings)
     problem = ContactProblem(bodies, unworn, SPHERE_LOAD, limit)
@@ -272,7 +262,8 @@ def test_a_capped_contact_meets_its_conditions(rings):
         first_loading(fretting(roughness=ROUGH, geometry=Rings))
 
 
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.9])
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [0.5, 0.9])
 @pytest.mark.parametrize("limit", [math.inf, STUDY_LIMIT], ids=["elastic", "capped"])
 def test_wear_is_that_of_the_independent_reference(ratio, limit):
     known = independent(ratio, limit)
@@ -373,7 +364,7 @@ def test_the_peak_of_rings_that_yield_is_the_limit_beyond_which_cubics_take_no_p
     assert state.on(Workspace(problem), others).pressure.max() == problem.plastic_limit
 
 
-@pytest.mark.parametrize("share", [0.4, 0.5, 0.8])
+@pytest.mark.parametrize("share", [0.4, 0.8])
 def test_a_punch_with_rounded_edges(share):
     """Half-widths of contact and stick, pressures and approach; and many cycles later."""
     punch = FlatPunch(flat_half_width=1e-4, edge_radius=6e-3)
@@ -435,6 +426,7 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
     assert curve.displacement.max() == near(displacement, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_strips_widen_with_a_contact_that_slides_as_a_whole(monkeypatch):
     """Far fewer of them give the same scar as strips of the first width throughout."""
     problem = driven(20.0, 3e-11)
@@ -456,6 +448,7 @@ def test_strips_widen_with_a_contact_that_slides_as_a_whole(monkeypatch):
     assert wider.shape[0] < 0.6 * fine.geometry.shape[0]
 
 
+@pytest.mark.slow
 def test_wear_under_a_displacement_against_explicit_steps():
     """Euler's steps of the contacts under P and P*, the latter by bisection of the condition."""
     problem = driven(0.8, 5e-12)
@@ -505,21 +498,6 @@ def test_waves_across_the_line():
     gap = (tips + higher.unworn(last.geometry) + last.wear)[:, 0] - last.approach
     assert abs(gap[closed]).max() < 1e-4 * last.approach
     assert gap.min() > -1e-4 * last.approach
-
-
-def test_a_larger_line_keeps_what_is_known():
-    problem = rubbing(0.5)
-    state = first_loading(problem)
-    larger = state.geometry.ahead_of(
-        problem, replace(state, pressure=np.ones(state.geometry.shape))
-    )
-    assert larger.extent > state.geometry.extent
-    moved = state.on(Workspace(problem), larger)
-    kept = larger.where(state.geometry)
-    assert moved.gap[kept] == near(state.gap)
-    outside = moved.gap[state.geometry.shape[0] :, 0]
-    assert outside == near(LINE.gap(larger.x[-outside.size :]), rel=1e-3)
-    assert math.isclose(larger.integral(moved.pressure), LOAD)
 
 
 def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():

@@ -121,6 +121,7 @@ def test_bodies_without_a_limit_are_elastic_to_the_last_bit():
 SLIDES = DisplacementRatio(displacement_ratio=1.3).plain(FRICTION, COUPLING, HERTZ)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "contact",
     [{"geometry": Rings}, {"roughness": ROUGH}, {"roughness": ROUGH, "slip_model": Coupled()}],
@@ -207,6 +208,7 @@ def test_models_differ_in_what_flow_leaves_in_the_stick_zone():
         np.testing.assert_allclose(np.hypot(pressure, math.sqrt(GROWTH) * traction), limit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "taus"), [(0.5, (5.0, 10.0)), (0.8, (3.0, 5.0))])
 def test_wear_is_that_of_the_independent_reference(ratio, taus):
     known = independent(ratio, STUDY_LIMIT, GROWTH)
@@ -246,25 +248,3 @@ def test_volumes_and_stick_radii_of_the_studys_contact(studied):
     for (volume, _), (found, stick), expected in zip(without, studied, STUDY.values(), strict=True):
         assert found / volume == near(expected[0], rel=0.005)
         assert stick == near(expected[1], rel=0.005)
-
-
-@pytest.mark.slow
-def test_narrower_rings_and_shorter_steps_change_nothing(studied):
-    narrower = measured([3000], junction_growth=ALPHA, coarseness=0.5)
-    shorter = measured([3000, 7000], 0.005, junction_growth=ALPHA)
-    np.testing.assert_allclose(narrower, studied[:1], rtol=2e-3)
-    np.testing.assert_allclose(shorter, studied[:2], rtol=2e-3)
-
-
-def test_blocks_keep_what_earlier_ones_have_pressed_in():
-    problem = fretting(12, limit=1.5, junction_growth=ALPHA)
-    *_, whole = evolve(problem, [500, 1000])
-    *_, alike = evolve(replace(problem, blocks=((500.0, problem), (np.inf, problem))), [1000])
-    for name in ("wear", "plastic"):
-        found, expected = (getattr(each, name).sum() for each in (alike, whole))
-        assert found == near(expected, rel=5e-3), name
-    # More friction with the same Q/µP: the same slip zone yields at a lower pressure.
-    other = replace(problem, friction_law=Coulomb(0.8))
-    states = list(evolve(replace(problem, blocks=((500.0, problem), (np.inf, other))), [1000]))
-    assert states[-1].plastic.sum() > whole.plastic.sum()
-    assert excess(other, states[-1]).max() < 0.03

@@ -23,8 +23,7 @@ def test_normal_loading_of_unlike_cylinders_slips_outside_a_closed_form(ratio):
     assert narrower <= ratio <= wider
 
 
-@pytest.mark.parametrize("ratio", [0.1, 0.39, 1.0])
-@pytest.mark.parametrize("force", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize(("ratio", "force"), [(0.39, 0.3), (1.0, 0.9)])
 def test_cycles_forget_how_the_normal_load_dragged_unlike_bodies(ratio, force):
     """Slip, wear and energy are as for β = 0 from the second cycle on; mean tractions stay."""
     alike, unlike = (
@@ -41,7 +40,8 @@ def test_cycles_forget_how_the_normal_load_dragged_unlike_bodies(ratio, force):
     assert np.abs(unlike[-1].mean_traction).max() > 0.1 * ratio * FRICTION / 2
 
 
-@pytest.mark.parametrize(("beta", "friction"), [(0.1, 0.1), (0.1, 0.3), (0.09, 0.9)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("beta", "friction"), [(0.1, 0.1), (0.09, 0.9)])
 def test_friction_lifts_unlike_bodies_by_the_estimates_of_the_warning(beta, friction):
     """Energy falls by up to 2β², and wear changes locally by up to β(µ + 2β)."""
     alike, unlike = (

@@ -101,7 +101,7 @@ class Reference:
         return worn
 
 
-@pytest.mark.parametrize(("least", "ratio"), [(0.8, 0.5), (0.6, 0.45), (0.5, 0.4), (0.4, 0.35)])
+@pytest.mark.parametrize(("least", "ratio"), [(0.8, 0.5), (0.4, 0.35)])
 def test_a_cycle_wears_what_coulombs_law_says_step_by_step(least, ratio):
     problem = line(least, ratio)
     state = first_loading(problem)
@@ -116,6 +116,7 @@ def test_a_cycle_wears_what_coulombs_law_says_step_by_step(least, ratio):
     assert state.geometry.integral(pulse.least) == near(pulse.least_load, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_wear_over_many_cycles_is_that_of_small_explicit_steps():
     """Each with contacts and friction of their own; the deepest wear is a tenth of the approach."""
     problem, cycles, steps = line(0.7, 0.45, coarseness=2.0), 68500.0, 30

@@ -17,11 +17,9 @@ from fretwear.mechanics.wear.edges import half_width, next_tip, stick_half_width
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.state import CONTACT_GAP, in_contact
-from fretwear.results import ContactState
-from fretwear.run.simulate import simulate
-from fretwear.theory import HertzContact, PartialSlip
+from fretwear.theory import PartialSlip
 
-from ..studies import WAVES, near, steel
+from ..studies import near
 from .problems import (
     COUPLING,
     EVEN,
@@ -42,7 +40,7 @@ from .problems import unworn as shape_of
 PROBLEM = fretting()
 
 
-@pytest.fixture(scope="module", params=[0.2, 0.5, 0.8, 0.9])
+@pytest.fixture(scope="module", params=[0.2, 0.9])
 def unworn(request):
     """The unworn smooth contact at 110 cells per radius, and its closed form."""
     state = first_loading(fretting(110, load_ratio=request.param))
@@ -217,42 +215,6 @@ def test_short_stages_keep_their_accuracy():
         assert np.isfinite(value).all()
 
 
-SLOPING = {**WAVES, "slope_x": "2.9 deg"}
-SIMPLE = {
-    "slip_model": "cattaneo_mindlin",
-    "cell": ("1.9 um", "4 um"),
-    "cycles": 3000,
-    "output_cycles": (1, 100, 1000),
-}
-
-
-@pytest.mark.parametrize("surface", ["smooth elastic", "rough elastic", "rough plastic"])
-def test_disc_and_slip_of_cattaneo_and_mindlin_stay_whatever_the_surface(surface):
-    rough = {"roughness": SLOPING} if "rough" in surface else {}
-    case = steel(
-        **SIMPLE, **rough, **({"plastic_limit": "4500 MPa"} if "plastic" in surface else {})
-    )
-    dataset = simulate(case, quarter=True)
-    assert float(dataset["x"][-1]) > 1.25 * case.hertz_radius, "the window should have grown"
-    assert float(np.ptp(dataset["stick_area"].values)) == 0.0
-    radii = np.hypot(dataset["x"].values[:, None], dataset["y"].values[None, :])
-    stuck = HertzContact(case.radius, case.stick_load, case.composite_modulus)
-    expected = case.friction * case.coupling * stuck.gap(radii)
-    for cycle in dataset["cycle"].values:
-        now = dataset.sel(cycle=cycle)
-        # Stored in single precision; on rings means over cells, weighted by the pressure, and at
-        # the edge of contact over the part of a cell that carries load.
-        error = np.full_like(expected, 1e-6)
-        if not case.roughness:
-            edge = float(now["contact_half_width_x"])
-            cut = np.abs(radii - edge) < np.hypot(*case.grid_spacing)
-            error = np.where(cut, 0.03, (max(case.grid_spacing) / case.hertz_radius) ** 2)
-        slip = now["slip"].values
-        assert (np.abs(slip - expected) <= 1e-6 * expected + error * expected.max()).all()
-        stick = now["contact_state"].values == ContactState.STICK
-        assert not stick[radii >= stuck.contact_radius].any()
-
-
 @given(
     edge=st.floats(2.0, 15.0),
     axis=st.sampled_from([0, 1]),
@@ -314,6 +276,7 @@ def test_a_tip_that_touches_between_centers_is_the_edge_and_next_to_touching_if_
     assert at_top == near(1e-9 * lowest / 8.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a_tip():
     """Counts of cells fall linearly with the spacing, to where corrected areas are at once."""
     rough = WavyRoughness(amplitude=0.2e-6, slope_x=np.radians(2), slope_y=np.radians(1))

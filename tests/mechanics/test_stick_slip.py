@@ -32,13 +32,6 @@ def whole_matrix(grid):
     return np.block([[along, cross], [cross, across]])
 
 
-def test_coarser_cells_are_a_quarter_as_many_of_the_same_window():
-    bodies = shear_space(Grid((128, 96), (0.1, 0.15), even=(True, True)), MODULUS, COUPLING)
-    coarser = bodies.coarser.geometry
-    assert coarser.shape == (64, 48)
-    assert coarser.extent == bodies.geometry.extent
-
-
 def unfolded(traction, even):
     first, second = traction
     for axis in np.flatnonzero(even):
@@ -115,8 +108,7 @@ def test_contact_of_kalker_and_vollebregt():
     assert np.abs(result.amplitude[cells] - table["slip_mm"]).max() <= 1e-5
 
 
-@pytest.mark.parametrize("ratio", [0.3, 0.8])
-@pytest.mark.parametrize("poisson", [0.3, 0.45])
+@pytest.mark.parametrize(("poisson", "ratio"), [(0.3, 0.3), (0.45, 0.8)])
 def test_projected_gradients_lead_to_the_same_tractions(poisson, ratio):
     oracle = VectorFriction(poisson, ratio, 10)
     pressure = oracle.pressed()
@@ -207,20 +199,10 @@ def test_a_displacement_may_slide_the_contact_as_a_whole_but_a_force_may_not():
         shear(bodies, bound, 1.01 * FRICTION)
 
 
-def test_a_start_from_a_similar_contact_saves_most_of_the_work():
-    _, under, bodies = rough_contact((True, True), 1.4)
-    first = shear(bodies, FRICTION * under(1.0).pressure, 0.7 * FRICTION)
-    bound = FRICTION * under(1.001).pressure
-    cold, warm = (shear(bodies, bound, 0.7 * FRICTION, start=s) for s in (None, first.under(bound)))
-    assert np.abs(cold.traction - warm.traction).max() <= 3e-6 * bound.max()
-    assert warm.convolutions <= 0.7 * cold.convolutions
-
-
 @pytest.mark.parametrize(
     ("poisson", "ratio", "along", "across", "stick", "moved", "work"),
     [
         (0.2, 0.6, 0.902, 1.099, 0.7386, 0.9998, 0.02990),
-        (0.2, 0.9, 0.917, 1.081, 0.4659, 0.9997, 0.10215),
         (0.3, 0.8, 0.853, 1.138, None, 0.9993, None),
     ],
 )

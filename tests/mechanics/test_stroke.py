@@ -22,7 +22,6 @@ from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.laws import (
     Archard,
     EnergyWear,
-    FallingCoefficient,
     Means,
     PowerLaw,
     RimAndCore,
@@ -70,6 +69,7 @@ def worn():
     return {each.cycle: each for each in slide(sliding(), stops) if each.cycle in stops}
 
 
+@pytest.mark.slow
 def test_a_scar_lies_by_two_finite_element_solutions_and_resumes_whatever_the_cells(worn):
     """Adaptive meshes and level sets, from LevelSetWear, differ by 0.3 to 0.6 %."""
     for cycle, found in ((5000, (1.1311, 1.1249)), (18000, (2.7130, 2.7055))):
@@ -182,30 +182,6 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
     assert np.array_equal(elastic.wear_flat, without.wear_flat)
 
 
-def test_steep_ridges_below_their_limit_are_elastic_and_those_above_carry_the_load_at_it():
-    """The whole contact of a smooth cylinder, with which the search begins, is far from either."""
-
-    def loaded(limit):
-        problem = sliding(
-            stroke=8e-6,
-            roughness=WavyRoughness(2e-7, 0.05, 0.0),
-            limit=limit / P0,
-            extent=(1.5 * A, 1.5 * A),
-            cells=40,
-        )
-        return problem, next(slide(problem, (10.0,)))
-
-    _, elastic = loaded(math.inf)
-    peak = elastic.pressures.max()
-    _, below = loaded(1.2 * peak)
-    np.testing.assert_array_equal(below.pressures, elastic.pressures)
-    problem, above = loaded(0.8 * peak)
-    assert above.pressures.max() == near(problem.plastic_limit, rel=1e-12)
-    assert above.plastic.max() > 0.0
-    loads = problem.spacing[0] * above.pressures.sum(axis=(1, 2))
-    np.testing.assert_allclose(loads, LOAD, rtol=1e-9)
-
-
 @pytest.mark.parametrize("part", [0.5, 0.9])
 def test_ridges_that_all_yield_have_the_area_that_carries_the_load_and_wear_on(part):
     """At each position of the stroke; and wear is due to the whole load on the whole path."""
@@ -244,6 +220,7 @@ def rubbing(stroke, coefficients=(1e-14, 1e-14), cells=8, **changes):
     return fretting(cells, loading=loading, wear_law=law, **changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", [sliding(0.04 * A, cells=16), rubbing(0.04, 2e-14)])
 def test_a_short_stroke_is_a_fixed_contact(problem):
     """Against the integrator of contacts that stay where they are, with the same slip."""
@@ -260,6 +237,7 @@ def test_a_short_stroke_is_a_fixed_contact(problem):
     assert plane.integral(found.wear) == near(expected.geometry.integral(expected.wear), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_sphere_slides_over_a_stroke():
     """Archard's volumes, equal shares of bodies alike and never a penetration."""
     problem, other = rubbing(1.0), rubbing(1.0, (3e-14, 1e-14))
@@ -282,6 +260,7 @@ def test_a_sphere_slides_over_a_stroke():
     hold_at_each_position(problem, last, displacement, 2e-3 * last.wear.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fraction", "depth", "half_width"), [(0.0, 0.48, 1.93), (0.94, 0.97, 0.97)]
 )
@@ -319,28 +298,7 @@ def test_a_body_that_does_not_wear_is_one_that_hardly_wears(worn):
     assert np.array_equal(bare.wear, depth)
 
 
-def test_wear_per_energy_falls_with_the_power_over_a_stroke():
-    """Each step wears K(φ) times load and path, φ by the contact in the mean over the stroke."""
-    each = {"slow": (2e-14, 4e-14), "fast": (0.5e-14, 1e-14)}
-    fast_cycles = 4 * 0.9 * LOAD * STROKE / (2 * A) * 10.0
-    law = EnergyWear(FallingCoefficient(**each, decay=1.0 / fast_cycles, frequency=10.0))
-    run = list(slide(sliding(wear_law=law), (1500.0,), 0.002))
-    path = 4.0 * STROKE * LOAD
-    rates, cycles, volumes = [], [], []
-    for state in run:
-        width = trapezoid((state.pressures > 0).sum(axis=1)[:, 0]) * A / 12
-        width /= len(state.pressures) - 1
-        power = 4 * 0.9 * LOAD * STROKE / width * 10.0
-        alpha = 1.5e-14 + 4.5e-14 * math.exp(-power / fast_cycles)
-        rates.append(0.9 * alpha * path)
-        cycles.append(state.cycle)
-        volumes.append(state.geometry.integral(state.wear))
-        assert state.geometry.integral(state.wear_flat) == near(2 / 3 * volumes[-1])
-    # The wider the contact, the lower its power and the faster it wears.
-    assert rates[-1] > 1.3 * rates[0]
-    assert volumes[-1] == near(trapezoid(rates, cycles), rel=0.02)
-
-
+@pytest.mark.slow
 def test_a_power_law_over_a_stroke_wears_by_its_factors():
     """Each body by its own exponents; exponents of zero leave the constant to the bit."""
     flat = PowerLaw(
@@ -384,6 +342,7 @@ def oxidised(core=(0.6e-14, 1.2e-14), width=0.5 * A, stroke=5e-6, **changes):
     return sliding(stroke, wear_law=law, **changes)
 
 
+@pytest.mark.slow
 def test_a_rim_wears_faster_than_the_core_as_in_explicit_small_steps():
     """Euler's method on contacts of given shapes; debris keeps the load on the rim: a W."""
     problem, cycles, steps = oxidised(debris_fraction=0.9), 2000.0, 150
@@ -416,16 +375,7 @@ def test_rim_and_core_end_in_the_constant_laws():
     assert law.zones(Means(half_width_x=A), 5.0).width == near(A * 5.0**-0.7)
 
 
-@pytest.mark.parametrize("ball", [False, True])
-def test_the_edge_of_a_contact_is_found_within_a_cell(ball):
-    problem = rubbing(0.3, cells=12) if ball else sliding()
-    *_, first = slide(problem, (1e-6,))
-    wide, high = Rubbing(problem, first.geometry.shape).half_widths(first.pressures)
-    radius = problem.hertz.contact_radius
-    assert wide == near(radius, rel=0.05)
-    assert high == (near(radius, rel=0.05) if ball else math.inf)
-
-
+@pytest.mark.slow
 def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
     """Block of Cruzado et al. (2010): in the end a segment of the circle, of the area K P L."""
     given = {
@@ -452,6 +402,7 @@ def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
     assert not states[1000].wear_indenter.any()
 
 
+@pytest.mark.slow
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     """Waves of either body stay on it; in the end the smooth scar and the waves are left."""
     waves = WavyRoughness(0.1e-6, math.radians(1.0), 0.0)
@@ -478,6 +429,7 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
         np.testing.assert_allclose(shape, expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("flat", "edge", "load"), [("200 um", "1 mm", 100), ("500 um", "20 mm", 100)]
 )
@@ -534,6 +486,7 @@ def ended(kind, **changes):
     return Case(**{**given, **changes})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["flat_punch", "round_punch"])
 def test_no_contact_becomes_wider_than_a_punch_that_ends(kind):
     """Worn all over, it carries the mean pressure of its whole face."""
@@ -615,6 +568,7 @@ def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ra
     assert right[1] < 0.495
 
 
+@pytest.mark.slow
 def test_a_load_that_hardly_pulsates_is_constant_and_its_mean_wears_and_dissipates():
     """Even states are computed on one side of the middle, others on both."""
     for problem in (sliding(), rubbing(0.5)):

@@ -60,7 +60,7 @@ def case(request):
     return Case(shape, *normal_contact(NORMAL, shape, CELL, LOAD))
 
 
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("ratio", [0.2, 0.95])
 def test_slip_is_the_gap_under_the_reduced_load(case, ratio):
     loaded = case.move(ratio * FRICTION * LOAD)
     stick, gap, approach = normal_contact(NORMAL, case.shape, CELL, LOAD * (1 - ratio))

@@ -96,14 +96,10 @@ def test_every_step_meets_the_conditions_of_contact_and_wears_on(runs, name):
     assert depths[-1].any() == (name in CAPPED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "cycles", "changes"),
-    [
-        (A / 3e-6, 10**6, {}),
-        (A / 3e-6, 10**6, {"load_ratio": 0.5}),
-        (32, 10**6, {"roughness": ROUGH}),
-        (32, 10**5, {"roughness": ROUGH, "load_ratio": 0.4}),
-    ],
+    [(24, 10**6, {}), (20, 10**5, {"roughness": ROUGH, "load_ratio": 0.4})],
 )
 def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
     """Wear makes surfaces conform; cells that have touched once touch for ever."""
@@ -163,7 +159,8 @@ def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name
     assert list(evolve(problem, STOPS, start=states[-1])) == []
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["smooth", "rough capped", "capped under friction"])
 def test_quarter_and_whole_domain_wear_alike(name):
     whole_run = {**RUNS[name], "roughness": uneven(RUNS[name].get("roughness"))}
     one, four = (
@@ -221,6 +218,7 @@ def test_stops_are_met_to_the_last_bit_and_do_not_slow_down_the_next_step(runs):
     assert after.next_step >= before.next_step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", [SMOOTH, ROUGH])
 def test_pressure_of_cells_that_have_just_touched_is_that_of_far_shorter_steps(surface):
     # A cell of a grid that touched just before keeps an error while its pressure grows from zero.
@@ -236,42 +234,6 @@ def test_pressure_of_cells_that_have_just_touched_is_that_of_far_shorter_steps(s
         off = np.abs(pressure - exact)[loaded] / exact[loaded]
         assert off.max() < 0.15
         assert (off > 0.03).mean() < 0.05
-
-
-def test_steps_shorten_towards_a_requested_cycle_but_not_towards_another_block():
-    stop, problem = 1000.0, fretting(16)
-    blocks = ((stop, problem), (math.inf, problem))
-
-    def last_step(problem, stops):
-        states = list(evolve(problem, stops))
-        at = next(place for place, state in enumerate(states) if state.cycle == stop)
-        settling = Evolution(problem, states[at - 1], 0.01).settling()
-        return (stop - states[at - 1].cycle) / settling, states[at]
-
-    length, state = last_step(problem, [stop, 2 * stop])
-    assert length < 2.0
-    usual, _ = last_step(replace(problem, blocks=blocks), [2 * stop])
-    assert usual > 3 * length
-    # Nor are steps behind it shorter.
-    settling = Evolution(problem, state, 0.01).settling()
-    assert state.next_step > 3 * length * settling
-    kept = replace(problem, debris_fraction=0.75)
-    assert Evolution(kept, state, 0.01).settling() == near(4 * settling)
-
-
-def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
-    problem = fretting(12)
-    plain = list(evolve(problem, [2000], 1e-3))
-    forced = list(evolve(problem, [2000], 1e-3, start=replace(plain[0], next_step=700.0)))
-    length = forced[0].cycle
-    assert length < 500
-    direct = next(evolve(problem, [2000], 1e-3, start=replace(plain[0], next_step=length)))
-    assert direct.cycle == length
-    assert forced[0].convolutions > direct.convolutions > plain[0].convolutions
-    np.testing.assert_array_equal(direct.wear, forced[0].wear)
-    # A first try far too long must not spoil the result.
-    volume, expected = (s.geometry.integral(s.wear) for s in (forced[-1], plain[-1]))
-    assert volume == near(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(("surface", "limit"), [(SMOOTH, 0.8), (ROUGH, 1.2)])
@@ -504,6 +466,7 @@ def scaled(factor):
     return st.floats(-1, 1).map(lambda power: factor**power)
 
 
+@pytest.mark.slow
 @few
 @given(
     factors=st.tuples(*map(scaled, (1e4, 1e3, 1e4, 3, 1.5, 100))),
@@ -560,26 +523,6 @@ def test_more_tangential_load_wears_more_and_finer_cells_change_it_ever_less():
     assert changes[1] < 0.02
 
 
-@pytest.mark.parametrize(
-    ("changes", "cycles"),
-    [
-        ({}, 7000),
-        ({"roughness": ROUGH}, 7000),
-        ({"limit": 2.0}, 5000),
-        ({"roughness": ROUGH, "limit": 2.5}, 4000),
-    ],
-)
-def test_a_halved_tolerance_changes_less_than_the_tolerance_promises(changes, cycles):
-    found = []
-    for tolerance in (0.01, 0.005):
-        *_, state = evolve(fretting(20, **changes), [cycles], tolerance)
-        stick = state.reduced.stick.astype(float)
-        found.append([state.geometry.integral(each) for each in (state.wear, state.plastic, stick)])
-    # 1 % is promised for a step; the sum of the steps of a run keeps below it too.
-    np.testing.assert_allclose(found[0], found[1], rtol=0.01)
-    assert (found[0][1] > 0) == ("limit" in changes)
-
-
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
 @pytest.mark.parametrize("even", EVEN)
 def test_turning_roughness_and_grid_turns_the_fields(limit, even):
@@ -595,12 +538,3 @@ def test_turning_roughness_and_grid_turns_the_fields(limit, even):
     np.testing.assert_allclose(one.wear, other.wear.T, atol=1e-9 * HERTZ.approach)
     # The waves are not alike along x and y, so something was turned.
     assert not np.allclose(one.wear[:9, :9], one.wear[:9, :9].T, atol=1e-3 * HERTZ.approach)
-
-
-@pytest.mark.parametrize("limit", [np.inf, 1.4])
-def test_further_stops_change_the_wear_by_less_than_the_tolerance(limit):
-    problem = fretting(12, roughness=ROUGH, limit=limit)
-    *_, often = evolve(problem, [17, 60, 61, 200, 1000], 0.01)
-    seldom = final(problem, 1000)
-    difference = np.abs(often.wear - seldom.wear).sum() / seldom.wear.sum()
-    assert 0 < difference < 0.01
