@@ -12,12 +12,12 @@ import math
 import re
 import stat
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, wraps
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -31,8 +31,6 @@ from fretwear.units import LENGTH, QuantityError, listed, parse_quantity, size_t
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
 
-Arguments = ParamSpec("Arguments")
-Content = TypeVar("Content")
 Rectangle = tuple[float, float, float, float]
 
 MOST_BYTES = 2**30
@@ -139,29 +137,6 @@ def _checksum(path: Path, modified: int, size: int) -> str:  # noqa: ARG001 - te
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def read_once(most: int) -> Callable[[Callable[Arguments, Content]], Callable[Arguments, Content]]:
-    """Keep what a function returned, or its `QuantityError`, for its latest arguments."""
-
-    def keeping(read: Callable[Arguments, Content]) -> Callable[Arguments, Content]:
-        @lru_cache(most)
-        def outcome(*given: Arguments.args, **named: Arguments.kwargs) -> Content | QuantityError:
-            try:
-                return read(*given, **named)
-            except QuantityError as error:
-                return error
-
-        @wraps(read)
-        def result_of(*given: Arguments.args, **named: Arguments.kwargs) -> Content:
-            result = outcome(*given, **named)  # type: ignore[arg-type]
-            if isinstance(result, QuantityError):
-                raise QuantityError(result.rule, result.hint)
-            return result
-
-        return result_of
-
-    return keeping
-
-
 @dataclass(frozen=True)
 class FileKey(Readable):
     """A key beside the name of a file, as text; empty: as the file says it."""
@@ -266,7 +241,7 @@ FORMS = tuple(_TERMS)
 """Shapes that may be removed from a map: the best-fitting one of each kind."""
 
 
-@read_once(4)
+@lru_cache(4)
 def read_topography(
     source: Source,
     levelled: bool = True,
@@ -439,7 +414,7 @@ def _grid(table: Table, unit: str | None) -> tuple[Array, tuple[float, float]]:
     return heights, (next(sides), next(sides))
 
 
-@read_once(8)
+@lru_cache(8)
 def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | None:
     """Positions and heights along a line scan, m; None if the file holds a map."""
     surface = _opened(source, unit, "", "", "")
@@ -516,7 +491,7 @@ def _filled(values: Array, measured: Mask) -> Array:
     return result
 
 
-@read_once(16)
+@lru_cache(16)
 def read_profile(source: Source) -> tuple[Array, Array]:
     """Read the profile of a body of revolution: distances from its axis and heights, m.
 

@@ -63,10 +63,12 @@ class Indenter(Part):
         """Gap at zero load and zero approach, m, at coordinates in m that broadcast."""
         raise NotImplementedError
 
+    radius: float  #: m, of a sphere or a cylinder
+
     @property
     def curvature_radius(self) -> float:
         """Radius, m, of the sphere whose Hertzian contact sets the scales of this one."""
-        raise NotImplementedError
+        return self.radius
 
     @property
     def finest(self) -> tuple[float, float]:
@@ -127,11 +129,6 @@ class Sphere(Indenter):
         return result
 
     @property
-    def curvature_radius(self) -> float:
-        """R, m."""
-        return self.radius
-
-    @property
     def slug(self) -> str:
         """The usual indenter is left out of the id."""
         return ""
@@ -166,11 +163,6 @@ class Cylinder(_Straight):
         """x²/2R, m."""
         result: Array = x**2 / (2.0 * self.radius)
         return result
-
-    @property
-    def curvature_radius(self) -> float:
-        """R, m."""
-        return self.radius
 
 
 _EdgeRadius = Annotated[

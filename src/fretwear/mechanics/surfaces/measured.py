@@ -24,7 +24,6 @@ from fretwear.mechanics.surfaces.files import (
     SourceFile,
     Topography,
     fitted,
-    read_once,
     read_profile,
     read_topography,
 )
@@ -413,7 +412,7 @@ class _Paraboloid:
         return flat + x * (slope_x + xx * x + xy * y) + y * (slope_y + yy * y)
 
 
-@read_once(8)
+@lru_cache(8)
 def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
     """The best-fitting paraboloid; `QuantityError` if its apex is not on the map."""
     data = read_topography(file, False, patch)

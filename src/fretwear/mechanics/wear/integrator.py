@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import inf, isfinite, sqrt
 from typing import Generic, TypeVar
@@ -32,37 +32,21 @@ from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
 
 
-@dataclass(frozen=True)
-class Tableau:
+class _Tableau:
     """The numbers of TR-BDF2, by parts of a step; both stages have the same implicit weight."""
 
-    middle: float = 2.0 - sqrt(2.0)  #: end of the first stage, γ
-    implicit: float = 0.5 * (2.0 - sqrt(2.0))  #: weight of the rate at the end of either stage
-    explicit: float = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
-
-    @property
-    def weights(self) -> tuple[float, float, float]:
-        """Weights of the rates at the start, in between and at the end of a step."""
-        return self.explicit, self.explicit, self.implicit
-
-    @property
-    def embedded(self) -> tuple[float, float, float]:
-        """The weights of third order that belong to the same rates."""
-        first, middle = (1.0 - self.explicit) / 3.0, (3.0 * self.explicit + 1.0) / 3.0
-        return first, middle, self.implicit / 3.0
-
-    @property
-    def difference(self) -> tuple[float, ...]:
-        """The embedded weights less the step's."""
-        return tuple(e - w for e, w in zip(self.embedded, self.weights, strict=True))
-
-    @property
-    def beyond(self) -> float:
-        """Length of the second stage over the first, to extrapolate a change that continues."""
-        return (1.0 - self.middle) / self.middle
+    middle = 2.0 - sqrt(2.0)  #: end of the first stage, γ
+    implicit = 0.5 * (2.0 - sqrt(2.0))  #: weight of the rate at the end of either stage
+    explicit = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
+    #: Length of the second stage over the first, to extrapolate a change that continues.
+    beyond = (1.0 - middle) / middle
+    #: Weights of the rates at the start, in between and at the end, and those of third order.
+    weights = explicit, explicit, implicit
+    embedded = (1.0 - explicit) / 3.0, (3.0 * explicit + 1.0) / 3.0, implicit / 3.0
+    difference = tuple(e - w for e, w in zip(embedded, weights, strict=True))
 
 
-TR_BDF2 = Tableau()
+TR_BDF2 = _Tableau
 
 TOLERANCE = 0.01
 # The embedded formulas differ from the step by about ten times its error in wear volume, as runs
