@@ -287,17 +287,6 @@ def test_debris_makes_the_scar_of_a_titanium_alloy(fraction, depth, half_width):
     assert wide == near(half_width * 1.73e-3, rel=0.02)
 
 
-@pytest.mark.parametrize("worn", ["wear_indenter", "wear_flat"])
-def test_a_body_that_does_not_wear_is_one_that_hardly_wears(worn):
-    """And the other has Archard's volume."""
-    rates = [(FLAT, none) if worn == "wear_indenter" else (none, FLAT) for none in (0.0, 1e-24)]
-    (*_, bare), (*_, hardly) = (slide(sliding(coefficients=pair), (3000.0,)) for pair in rates)
-    depth, volume = getattr(bare, worn), 4.0 * FLAT * STROKE * LOAD * 3000.0
-    np.testing.assert_allclose(depth, getattr(hardly, worn), rtol=1e-6, atol=1e-6 * depth.max())
-    assert bare.geometry.integral(depth) == near(volume, rel=0.01)
-    assert np.array_equal(bare.wear, depth)
-
-
 @pytest.mark.slow
 def test_a_power_law_over_a_stroke_wears_by_its_factors():
     """Each body by its own exponents; exponents of zero leave the constant to the bit."""

@@ -80,7 +80,7 @@ class FromFile(Part):
         """Whether the file is available."""
         return bool(self.file.path)
 
-    def read(self) -> object:
+    def surface(self) -> object:
         """Read the file, if it is available; `QuantityError` says what is wrong with it."""
         raise NotImplementedError
 
@@ -88,7 +88,7 @@ class FromFile(Part):
     def problem(self) -> tuple[str, str] | None:
         """What is wrong with the file."""
         try:
-            self.read()
+            self.surface()
         except QuantityError as error:
             return f"file {self.file.name}: {error.rule}", error.hint
         return None
@@ -111,7 +111,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
     ]
     kind: Literal["profile"] = "profile"
 
-    def read(self) -> tuple[Array, Array] | None:
+    def surface(self) -> tuple[Array, Array] | None:
         """Distances from the axis and heights, m."""
         return read_profile(self.file) if self.is_known else None
 
@@ -187,7 +187,7 @@ class _Map(FromFile):
     detail: ClassVar[str] = "distance of two points"
     cells: ClassVar[int] = 4
 
-    def read(self) -> Topography:
+    def surface(self) -> Topography:
         """The topography."""
         if not self.is_known:
             return UNKNOWN
@@ -205,7 +205,7 @@ class _Map(FromFile):
 
     def _interpolated(self, x: Array, y: Array) -> Array:
         """Heights, m, interpolated between the points; outside, the heights at the border."""
-        data = self.read()
+        data = self.surface()
         x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
         if x.shape[1:] != (1,) or y.size != y.shape[-1]:
             result: Array = data.spline.ev(*np.broadcast_arrays(x, y))
@@ -220,12 +220,12 @@ class _Map(FromFile):
         self,
     ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
         """Number of points that were not measured."""
-        return self.read().missing
+        return self.surface().missing
 
     @property
     def finest(self) -> tuple[float, float]:
         """Twice the distance of points along x and y, m."""
-        x, y = self.read().spacing
+        x, y = self.surface().spacing
         return 2.0 * x, 2.0 * y
 
 
@@ -293,21 +293,21 @@ class MeasuredRoughness(_Map, Roughness):
         self,
     ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
         """Root mean square of the heights."""
-        return self.read().rms_height
+        return self.surface().rms_height
 
     @property
     def rms_slope(
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
-        return self.read().rms_slope
+        return self.surface().rms_slope
 
     def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str]]:
         """What makes the map doubtful under a contact of some radius, m: what, and its numbers.
 
         `curvature` is that of the indenter, 1/m.
         """
-        data = self.read()
+        data = self.surface()
         if (share := data.missing_within(radius)) > _MOST_MISSING:
             yield (
                 "lies on a surface with missing points, which were filled in",
@@ -329,7 +329,7 @@ class MeasuredRoughness(_Map, Roughness):
     @property
     def sides(self) -> tuple[float, float]:
         """Lengths of the sides, m."""
-        return self.read().sides
+        return self.surface().sides
 
     @property
     def wavelengths(self) -> tuple[float, float]:
@@ -339,7 +339,7 @@ class MeasuredRoughness(_Map, Roughness):
     @property
     def highest(self) -> float:
         """Largest magnitude of a height, m; 0 where it is not known."""
-        return self.read().highest
+        return self.surface().highest
 
     @property
     def tips(self) -> float:
@@ -378,7 +378,7 @@ class HeightMapIndenter(_Map, Indenter):
 
     def gap(self, x: Array, y: Array) -> Array:
         """Apex less height, m."""
-        fit, data = _paraboloid(self.file, self.patch), self.read()
+        fit, data = _paraboloid(self.file, self.patch), self.surface()
         x, y = fit.apex[0] - np.asarray(x), fit.apex[1] + np.asarray(y)
         # Within the map the fit cancels; beyond, it continues the surface.
         inside = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
@@ -391,11 +391,11 @@ class HeightMapIndenter(_Map, Indenter):
         """Radius, m, of a sphere of the mean curvature of the paraboloid."""
         return _paraboloid(self.file, self.patch).radius if self.is_known else UNKNOWN_RADIUS
 
-    def read(self) -> Topography:
+    def surface(self) -> Topography:
         """The topography, which has an apex."""
         if self.is_known:
             _paraboloid(self.file, self.patch)
-        return super().read()
+        return super().surface()
 
 
 @dataclasses.dataclass(frozen=True)
