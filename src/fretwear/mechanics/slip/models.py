@@ -149,6 +149,18 @@ class SlipModel(Part):
         """
         raise NotImplementedError
 
+    def family(
+        self,
+        setup: _Setup,
+        half_space: HalfSpace,
+        shape: Array,
+        pressure: Array,  # noqa: ARG002 - of any
+    ) -> tuple[HalfSpace, Array]:
+        """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
+        if setup.tilt:
+            shape = shape + setup.tilt * half_space.geometry.x[:, None]
+        return half_space, shape
+
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float | Array
     ) -> Layer:
@@ -238,18 +250,6 @@ class Jaeger(SlipModel):
             )
         follows_pressure = bodies is not half_space
         return replace(result, follows_pressure=True) if follows_pressure else result
-
-    def family(
-        self,
-        setup: _Setup,
-        half_space: HalfSpace,
-        shape: Array,
-        pressure: Array,  # noqa: ARG002 - of any
-    ) -> tuple[HalfSpace, Array]:
-        """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
-        if setup.tilt:
-            shape = shape + setup.tilt * half_space.geometry.x[:, None]
-        return half_space, shape
 
     def _solved(
         self,
