@@ -113,13 +113,15 @@ def peers_text(data: Data) -> str:
     ]
     loop = data["loop"]
     runs = [["fretwear", f"{loop['own']['steps']}", f"{loop['own']['cpu']:.2g}"]]
-    for entry in loop["peers"]:
+    for entry in (one for one in loop["peers"] if one["residual"] <= contacts.RESIDUAL):
         for kind, words in (("limit", "stable"), ("longer", "longest possible")):
             run = entry[kind]
-            label = f"{entry['name']}, {words} steps, residual {scientific(entry['residual'])}"
+            label = f"{entry['name']}, {words} steps"
             runs.append([label, f"{run['steps']:.0f}", f"{run['seconds']:.0f}"])
     return f"""\
 {{figure}}
+
+{data.get("note", "")}
 
 The first loading of a smooth sphere on {CELLS}² cells, from the shape to the pressure. The residual
 is computed by the same code for all, from the pressure alone; each program has the largest
