@@ -117,10 +117,10 @@ class StressOutput(Part, StudySection):
         """Read the section."""
         if not isinstance(given, Mapping):
             raise QuantityError("must be a mapping", _EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)  # type: ignore[arg-type]
+        read: Self = adapter(cls).validate_python(given, context=folder)
         return read
 
     @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())  # type: ignore[arg-type]
+        return inlined(adapter(cls).json_schema())

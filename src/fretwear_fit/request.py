@@ -403,7 +403,7 @@ class FitRequest(StudySection):
         """Read the section; one error lists all problems."""
         if not isinstance(given, Mapping):
             raise QuantityError("must have free and data", _FREE_EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)  # type: ignore[arg-type]
+        read: Self = adapter(cls).validate_python(given, context=folder)
         return read
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
@@ -443,7 +443,7 @@ class FitRequest(StudySection):
     @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())  # type: ignore[arg-type]
+        return inlined(adapter(cls).json_schema())
 
 
 def with_sought(

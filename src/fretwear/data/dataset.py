@@ -202,7 +202,7 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     given = first.coords.keys() & second.coords.keys()
     forces = [name for key, names in FORCES.items() if key not in given for name in names]
     others = "plastic_volume", "central_pressure", "peak_pressure"
-    for name in (*headlines(first.keys() & second.keys()), *others, *forces):
+    for name in (*headlines([str(name) for name in first if name in second]), *others, *forces):
         variable = RESULTS[name]
         if all(variable.name in state for state in states):
             units = states[0][variable.name].attrs.get("units", variable.si_unit)

@@ -191,7 +191,7 @@ def _read_case(path: Path, case: Case, keep_older: bool, about: dict[str, dict[s
         return _Row(asked, file[X.name][:], results, history, digest, getattr(file, "source", ""))
 
 
-def _attributes(variable: netCDF4.Variable) -> dict[str, Any]:
+def _attributes(variable: netCDF4.Variable[Any]) -> dict[str, Any]:
     """The attributes but those by which xarray encodes a variable."""
     names = [name for name in variable.ncattrs() if name not in ("coordinates", "_FillValue")]
     return {name: variable.getncattr(name) for name in names}

@@ -77,7 +77,8 @@ def resampled(
         )
     shape = (*values.shape[: -len(cells)], *(places.size for places in positions))
     placed = np.full(shape, outside, values.dtype)
-    placed[(..., *np.ix_(*inside))] = values
+    at_cells: Any = (..., *np.ix_(*inside))
+    placed[at_cells] = values
     return placed
 
 

@@ -247,7 +247,8 @@ def _run_on_cells(
     case = asked.on_cells(width)
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
     wider = record.rounds[-1:]
-    twin = (pair for run in wider for pair in zip(run.rows, run.tips, strict=True))
+    pairs = [pair for run in wider for pair in zip(run.rows, run.tips, strict=True)]
+    twin: Iterator[tuple[dict[str, float], NextTips]] = iter(pairs)
     # Equal cells call for a run on default ones in any case, which has this one as its twin.
     if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
         twin = _scalars_of_twin(asked, times * width)
