@@ -68,9 +68,8 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_space(desk, moun
     assert [path.name for path in disk.iterdir()] == ["a.nc"]
 
 
-@pytest.mark.parametrize("file", ["figures/index.json", "figures/contact_half_width.svg"])
-def test_a_damaged_file_is_named_by_what_reads_it(copied, file):
-    (Path("results/tiny") / file).write_bytes(b"")
+def test_a_damaged_file_is_named_by_what_reads_it(copied):
+    Path("results/tiny/figures/index.json").write_bytes(b"")
     result = copied.call("report", "tiny.yaml", status=1)
-    assert f"results/tiny/{file}: " in result.stderr
+    assert "results/tiny/figures/index.json: " in result.stderr
     assert "raw the figures" in result.stderr
