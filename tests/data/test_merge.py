@@ -18,7 +18,7 @@ from fretwear.data.stack import (
 )
 from fretwear.results import FIELDS, SCALARS, PointStatus
 
-from ..studies import WAVES, flip, near, run_study
+from ..studies import WAVES, near, run_study
 from .conftest import study_in
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
@@ -331,8 +331,11 @@ def test_xarray_puts_case_files_side_by_side(loads, is_new):
             for file in files:
                 with open_case(file) as case:
                     found = cases.sel(case_id=file.stem)
-                    np.testing.assert_array_equal(found.wear_volume, case.wear_volume)
-                    assert found.normal_load == case.normal_load
+                    # Where windows differ, the plain call repeats scalars along x and y.
+                    again = [dim for dim in found.wear_volume.dims if dim != "cycle"]
+                    for volume in (found.wear_volume.min(again), found.wear_volume.max(again)):
+                        np.testing.assert_array_equal(volume, case.wear_volume)
+                    assert (found.normal_load == case.normal_load).all()
 
 
 def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
@@ -342,7 +345,9 @@ def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
     with pytest.raises(DataFileError, match="not a merged study"):
         open_summary(case)
     with open_study(folder) as stack:
-        flip(case)
+        content = bytearray(case.read_bytes())
+        content[content.index(b"x\x01") + 6] ^= 1  # in the first chunk of a field
+        case.write_bytes(content)
         with pytest.raises(DataFileError, match=rf"{case.name}: it is damaged"):
             stack[[field.name for field in FIELDS]].load()
     case.unlink()

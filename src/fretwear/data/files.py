@@ -130,7 +130,9 @@ def reading(path: str | os.PathLike[str], remedy: str = _RUN_AGAIN) -> Iterator[
 
 @contextmanager
 def opened_case(path: str | os.PathLike[str]) -> Iterator[netCDF4.Dataset]:
-    """Open a file with the netCDF library, values unmasked."""
+    """Open a file with the netCDF library, values unmasked; `DataFileError` if it cannot."""
+    if not Path(path).exists():
+        raise DataFileError(Path(path), "there is no such file", "Check the name")
     with reading(path), netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         yield file
