@@ -195,7 +195,7 @@ MISTAKES = {
     "sliding": (
         "run studies/tiny.yaml --case P25 --set tangential_load=20N",
         "Q must be less than µP = 12.5 N",
-        "lower tangential_load",
+        "for gross slip write sliding_amplitude",
     ),
     "a folder that is not there": ("run studies/tiny.yaml --case P25 -o no/a.nc", "mkdir -p no"),
     "two cases for a file": ("run studies/tiny.yaml --case P2 --case P5 -o a.nc", "a folder"),

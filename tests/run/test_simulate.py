@@ -424,7 +424,9 @@ LINE = {
 }
 
 
-@pytest.mark.parametrize("given", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
+@pytest.mark.parametrize(
+    "given", [{"slip_model": "jaeger"}, {"plastic_limit": "4500 MPa"}, LINE], ids=str
+)
 def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(given):
     case = steel(**given)
     counts = []

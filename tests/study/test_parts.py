@@ -69,9 +69,10 @@ class UniformSlip(SlipModel):
     slip_gap: Annotated[float, Quantity("m", "$g_0$", "gap that stands for slip", "um", gt=0.0)]
     kind: Literal["uniform"] = "uniform"
 
-    def reduced(self, problem, half_space, shape, *guess, **accuracy):
-        del problem, half_space, guess, accuracy
-        return ReducedContact(np.zeros_like(shape), np.full_like(shape, self.slip_gap), 0.0, 0.0)
+    def reduced(self, setup, pressed, sliding=None, start=None, tolerance=1e-8):
+        del setup, sliding, start, tolerance
+        nothing = np.zeros_like(pressed.pressure)
+        return ReducedContact(nothing, nothing + self.slip_gap, 0.0, 0.0)
 
 
 MADE_UP = {Dimple: "dimple", WearPerLoad: "by_friction", UniformSlip: "uniform"}
