@@ -77,6 +77,8 @@ class Region:
     radii: Array | float  #: distances of its outermost edges on `ways`, m
     #: Without it, edges lie anywhere in equal cells.
     beside: Beside | None = None
+    #: The region of contact around a stick zone, where both may end at the same side of a cell.
+    around: Region | None = None
 
 
 _Problem = TypeVar("_Problem", bound=CellProblem)

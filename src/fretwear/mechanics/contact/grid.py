@@ -127,7 +127,7 @@ class Grid(Geometry):
     def zone(self, region: Region) -> Zone:
         """The zone of a region, its area corrected for the open parts of cells at its edge."""
         inner, outer, border = self._sides(region.cells)
-        parts = self._open(inner, outer, region.beside)
+        parts = self._open_of(region, inner, outer)
         area = self.unit_area * (float(region.cells.sum()) - float(parts.sum()))
         area -= OPEN_PER_SIDE * border.size * self.unit_area
         deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
@@ -141,10 +141,19 @@ class Grid(Geometry):
         """
         inner, outer, border = self._sides(region.cells)
         fractions = region.cells.astype(np.float64).ravel()
-        parts = self._open(inner, outer, region.beside)
+        parts = self._open_of(region, inner, outer)
         np.subtract.at(fractions, np.where(parts > 0.0, inner, outer), parts)
         np.subtract.at(fractions, border, OPEN_PER_SIDE)
         return fractions.reshape(region.cells.shape)
+
+    def _open_of(self, region: Region, inner: Places, outer: Places) -> Array:
+        """`_open` of a region, which sticks nowhere beyond the contact around it."""
+        parts = self._open(inner, outer, region.beside)
+        if (around := region.around) is None:
+            return parts
+        ends = ~around.cells.ravel()[outer]
+        of_contact = self._open(inner, outer, around.beside)
+        return np.where(ends, np.maximum(parts, of_contact), parts)
 
     def _open(self, inner: Places, outer: Places, beside: Beside | None) -> Array:
         """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).

@@ -187,10 +187,9 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
     """The regions of contact and of stick."""
     contact, stick = np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
-    return (
-        Region(in_contact(state), contact, Beside(state.pressure, state.gap, state.opening)),
-        Region(state.reduced.stick, stick, _beside_stick(problem, state)),
-    )
+    touching = Region(in_contact(state), contact, Beside(state.pressure, state.gap, state.opening))
+    sticking = Region(state.reduced.stick, stick, _beside_stick(problem, state), touching)
+    return touching, sticking
 
 
 def _beside_stick(problem: WearProblem, state: State) -> Beside:
