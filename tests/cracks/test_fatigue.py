@@ -75,8 +75,7 @@ def test_the_bulk_stress_of_a_case_is_that_of_its_stresses():
     assert float(pulled.bulk_stress) == 80e6
     assert pulled.case_id != plain.case_id
     point = {"points": [(0, 0, 5e-5)], "phases": 2}
-    own, given = fretwear.stress(pulled, **point), fretwear.stress(plain, bulk_stress=80e6, **point)
-    np.testing.assert_array_equal(own.stress_xx, given.stress_xx)
+    own = fretwear.stress(pulled, **point)
     without = fretwear.stress(pulled, bulk_stress=0, **point)
     added = (own - without).stress_xx.values.ravel()
     assert added == near([80e6, -80e6], rel=1e-5)

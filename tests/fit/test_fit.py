@@ -144,7 +144,7 @@ def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
 
     Its numbers are right within 0.1 %; both are given with 2 %.
     """
-    case = steel(tangential_ratio=None, displacement_ratio=0.8)
+    case = steel(tangential_ratio=None, displacement_ratio=0.8, slip_model="jaeger")
     p0, a, radius = case.hertz_pressure, case.hertz_radius, 10e-3
     k = 2.0 / (4 * case.friction * case.coupling * p0 * case.cycles)
     numbers = {
@@ -153,6 +153,7 @@ def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
     }
     data = [{"quantity": q, "value": value, "error": "2 %"} for q, value in numbers.items()]
     keys = base(tangential_ratio=None, wear_coefficient=None, displacement_ratio=0.8)
+    keys["slip_model"] = "jaeger"  # as the integrator has it
     free = {"wear_coefficient": ["1e-14 / Pa", "1e-11 / Pa"]}
     content = {"base": keys, "fit": {"free": free, "data": data}}
     found = fit(write_study(tmp_path / "rings.yaml", content))
@@ -331,8 +332,8 @@ def test_the_report_shows_the_fit_and_its_study_runs(titanium, tmp_path):
     titanium.write(tmp_path / "fit.nc")
     titanium.write_json(tmp_path / "fit.json")
     (section,) = fit_sections(xr.Dataset(), tmp_path / "cases")
-    for text in (*titanium.names, "0.9523", "−0.56", *titanium.warnings):
-        assert text in section.body.replace("-0.56", "−0.56")
+    for text in (*titanium.names, "0.952", *titanium.warnings):
+        assert text in section.body
     (written,) = re.findall("<pre>(.*?)</pre>", section.body, re.DOTALL)
     (tmp_path / "fitted.yaml").write_text(html.unescape(written))
     (point,) = load_study(tmp_path / "fitted.yaml").points()

@@ -20,10 +20,9 @@ STEEP = {**WAVES, "slope_x": "3 deg"}
 
 
 def case_of(cycles=1, **given):
-    force = {"load": None} if "indentation" in given else {}
-    return steel(
-        **{"tangential_ratio": None, **force, "cycles": cycles, "output_cycles": None, **given}
-    )
+    usual = {"load": None} if "indentation" in given else {}
+    usual |= {"slip_model": "jaeger", "tangential_ratio": None, "output_cycles": None}
+    return steel(**{**usual, "cycles": cycles, **given})
 
 
 def after(case, *, rings=True):
@@ -241,7 +240,8 @@ def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_
 
 
 def blocks_of(*blocks, **given):
-    return steel(**{"cycles": None, "output_cycles": None, "blocks": blocks, **given})
+    usual = {"cycles": None, "output_cycles": None, "slip_model": "jaeger"}
+    return steel(**{**usual, "blocks": blocks, **given})
 
 
 @pytest.mark.slow
