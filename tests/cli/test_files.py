@@ -20,7 +20,6 @@ def copied(finished_desk, desk):
 
 ADDED = """
 from markupsafe import Markup
-from fretwear.plugins import plugins
 from fretwear.figures.style import JournalFigure
 from fretwear.figures.study import StudyFigure
 from fretwear.report import Section
