@@ -129,7 +129,7 @@ def draw_all(source: Path, folder: Path) -> None:
             draw(script, Path(place), folder)
         results = Path(place, "results", REPORTED)
         for command in ("figures", "report"):
-            call = [sys.executable, "-m", "fretwear", command, "-q", f"{REPORTED}.yaml"]
+            call = [sys.executable, "-m", "fretwear", command, f"{REPORTED}.yaml"]
             subprocess.run([*call, "--results", results], cwd=source / "gallery", check=True)
         shutil.copy(results / "report.html", folder.parent)
 

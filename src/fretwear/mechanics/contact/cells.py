@@ -251,7 +251,8 @@ class UnwornBodies:
     @cached_property
     def half_space(self) -> HalfSpace:
         """The elastic bodies."""
-        return self._problem.half_space(self.geometry, self._parts)
+        half_space: HalfSpace = self._problem.half_space(self.geometry, self._parts)
+        return half_space
 
     @cached_property
     def unworn(self) -> Array:
