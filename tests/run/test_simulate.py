@@ -23,10 +23,9 @@ from fretwear.run.simulate import (
     simulate,
     wear_problem,
 )
-from fretwear.study.spacing import LEAST_COARSENESS
 from fretwear.theory import HertzContact, PartialSlip
 
-from ..studies import near, steel
+from ..studies import near
 from .conftest import make_case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -422,23 +421,3 @@ LINE = {
     **{"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}},
     **{"load": "300 N/mm", "tangential_ratio": 0.4, "cycles": 30},
 }
-
-
-@pytest.mark.parametrize(
-    "given", [{"slip_model": "jaeger"}, {"plastic_limit": "4500 MPa"}, LINE], ids=str
-)
-def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(given):
-    case = steel(**given)
-    counts = []
-    for part in (1.0, 0.5, 3.0, 0.01):
-        each = case.replace(cell=[part * width for width in case.grid_spacing])
-        problem = wear_problem(each)
-        counts.append(len(problem.geometry.first(problem).edges))
-    problem = wear_problem(case)
-    assert problem.geometry.first(problem).shape[0] + 1 == counts[0] == counts[2]
-    # A finer cell counts from the exact default, which is written rounded down to two digits.
-    half = case.replace(cell=[0.5 * width for width in case.grid_spacing]).coarseness
-    assert 0.45 < half <= 0.5
-    assert counts[1] / counts[0] == near(1.0 / half, rel=0.02)
-    # However fine the fields are written, the matrices have their limit.
-    assert counts[3] / counts[0] == near(1.0 / LEAST_COARSENESS, rel=0.05)
