@@ -36,8 +36,9 @@ from fretwear.results import (
     Y,
 )
 from fretwear.study.case import Case, members
+from fretwear.study.contact import case_keys
 from fretwear.study.materials import material_table
-from fretwear.study.parameters import member_of, parameter, parameter_names, parameter_of
+from fretwear.study.parameters import parameter
 from fretwear.study.reading import study_schema
 from fretwear_cracks.section import StressOutput
 
@@ -60,8 +61,8 @@ def parameters() -> str:
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
         (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), meaning)
-        for name in parameter_names()
-        for about in [parameter_of(name)]
+        for name in case_keys().all_names
+        for about in [case_keys()[name].about]
         for meaning in [about.description or f"{about.words.capitalize()}."]
     ]
     return table(titles, rows)
@@ -74,12 +75,12 @@ def materials() -> str:
 
 
 def _example(name: str) -> str:
-    about = parameter_of(name)
+    about = case_keys()[name].about
     return about.example or (next(iter(about.family.kinds())) if isinstance(about, PartOf) else "")
 
 
 def _range(name: str) -> str:
-    match parameter_of(name):
+    match case_keys()[name].about:
         case Quantity(is_whole=True) as number:
             return f"whole, {_whole(int(number.ge or 0))} to {_whole(int(number.le or 0))}"
         case Quantity() as quantity:
@@ -98,7 +99,7 @@ def _range(name: str) -> str:
 
 
 def _presence(name: str) -> str:
-    member = member_of(name)
+    member = case_keys().member_of(name)
     about = members()[member]
     if "." in name:
         return "a part of it"
@@ -209,8 +210,8 @@ def profiles() -> str:
 def notation() -> dict[str, list[tuple[str, Parameter | Variable]]]:
     """Return what each symbol stands for: names in files and datasets, with their declarations."""
     listed: list[tuple[str, Parameter | Variable]] = []
-    for name in parameter_names():
-        about = parameter_of(name)
+    for name in case_keys().all_names:
+        about = case_keys()[name].about
         listed.append((name, about))
         for form in getattr(about, "forms", ()):
             listed += declared(form).items()

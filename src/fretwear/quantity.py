@@ -20,11 +20,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, ClassVar, Self, TypeGuard, TypeVar, cast, get_args, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Self,
+    TypeGuard,
+    TypeVar,
+    cast,
+    get_args,
+    get_type_hints,
+)
 
-from pydantic import ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic import (
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    TypeAdapter,
+)
 from pydantic.fields import FieldInfo
-from pydantic_core import InitErrorDetails, PydanticCustomError, ValidationError, core_schema
+from pydantic_core import InitErrorDetails, ValidationError, core_schema
 
 from fretwear.units import (
     BY_SI_UNIT,
@@ -477,22 +493,13 @@ class PartOf(Parameter):
                 yield from about.coordinates(key, number)
 
     def word_for(self, value: object) -> str:
-        """Return the short form of a part given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
+        """Return the word for no part, or for a kind without fields."""
         if value == "none":
             return self.none
         kinds = self.family.kinds()
         if isinstance(value, str) and value in kinds:
             return kinds[value].caption or value
-        pairs = (one.partition(":") for one in str(value).strip("{}").split(","))
-        content = {key.strip(): text.strip() for key, colon, text in pairs if colon}
-        named = [kinds[content["kind"]]] if content.get("kind") in kinds else kinds.values()
-        about = {key: one for kind in named for key, one in kind.parameters().items()}
-        texts = [
-            f"{plain_symbol(about[key].symbol)} = {text.replace(' um', ' µm').replace(' deg', '°')}"
-            for key, text in content.items()
-            if key in about
-        ]
-        return ", ".join(texts) or str(value)
+        return str(value)
 
 
 class Inline(PartOf):
@@ -574,8 +581,7 @@ class Part:
         if isinstance(value, str) and value in kinds:
             value = {"kind": value}
         if not isinstance(value, Mapping):
-            such = next(iter(kinds.values())).such()
-            raise MisspeltError(f"must be one of {', '.join(kinds)}, such as {such}", kinds)
+            raise MisspeltError(f"must be one of {', '.join(kinds)}", kinds)
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
             raise located("kind", name, MisspeltError(f"must be one of {', '.join(kinds)}", kinds))
@@ -608,13 +614,6 @@ class Part:
         """The parameters of a kind by name, without ``kind``."""
         return declared(cls)
 
-    @classmethod
-    def such(cls) -> str:
-        """An example of this kind, as in a study file."""
-        needed = required(cls)
-        fields = (f", {n}: {p.example}" for n, p in cls.parameters().items() if n in needed)
-        return f"{{kind: {cls.kind}{''.join(fields)}}}"
-
     @property
     def problem(self) -> tuple[str, str] | None:
         """The broken rule between the part's parameters, with a remedy; None if all hold."""
@@ -641,7 +640,11 @@ class Part:
 
     def canonical(self) -> dict[str, object]:
         """Return kind and parameters in a form that JSON can hold."""
-        return {"kind": self.kind, **canonical_fields(self)}
+        given = ((n, about, vars(self)[n]) for n, about in self.parameters().items())
+        fields = {
+            n: about.canonical(v) for n, about, v in given if v is None or v != about.omitted_value
+        }
+        return {"kind": self.kind, **fields}
 
     def coordinates(self, name: str) -> Coordinates:
         """Yield the coordinates of the fields of a part without kinds."""
@@ -671,23 +674,8 @@ def located(place: str | int, value: object, error: ValueError) -> ValidationErr
 
 def each(values: Sequence[object], read: Callable[[object], Any]) -> list[Any]:
     """Read the items of a list; the error lists all that are wrong."""
-    items, wrong = [], list[InitErrorDetails]()
-    for position, value in enumerate(values):
-        try:
-            items.append(read(value))
-        except QuantityError as error:
-            about = {"type": "value_error", "input": value, "ctx": {"error": error}}
-            wrong.append(InitErrorDetails(loc=(position,), **about))  # type: ignore[typeddict-item]
-        except ValidationError as error:
-            for one in error.errors(include_url=False):
-                kind = PydanticCustomError("inside", "{said}", {"said": one["msg"]})
-                details = {"type": kind, "input": one["input"]}
-                if one["type"] == "value_error":
-                    details = {"type": "value_error", "input": one["input"], "ctx": one["ctx"]}
-                wrong.append(InitErrorDetails(loc=(position, *one["loc"]), **details))  # type: ignore[typeddict-item]
-    if wrong:
-        raise ValidationError.from_exception_data("list", wrong)
-    return items
+    items = TypeAdapter(list[Annotated[Any, PlainValidator(read)]])
+    return items.validate_python([*values])
 
 
 def means_none(value: object) -> bool:
@@ -703,21 +691,6 @@ def is_list(value: object) -> TypeGuard[Sequence[object]]:
 def pair(value: Any) -> tuple[Any, Any]:
     """Return two values, equal where one was given."""
     return value if isinstance(value, tuple) else (value, value)
-
-
-def plain_symbol(symbol: str) -> str:
-    """Return a symbol of mathtext for running text."""
-    for mark in ("$", "\\mathrm", "{", "}", "_"):
-        symbol = symbol.replace(mark, "")
-    return symbol
-
-
-def canonical_fields(value: Any) -> dict[str, object]:
-    """The fields of a dataclass in a form that JSON can hold, without omitted values."""
-    values = ((n, about, vars(value)[n]) for n, about in declared(type(value)).items())
-    return {
-        n: about.canonical(v) for n, about, v in values if v is None or v != about.omitted_value
-    }
 
 
 def json_text(value: object) -> str:

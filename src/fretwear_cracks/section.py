@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
@@ -15,7 +14,7 @@ from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity, adapter, inlined
 from fretwear.results import CYCLE, FATIGUE, Variable
 from fretwear.study.case import Case
-from fretwear.study.contact import read_snapshots
+from fretwear.study.contact import Snapshots
 from fretwear.units import QuantityError
 from fretwear_cracks import StressError
 
@@ -29,10 +28,6 @@ _PAIRS = (
     ("fatigue_strength", "strength_exponent"),
     ("fatigue_ductility", "ductility_exponent"),
 )
-
-
-def _snapshots(value: Any) -> Any:
-    return value if value is None else read_snapshots(value, in_file=True)
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ class StressOutput(Part, StudySection):
         "c_ε in ε_a,p = ε_f' (2N)^c_ε.",
     ] = None
     #: the snapshots, which are kept; None: as in a case
-    cycles: Annotated[tuple[int, ...] | None, BeforeValidator(_snapshots)] = None
+    cycles: Snapshots = None
 
     @property
     def problem(self) -> tuple[str, str] | None:

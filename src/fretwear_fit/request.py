@@ -39,8 +39,7 @@ from fretwear.quantity import (
 )
 from fretwear.results import BODY_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case
-from fretwear.study.contact import MAX_CYCLES
-from fretwear.study.parameters import base_names, parameter_names, parameter_of
+from fretwear.study.contact import MAX_CYCLES, case_keys
 from fretwear.study.problems import Problems
 from fretwear.study.study import as_mapping
 from fretwear.tables import Layout
@@ -108,9 +107,9 @@ class FreeParameter:
         for step in path:
             if isinstance(value, Mapping):
                 value = value.get(step)
-            elif is_list(value) and step in (places := _places(parameter_of(whole))):
+            elif is_list(value) and step in (places := _places(case_keys()[whole].about)):
                 value = value[places.index(step)]
-            elif step not in _places(parameter_of(whole)):
+            elif step not in _places(case_keys()[whole].about):
                 return None
         with suppress(QuantityError):
             return float(self.about.read(value, _UNITS))
@@ -140,7 +139,7 @@ class FreeParameter:
             below = _below(about, step) or about
             return {**inner, step: put(inner.get(step), below, further)}
 
-        return whole, put(given, parameter_of(whole), path)
+        return whole, put(given, case_keys()[whole].about, path)
 
 
 class Range(BaseModel):
@@ -166,7 +165,9 @@ class Range(BaseModel):
         """The parameter with this range."""
         about = _parameter_at(name)
         if about is None:
-            raise QuantityError("is not a case parameter", did_you_mean(name, parameter_names()))
+            raise QuantityError(
+                "is not a case parameter", did_you_mean(name, case_keys().all_names)
+            )
         if not isinstance(about, Quantity):
             raise QuantityError("cannot be sought within a range")
         low, high = (about.read(end, _UNITS) for end in (self.low, self.high))
@@ -460,11 +461,15 @@ def with_sought(
             rule = "is varied too: every test has its own value already"
             remedy = "leave it out of vary and write each: true beside its range"
             problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
-        elif further in _places(parameter_of(whole)) and not is_list(filled.get(whole, [])):
+        elif further in _places(case_keys()[whole].about) and not is_list(filled.get(whole, [])):
             rule = "is of one body, but base has one value for both together"
             remedy = f"write {whole}: [indenter, flat] under base"
             problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
-        elif not further and is_list(filled.get(whole)) and _places(parameter_of(whole)) != _BODIES:
+        elif (
+            not further
+            and is_list(filled.get(whole))
+            and _places(case_keys()[whole].about) != _BODIES
+        ):
             rule = "has two values in base"
             problems.add(f"fit.free.{parameter.name}", None, rule, f"write {whole}.1 or {whole}.2")
         elif parameter.given_in(filled) is None and parameter.name not in filled:
@@ -487,10 +492,10 @@ def _below(about: Parameter, step: str) -> Parameter | None:
 def _parameter_at(name: str) -> Parameter | None:
     """The single quantity of a name, which may lead into a pair or a law."""
     whole, *path = name.split(".")
-    if name in parameter_names():
-        about: Parameter | None = parameter_of(name)
+    if name in case_keys().all_names:
+        about: Parameter | None = case_keys()[name].about
     else:
-        about = parameter_of(whole) if whole in base_names() else None
+        about = case_keys()[whole].about if whole in case_keys().names else None
         for step in path:
             if about is not None and step not in _places(about):
                 about = _below(about, step)

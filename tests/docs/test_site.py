@@ -12,7 +12,7 @@ pytest.importorskip("sphinx", reason="the extra docs is not installed")
 from mathml import to_mathml
 
 from fretwear.cli.program import app
-from fretwear.study.parameters import parameter_names
+from fretwear.study.contact import case_keys
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -51,7 +51,7 @@ def test_no_page_loads_anything_from_outside_and_all_is_in_the_reference(site):
     assert page.count("<math ") == len(re.findall(r"\$\$.+?\$\$|\$.+?\$", source, re.DOTALL))
     assert "MathJax" not in page
     page = (site / "reference" / "study-file.html").read_text(encoding="utf-8")
-    for name in parameter_names():
+    for name in case_keys().all_names:
         assert f">{name}<" in page
     page = (site / "reference" / "command-line.html").read_text(encoding="utf-8")
     commands = [each.name or each.callback.__name__ for each in app.registered_commands]

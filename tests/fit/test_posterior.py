@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.study.parameters import parameter_of
+from fretwear.study.contact import case_keys
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Fitter, Profile, Unknown
 from fretwear_fit.posterior import sampled, why_to_sample
@@ -46,7 +46,7 @@ def banana(u):
 def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself():
     """On a fine grid; the emulator begins with eight runs about the best parameters."""
     pytest.importorskip("emcee")
-    about = parameter_of("friction")
+    about = case_keys()["friction"].about
     unknowns = [Unknown(FreeParameter(name, -2.0, 2.0, about, False)) for name in "ab"]
     data = [
         Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1, None)
@@ -85,7 +85,7 @@ def two_minima(u):
 
 @pytest.mark.parametrize(("start", "told"), [(-1.5, True), (1.5, False)])
 def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(start, told):
-    about = parameter_of("friction")
+    about = case_keys()["friction"].about
     (unknown,) = unknowns = [Unknown(FreeParameter("a", -2.0, 2.0, about, False))]
     data = [
         Comparison(Measurement.unchecked(quantity="wear_volume", value=1.0, error=error), 1, None)

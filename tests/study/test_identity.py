@@ -79,12 +79,6 @@ def test_coordinates_are_in_si_units_and_complete():
         (value_text, "roughness_amplitude", 0.0, "smooth"),
         (value_text, "wear_coefficient", 7e-13, "7·10⁻¹³ Pa⁻¹"),
         (value_text, "slip_model", "jaeger", "slip of the worn shape"),
-        (
-            value_text,
-            "roughness",
-            "{amplitude: 0.3 um, slope_x: 5 deg, ...",
-            "ha = 0.3 µm, θx = 5°",
-        ),
         (value_text, "cycles", 30000.0, "30000"),
         # Symbols and words name the parameter unless the value does.
         (symbol_text, "load", 50.0, "$P$ = 50 N"),

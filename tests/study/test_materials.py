@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from fretwear.cli.program import app
 from fretwear.quantity import QuantityError
 from fretwear.study.case import Case, CaseError
+from fretwear.study.contact import case_keys
 from fretwear.study.materials import material_table, read_table
-from fretwear.study.parameters import parameter_of
 from fretwear.study.reading import study_schema
 
 GIVEN = {
@@ -64,7 +64,7 @@ def test_a_study_file_names_its_material(studies, content):
 def test_published_coefficients_are_values_that_a_study_file_takes():
     for row in read_table("coefficients"):
         name = {"Archard": "wear_coefficient", "energy": "energy_wear_coefficient"}[row["law"]]
-        about = parameter_of(name)
+        about = case_keys()[name].about
         try:
             about.read(yaml.safe_load(row["coefficient"]), True)
         except QuantityError as error:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from fretwear.study.problems import ENDINGS, StudyError, few_of, printable
+from fretwear.study.problems import StudyError, few_of
 from fretwear.units import listed, nearest
 
 if TYPE_CHECKING:
@@ -101,14 +101,15 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and an example value once only one is left."""
-    from fretwear.study.parameters import parameter_names, parameter_of
+    from fretwear.study.contact import case_keys
 
     others = ["output.cycles", "title"]
-    names = [name for name in [*parameter_names(), *others] if f"{name}=".startswith(incomplete)]
+    valid = [*case_keys().all_names, *others]
+    names = [name for name in valid if f"{name}=".startswith(incomplete)]
     if len(names) != 1 or names[0] in others:
         return [f"{name}=" for name in names]
     # A space would need quotes; "30N" means the same as "30 N".
-    example = (parameter_of(names[0]).example or "...").replace(" ", "")
+    example = (case_keys()[names[0]].about.example or "...").replace(" ", "")
     return [f"{names[0]}=", f"{names[0]}={example}"]
 
 
@@ -151,14 +152,14 @@ Processes = Annotated[
 
 
 def say(text: str) -> None:
-    """Print to standard output, without control characters that may come from files."""
-    typer.echo(printable(text))
+    """Print to standard output."""
+    typer.echo(text)
 
 
 def note(text: str) -> None:
     """Print a message to standard error; no run ends because nobody can read it."""
     with suppress(OSError, ValueError):
-        typer.echo(f"fretwear: {printable(text)}", err=True)
+        typer.echo(f"fretwear: {text}", err=True)
 
 
 def typed(context: typer.Context) -> str:
@@ -238,7 +239,7 @@ def check_results(file: Path) -> None:
         if near := nearest(file.name, beside, cutoff=0.7):
             hint = f"did you mean {str(file.with_name(near))!r}?"
         raise CommandError(f"{file}: there is no such file\n    {hint}")
-    if file.suffix in ENDINGS:
+    if file.suffix in (".yaml", ".yml"):
         raise CommandError(
             f"{file}: is a study file, not a file of results\n"
             f"    fretwear plan {file} lists its cases, fretwear run computes them"

@@ -54,7 +54,9 @@ from fretwear.figures.style import (
     styled,
 )
 from fretwear.results import RESULTS, ContactState
-from fretwear.study.parameters import coordinate, replaced_by, symbol_text
+from fretwear.study.contact import case_keys
+from fretwear.study.keys import coordinate
+from fretwear.study.parameters import symbol_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, readable_unit
 
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
@@ -129,7 +131,8 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
 def _headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     """Return the parameters that identify a case, in symbols, but for those that blocks change."""
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or []
-    changed = {name for block in blocks for key in block for name in (key, *replaced_by(key))}
+    given = {key for block in blocks for key in block}
+    changed = given.union(*map(case_keys().replaced_by, given))
     stored = {name: case.coords.get(coordinate(name)) for name in names if name not in changed}
     return ", ".join(
         symbol_text(name, in_unit(value.item(), value.attrs.get("units", "")))

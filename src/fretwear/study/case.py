@@ -7,7 +7,6 @@ that none of them can miss a parameter.
 from __future__ import annotations
 
 import hashlib
-import inspect
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -16,19 +15,19 @@ from itertools import islice
 from typing import Any, Self
 
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.quantity import Inline, Parameter, derived, json_text
+from fretwear.quantity import Inline, Parameter, adapter, derived, json_text
 from fretwear.study.contact import (
     FrettingContact,
+    Snapshots,
     case_keys,
     is_open,
     members,
-    read_snapshots,
     snapshots_of,
     with_parts_of_distance,
 )
 from fretwear.study.keys import coordinate
-from fretwear.study.materials import MATERIAL, with_materials
-from fretwear.study.problems import Problem, Problems, html_table
+from fretwear.study.materials import with_materials
+from fretwear.study.problems import Problem, Problems
 from fretwear.study.rules import findings
 from fretwear.study.spacing import (
     LARGEST_ROUNDING,
@@ -49,18 +48,6 @@ _UNSAID_AT_DEFAULT = (
 # With the default slip model, cases keep the ids that they had when it was another one.
 _SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
-
-
-class _KeysOfBase:
-    """The signature of `Case`: the keys of `base`, and of parts that are defined later."""
-
-    def __get__(self, _: object, owner: type) -> inspect.Signature:
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        words = {name: case_keys()[name].about.words for name in case_keys().names}
-        words |= {MATERIAL: "material", "output_cycles": "cycles at which fields are kept"}
-        return inspect.Signature(
-            [inspect.Parameter(n, keyword, default=None, annotation=w) for n, w in words.items()]
-        )
 
 
 class CaseError(ValueError):
@@ -101,15 +88,13 @@ class Case(FrettingContact):
     148.6
     """
 
-    __signature__ = _KeysOfBase()
-
     def __init__(self, **parameters: object) -> None:
         problems = Problems()
         given = {name: value for name, value in parameters.items() if value is not None}
         given = with_parts_of_distance(with_materials(given, problems))
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
-            snapshots = read_snapshots(asked, in_file=False)
+            snapshots = adapter(Snapshots).validate_python(asked)
         values = case_keys().read_values(given, "", problems)
         parts = case_keys().members_of(values, given, problems)
         if problems:
@@ -129,13 +114,6 @@ class Case(FrettingContact):
         wide, long = (max(map(len, column)) for column in [*zip(*rows, strict=True)][:2])
         lines = [f"  {name:<{wide}}  {text:<{long}}  {words}" for name, text, words in rows]
         return "\n".join((self.case_id, *lines))
-
-    def _repr_html_(self) -> str:
-        """Return a table of the parameters, for notebooks."""
-        rows = (
-            (name, about.words, about.text(value)) for name, about, value in self._coordinates()
-        )
-        return html_table(self.case_id, rows)
 
     def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from typing import Annotated, Any, Self
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
 
 import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
@@ -48,24 +48,35 @@ _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
 
-SNAPSHOTS_SCHEMA: dict[str, object] = {
-    "description": "Cycles at which the fields are kept, besides 0 and the last; auto: about eight "
-    "powers of ten and three times these.",
-    "default": "auto",
-    "anyOf": [{"const": "auto"}, {"type": "array", "items": {"type": ["integer", "string"]}}],
-}
+
+class Automatic:
+    """Annotates an optional value, which study files call ``auto`` where it is None."""
+
+    def __init__(self, schema: Schema) -> None:
+        self.schema = schema
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.no_info_before_validator_function(
+            lambda value: None if value == "auto" else value, handler(source)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        described = {"description": handler(schema).get("description", "")}
+        return {"default": "auto", "anyOf": [{"const": "auto"}, self.schema], **described}
 
 
-def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
-    """Return the cycles at which fields are kept, or None for ``auto``; a file gives each once."""
-    if value == "auto":
-        return None
-    if not is_list(value):
-        raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
-    cycles = tuple(each(value, _SNAPSHOT.read))
-    if in_file and len(set(cycles)) < len(cycles):
-        raise QuantityError("gives a cycle twice")
-    return cycles
+Snapshots = Annotated[
+    tuple[Annotated[int, _SNAPSHOT], ...] | None,
+    Automatic({"type": "array", "items": {"type": ["integer", "string"]}}),
+    Field(
+        description="Cycles at which the fields are kept, besides 0 and the last; auto: about "
+        "eight powers of ten and three times these."
+    ),
+]
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from fretwear.quantity import (
     whole_number,
 )
 from fretwear.study.contact import case_keys
-from fretwear.study.parameters import coordinate, member_of, parameter_of
+from fretwear.study.keys import coordinate
 from fretwear.study.problems import Problems, in_words
 from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit, parse_quantity
 
@@ -131,7 +131,7 @@ class Axis:
     @cached_property
     def member(self) -> str:
         """Member of the case to which the parameter belongs."""
-        return member_of(self.name)
+        return case_keys().member_of(self.name)
 
     @property
     def key(self) -> str:
@@ -157,7 +157,7 @@ class Axis:
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
-            about = parameter_of(self.name).in_frame_of(self.drawn_from.low)
+            about = case_keys()[self.name].about.in_frame_of(self.drawn_from.low)
             numbers = [self.drawn_from.at(fraction) for fraction in fractions]
             values = tuple(in_unit(number, about.si_unit) for number in numbers)
             written = tuple(_as_typed(number, about) for number in numbers)

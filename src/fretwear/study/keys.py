@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol, get_type_hints
+from typing import Any, get_type_hints
 
 from fretwear.quantity import (
     Inline,
@@ -22,28 +22,7 @@ from fretwear.quantity import (
 )
 from fretwear.study.materials import MATERIAL, PROPERTIES
 from fretwear.study.problems import Problems
-from fretwear.units import QuantityError, nearest
-
-_OTHER_NAMES = {
-    word: meant
-    for words, meant in (
-        ("hardness hv hb vickers_hardness yield_stress yield_strength", "plastic_limit"),
-        ("ra rq sa sq rz rms_roughness", "roughness"),
-        ("stroke displacement amplitude u", "displacement_amplitude"),
-        ("r diameter", "radius"),
-        ("e young modulus", "youngs_modulus"),
-        ("nu v", "poisson_ratio"),
-        ("p force normal_load normal_force", "load"),
-        ("q tangential_force", "tangential_load"),
-        ("mu cof friction_coefficient", "friction"),
-        ("k kw k_w archard wear_rate specific_wear_rate", "wear_coefficient"),
-        ("n n_cycles number_of_cycles time duration", "cycles"),
-        ("dx spacing mesh grid", "cell"),
-        ("debris third_body", "debris_fraction"),
-    )
-    for word in words.split()
-}
-"""Words that users may write for a parameter."""
+from fretwear.units import nearest
 
 
 @dataclass(frozen=True)
@@ -73,17 +52,11 @@ def coordinate(name: str) -> str:
 _Tables = tuple[dict[str, Key], dict[str, dict[str, Key]], dict[str, Parameter]]
 
 
-class _Block(Protocol):
-    @property
-    def values(self) -> tuple[tuple[str, object], ...]: ...
-
-
 class Keys:
     """The keys of a dataclass with parts."""
 
     def __init__(self, owner: type) -> None:
         self.owner, self.members = owner, declared(owner)
-        self.inline = {n: about for n, about in self.members.items() if isinstance(about, Inline)}
         self._hints = get_type_hints(owner, include_extras=True)
 
     def _open(self, about: Parameter) -> Mapping[str, type[Part]]:
@@ -111,7 +84,7 @@ class Keys:
         dotted: dict[str, dict[str, Key]] = {}
         coordinates: dict[str, Parameter] = {}
         for member, about in self.members.items():
-            if member not in self.inline:
+            if not isinstance(about, Inline):
                 keys[member] = Key(member, member, member, about, self._hints[member])
             if not isinstance(about, PartOf):
                 continue
@@ -122,7 +95,7 @@ class Keys:
                     key = Key(field, member, field, parameter, hints[field], kind)
                     if name in open_kinds:
                         keys.setdefault(field, key)
-                    if member not in self.inline:
+                    if not isinstance(about, Inline):
                         of_kinds = dotted.setdefault(f"{member}.{field}", {})
                         of_kinds[name] = key
                 named = about.named(derived(kind)).items()
@@ -146,11 +119,6 @@ class Keys:
     def __getitem__(self, name: str) -> Key:
         keys, dotted, _ = self._tables
         return keys[name] if name in keys else next(iter(dotted[name].values()))
-
-    def of_kind(self, name: str, kind: str) -> Key:
-        """The field of a part of a kind."""
-        of_kinds = self._tables[1][name]
-        return of_kinds.get(kind) or self[name]
 
     def coordinate(self, name: str) -> Parameter:
         """Return a parameter by its name in a study file or as a coordinate.
@@ -185,37 +153,19 @@ class Keys:
 
     def unknown(self, key: str, given: object, problems: Problems) -> None:
         """Report a name that is no key of a case."""
-        name = key.rpartition(".")[2] if key.rpartition(".")[2] in key else key
-        meant = _OTHER_NAMES.get(name.casefold().replace(" ", "_"))
-        hint = f"did you mean {meant!r}?" if meant else ""
-        if name in self.all_names and "." in name:
-            hint = f"write {name.replace('.', ': {', 1)}: ...}}"
-        near = nearest(name, self.all_names)
-        hint = hint or (f"did you mean {near!r}?" if near else "fretwear schema lists all keys")
-        problems.add(key, given, "is not a case parameter", hint)
+        problems.unknown(key, given, self.all_names, "is not a case parameter")
 
     def read_values(
-        self,
-        raw: Mapping[str, Any],
-        prefix: str,
-        problems: Problems,
-        folder: object = None,
-        left: Iterable[str] = (),
+        self, raw: Mapping[str, Any], prefix: str, problems: Problems, folder: object = None
     ) -> dict[str, Any]:
-        """Read keys of a case, except some; return the valid values and collect the problems."""
+        """Read keys of a case; return the valid values and collect the problems."""
         values: dict[str, Any] = {}
         names = self.names
         for name, value in raw.items():
-            if name in left:
-                continue
             if name not in names:
                 self.unknown(f"{prefix}{name}", value, problems)
                 continue
             with problems.at(f"{prefix}{name}", value):
-                if value is None and folder is not None:
-                    raise QuantityError(
-                        "has no value", f"such as {name}: {self[name].about.example}"
-                    )
                 values[name] = self[name].read(value, folder)
         return values
 
@@ -230,84 +180,71 @@ class Keys:
 
         Keys that were given, valid or not, count. Keys that all blocks give may be missing.
         """
-        given, blocks = {*given}, values.get("blocks", ())
-        unknown = [name for name in given if name not in self.names]
-        given |= {_OTHER_NAMES.get(name.casefold(), name) for name in unknown}
-        given |= {near for name in unknown if (near := nearest(name, self.names))}
+        names = self.names
+        given = {name if name in names else nearest(name, names) for name in given}
+        needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
         parts: dict[str, Any] = {}
         if {"cycles", "blocks"} <= given:
             problems.add(f"{prefix}cycles", None, "is redundant: each block gives its cycles")
         for member, about in self.members.items():
-            open_keys = {n for kind in self._open(about).values() for n in kind.parameters()}
+            kinds = self._open(about).values()
+            open_keys = {name: None for kind in kinds for name in kind.parameters()}
             keys = {name: values[name] for name in open_keys if name in values}
-            if member in self.inline:
-                part = self._inline(self.inline[member], keys, given, blocks, problems, prefix)
+            if isinstance(about, Inline):
+                part = self._inline(about, keys, given, values.get("blocks", ()), problems, prefix)
                 parts |= {member: part} if part is not None else {}
             elif member in values:
                 value = values[member]
                 is_trivial = isinstance(value, Part) and value.is_trivial
                 parts[member] = None if is_trivial else value
-                for name in sorted(given & open_keys):
-                    rule = f"is redundant: {member} is given too"
-                    problems.add(f"{prefix}{name}", None, rule, f"write it inside {member}")
+                for name in given & open_keys.keys():
+                    problems.add(f"{prefix}{name}", None, f"is redundant: {member} is given too")
             elif keys:
-                parts[member] = next(iter(self._open(about).values())).unchecked(**keys)
-            elif member in required(self.owner) and not given & {member, *open_keys}:
-                if member == "cycles" and "blocks" in given:
-                    continue
-                name = next(
-                    (n for kind in self._open(about).values() for n in kind.parameters()), member
-                )
-                problems.add(f"{prefix}{name}", None, "is missing", self._such_as(name))
+                parts[member] = next(iter(kinds)).unchecked(**keys)
+            elif member in needed and not given & {member, *open_keys}:
+                self._missing(next(iter(open_keys), member), problems, prefix)
         return parts
 
-    def _such_as(self, name: str) -> str:
-        return f"such as {name}: {self[name].about.example}"
+    def _missing(self, name: str, problems: Problems, prefix: str) -> None:
+        hint = f"such as {name}: {self[name].about.example}"
+        problems.add(f"{prefix}{name}", None, "is missing", hint)
 
     def _inline(
         self,
         about: Inline,
         keys: dict[str, Any],
         given: set[str],
-        blocks: Sequence[_Block],
+        blocks: Sequence[Any],
         problems: Problems,
         prefix: str,
     ) -> Part | None:
         """The part of the kind that the keys decide."""
+        known = about.keys
         if (kind := about.kind_of(keys)) is None and blocks:
-            known = about.keys
             in_blocks = [{n: v for n, v in block.values if n in known} for block in blocks]
             kinds = [about.kind_of(keys.keys() | one.keys()) for one in in_blocks]
-            if None not in kinds and kinds[0] is not None:
+            if None not in kinds and (kind := kinds[0]) is not None:
                 # Only required values are completed: a block may lack an optional one.
-                lacking = required(kinds[0]) - keys.keys()
-                keys |= {name: in_blocks[0][name] for name in lacking}
-                kind = kinds[0]
-        if kind is not None and not given & (about.keys.keys() - keys.keys()):
+                keys |= {name: in_blocks[0][name] for name in required(kind) - keys.keys()}
+        if kind is not None and not given & (known.keys() - keys.keys()):
             part = kind.unchecked(**keys)
             if part.problem is not None:
                 problems.add(f"{prefix}{next(iter(keys))}", None, *part.problem)
             return part
         leading = about.leading
-        touched = [name for name in leading if name in given]
-        choices = " or ".join(f"{name}: {about.keys[name].example}" for name in leading)
-        for name in touched[1:]:
-            rule = f"is redundant: {touched[0]} is given too"
-            problems.add(f"{prefix}{name}", keys.get(name), rule, f"give one of {choices}")
-        if len(touched) == 1:
-            kind = leading[touched[0]]
-            for name in sorted(given & (about.keys.keys() - kind.parameters().keys())):
-                rule = f"has no meaning with {touched[0]}"
-                problems.add(f"{prefix}{name}", None, rule, "leave one of them out")
-        if leading and not touched and not (blocks or "blocks" in given):
-            first, *others = leading
-            rule = f"is missing, and so {'are' if others[1:] else 'is'} {', '.join(others)}"
-            problems.add(f"{prefix}{first}", None, rule, f"give one of {choices}")
-        elif len(touched) <= 1:
-            kind = leading[touched[0]] if touched else next(iter(about.family.kinds().values()))
-            for name in kind.parameters():
-                if name in required(kind) and name not in given:
-                    problems.add(f"{prefix}{name}", None, "is missing", self._such_as(name))
+        first, *others = [name for name in leading if name in given] or [""]
+        kind = leading[first] if first else next(iter(about.family.kinds().values()))
+        if leading and not first:
+            if "blocks" not in given:
+                such = " or ".join(f"{name}: {known[name].example}" for name in leading)
+                name = next(iter(leading))
+                problems.add(f"{prefix}{name}", None, "is missing", f"give one of {such}")
+            return None
+        for name in sorted({*others, *given & known.keys() - kind.parameters().keys()}):
+            problems.add(f"{prefix}{name}", None, f"is redundant: {first} is given too")
+        for name in kind.parameters():
+            if not others and name in required(kind) and name not in given:
+                self._missing(name, problems, prefix)
         return None
 
 

@@ -7,31 +7,6 @@ from fretwear.study.contact import case_keys
 from fretwear.study.keys import coordinate as coordinate
 
 
-def base_names() -> tuple[str, ...]:
-    """Return the keys that `base` may have: parts and single parameters."""
-    return case_keys().names
-
-
-def parameter_names() -> tuple[str, ...]:
-    """Return the names that may be varied: keys of `base`, ``roughness.amplitude`` and so on."""
-    return case_keys().all_names
-
-
-def member_of(name: str) -> str:
-    """Return the member of a case that a name belongs to or denotes."""
-    return case_keys().member_of(name)
-
-
-def parameter_of(name: str) -> Parameter:
-    """Return the parameter or the whole part with this name."""
-    return case_keys()[name].about
-
-
-def replaced_by(name: str) -> set[str]:
-    """Return the names that a new value of one replaces: ``radius`` by ``indenter``."""
-    return case_keys().replaced_by(name)
-
-
 def parameter(name: str) -> Parameter:
     """Return a parameter by its name in a study file or as a coordinate.
 

@@ -14,13 +14,7 @@ from pydantic import ValidationError
 from fretwear.quantity import MisspeltError
 from fretwear.units import QuantityError, did_you_mean
 
-ENDINGS = (".yaml", ".yml")
-"""Endings of study files."""
-
 _LONGEST_VALUE = 60
-_UNPRINTABLE = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
-)
 _FORMULA = {"=", "+", "-", "@", "\t", "\r"}
 _QUANTITY = re.compile(r"[-+](\d+\.?\d*|\.\d+|inf)(e[-+]?\d+)?( ?[^\W\d][\w^/ ·]*)?", re.IGNORECASE)
 
@@ -77,11 +71,7 @@ class Problems(list[Problem]):
         self, key: str, given: object, valid: Iterable[str], rule: str = "is not known"
     ) -> None:
         """Add a key that is none of the valid ones."""
-        valid = [*valid]
-        name = key.rpartition(".")[2]
-        remedy = did_you_mean(name, valid)
-        if not remedy and len(valid) < 12:
-            remedy = f"known are {', '.join(valid)}"
+        remedy = did_you_mean(re.split("[. ]", key)[-1], valid) or "fretwear schema lists all keys"
         self.add(key, given, rule, remedy)
 
 
@@ -95,7 +85,7 @@ def _of_error(key: str, given: object, error: QuantityError) -> Problem:
 def _problem(key: str, one: Mapping[str, Any]) -> Problem:
     """A problem as pydantic reports it, in our words."""
     path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in one["loc"])
-    place, given, context = f"{key}{path}", one["input"], one.get("ctx", {})
+    place, given, context = f"{key}{path}".removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
             return _of_error(place, given, context["error"])
@@ -125,19 +115,7 @@ def in_words(value: object) -> str:
         return "{" + ", ".join(f"{key}: {in_words(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(in_words(item) for item in value) + "]"
-    try:
-        return str(value)
-    except ValueError:  # Python refuses to write out whole numbers of thousands of digits
-        return "a number of thousands of digits"
-
-
-def printable(text: str) -> str:
-    """Return a text with terminal control characters shown as escapes.
-
-    Characters that reverse the direction of text, and surrogates, which stand for bytes of file
-    names that are not text, are shown as escapes too.
-    """
-    return _UNPRINTABLE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    return str(value)
 
 
 def as_cell(value: object) -> object:
@@ -160,25 +138,12 @@ class StudyError(ValueError):
 
     def __str__(self) -> str:
         if len(self.problems) == 1:
-            return printable(f"{self.file}: {self.problems[0]}")
+            return f"{self.file}: {self.problems[0]}"
         listed = "\n".join(f"  {problem}" for problem in self.problems)
-        return printable(f"{self.file}: {len(self.problems)} problems\n{listed}")
+        return f"{self.file}: {len(self.problems)} problems\n{listed}"
 
 
 def few_of(things: Sequence[object], most: int = 5) -> list[str]:
     """Return the first few items as text, and the number of the others."""
     more = [f"and {len(things) - most} more"] if len(things) > most else []
     return [*map(str, things[:most]), *more]
-
-
-def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
-    """Return a table for notebooks, the first column in the type of code."""
-    from html import escape
-
-    left = "style='text-align:left'"
-    lines = "".join(
-        f"<tr><th {left}><code>{escape(name)}</code></th>"
-        f"{''.join(f'<td {left}>{escape(cell)}</td>' for cell in others)}</tr>"
-        for name, *others in rows
-    )
-    return f"<table><caption>{escape(caption)}</caption>{lines}</table>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -13,15 +12,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from fretwear.plugins import StudySection, plugins, study_sections
-from fretwear.quantity import PartOf, Schema, inlined, required
+from fretwear.quantity import PartOf, Schema, inlined
 from fretwear.study.case import Case
-from fretwear.study.contact import (
-    SNAPSHOTS_SCHEMA,
-    case_keys,
-    read_snapshots,
-    with_parts_of_distance,
-)
-from fretwear.study.designs import MAX_POINTS, Combinations, Design, Sampled, read_axes
+from fretwear.study.contact import Automatic, Snapshots, case_keys, with_parts_of_distance
+from fretwear.study.designs import MAX_POINTS, Axis, Combinations, Design, read_axes
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
 from fretwear.study.plan import Plan, PlannedCases
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
@@ -35,7 +29,6 @@ SEEDS = "roughness.seed"
 """The parameter that the section `seeds` varies."""
 MAX_TITLE = 200
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
-_LISTED_PER_RULE = 8
 _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
@@ -44,7 +37,7 @@ class Output(BaseModel):
 
     model_config = ConfigDict(extra="allow")
 
-    cycles: Annotated[Any, Field(json_schema_extra=SNAPSHOTS_SCHEMA)] = "auto"
+    cycles: Snapshots = None
 
 
 class Sections(BaseModel):
@@ -71,20 +64,15 @@ class Sections(BaseModel):
         Literal["stop", "skip"], Field(description="What to do about points such as Q >= µP.")
     ] = "stop"
     batch: Annotated[
-        Literal["auto"] | Annotated[int, Field(ge=1, le=MAX_POINTS)],
-        Field(description="Cases of a job; auto: as many as take a few minutes."),
-    ] = "auto"
+        int | None,
+        Field(ge=1, le=MAX_POINTS, description="Cases of a job; auto: as many as take minutes."),
+        Automatic({"type": "integer", "minimum": 1}),
+    ] = None
     output: Output = Output()
     creator: Annotated[_Text, Field(description="Who made the study, for its datasets.")] = ""
     license: Annotated[_Text, Field(description="License of the results.")] = ""
     institution: Annotated[_Text, Field(description="Where the study was made.")] = ""
     references: Annotated[_Text, Field(description="Publications about the study.")] = ""
-
-
-def section_names() -> tuple[str, ...]:
-    """The sections that a study file may have."""
-    added = plugins("fretwear.study_sections")
-    return *Sections.model_fields, *(place for place in added if "." not in place)
 
 
 def load_study(
@@ -108,14 +96,10 @@ def load_study(
     document = read_document(file)
     problems = Problems(document.problems)
     if not _NAME.fullmatch(file.stem):
-        rule = (
-            "names the folder of its results: the file name may have letters, digits, '.', '_' and "
-            "'-', up to 100, and must begin with a letter or digit"
-        )
-        problems.add("", None, f"{file.name!r} {rule}", "rename the file")
+        rule = "must have up to 100 letters, digits, '.', '_' and '-', a letter or digit first"
+        problems.add("", None, f"the name of the file {rule}")
     if not isinstance(document.data, Mapping):
-        rule = "must hold keys such as base and vary, not a single value or a list"
-        raise StudyError(file, [Problem("", document.data, rule), *problems])
+        raise StudyError(file, [Problem("", document.data, "must hold keys such as base and vary")])
     return _checked(file, document.data, assignments, problems, document.lines, points, visit)
 
 
@@ -179,17 +163,20 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     of several alternative keys, such as the two tangential ones, drops the others; keys that belong
     to both, such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
-    changed, problems = copy.deepcopy(dict(raw)), Problems()
+    changed, problems = {name: value for name, value in raw.items() if name != "seeds"}, Problems()
+    if "seeds" in raw:
+        vary = as_mapping(changed.get("vary"))
+        changed["vary"] = {**vary, SEEDS: raw["seeds"]}
+        if twice := [name for name in vary if name in (SEEDS, "roughness")]:
+            problems.add("seeds", raw["seeds"], f"would vary the same as vary.{twice[0]}")
     valid = (*case_keys().all_names, MATERIAL, "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         name = name.strip()
         if not equals:
-            rule = "must have the form name=value"
-            problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
+            problems.add(OPTION, assignment, "must have the form name=value")
         elif name not in valid:
-            hint = did_you_mean(name, valid)
-            problems.add(f"{OPTION} {name}", text, "is not a parameter", hint)
+            problems.unknown(f"{OPTION} {name}", text, valid, "is not a parameter")
         else:
             with problems.at(f"{OPTION} {name}", text):
                 assign(changed, name, parse_value(text))
@@ -198,27 +185,21 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
 
 def assign(content: dict[str, Any], name: str, value: object) -> None:
     """Give a parameter one value in the plain content of a study file, as for `override`."""
-    if name in ("title", "output.cycles"):
-        section, _, key = name.partition(".")
-        content[section] = {**as_mapping(content.get(section)), key: value} if key else value
-        return
-    base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
-    gone = case_keys().replaced_by(name)
-    base = {key: given for key, given in base.items() if key not in gone}
-    replaced = tuple(f"{key}." for key in (*gone, name))
-    vary = {key: given for key, given in vary.items() if not f"{key}.".startswith(replaced)}
-    content |= {"base": base, "vary": vary}
-    if SEEDS in (name, f"{name}.seed"):
-        content.pop("seeds", None)
     whole, _, part = name.partition(".")
+    if whole in ("title", "output"):
+        content[whole] = {**as_mapping(content.get(whole)), part: value} if part else value
+        return
+    gone = case_keys().replaced_by(name)
+    replaced = tuple(f"{key}." for key in (*gone, name))
+    base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
+    base = {key: given for key, given in base.items() if key not in gone}
+    vary = {key: given for key, given in vary.items() if not f"{key}.".startswith(replaced)}
     if part and whole in vary:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
     base[whole] = {**as_mapping(base.get(whole)), part: value} if part else value
-    if not vary:
-        del content["vary"]
-        if "seeds" not in content:
-            # A sampled design with nothing to sample would be an error.
-            content.pop("design", None)
+    content |= {"base": base, "vary": vary}
+    if not vary:  # a sampled design with nothing to sample would be an error
+        content.pop("design", None)
 
 
 def _checked(
@@ -235,38 +216,21 @@ def _checked(
     problems[:0] = before
     content, added = _with_added(content, folder, problems)
     sections = _sections(content, folder, problems)
-    vary = dict(sections.vary)
-    if sections.seeds is not None:
-        if twice := [name for name in vary if name in (SEEDS, "roughness")]:
-            problems.add("seeds", sections.seeds, f"would vary the same as vary.{twice[0]}")
-        vary.setdefault(SEEDS, sections.seeds)
-    axes = read_axes(vary, sections.design, folder, problems)
-    fixed = _read_base(sections.base, vary, folder, problems)
-    snapshots = None
-    with problems.at("output.cycles", sections.output.cycles):
-        snapshots = read_snapshots(sections.output.cycles, in_file=True)
-    for name in (sections.output.model_extra or {}).keys() - {*_added_to("output")}:
-        problems.unknown(f"output.{name}", None, ("cycles", *_added_to("output")))
+    axes = read_axes(sections.vary, sections.design, folder, problems)
+    fixed = _read_base(sections.base, sections.vary, axes, folder, problems)
+    snapshots = sections.output.cycles
     if needed := [section.cycles for section in added.values() if section.cycles is not None]:
         snapshots = tuple(sorted({*(snapshots or ()), *chain(*needed)}))
-    study = Study(
-        file,
-        sections.title or file.stem,
-        axes,
-        sections.design,
-        fixed,
-        content,
-        snapshots,
-        None if sections.batch == "auto" else sections.batch,
-        added,
-    )
-    if len(axes) == len(vary) and not any(_is_of_case(problem) for problem in problems):
+    title = sections.title or file.stem
+    settings = snapshots, sections.batch, added
+    study = Study(file, title, axes, sections.design, fixed, content, *settings)
+    if len(axes) == len(sections.vary) and not any(map(_is_of_case, problems)):
         chosen = ALL_POINTS if added else points
         _try_points(study, problems, sections.invalid == "skip", chosen, visit)
     else:  # cases cannot be made, but what is missing or redundant is known
-        written = {*_long_form(sections.base, vary, Problems())}
-        written |= {name.partition(".")[0] for name in vary}
-        case_keys().members_of(fixed, written, problems, "base.")
+        names = [name.partition(".")[0] for name in sections.vary]
+        written = _long_form(sections.base, sections.vary, Problems())
+        case_keys().members_of(fixed, {*written, *names}, problems, "base.")
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     for section in added.values() if not problems else ():
@@ -294,35 +258,28 @@ def _with_added(
     return content, added
 
 
-def _added_to(section: str) -> list[str]:
-    """The keys that packages beside the core add to a section."""
-    places = plugins("fretwear.study_sections")
-    return [key for place in places for outer, _, key in [place.partition(".")] if outer == section]
-
-
 def _is_of_case(problem: Problem) -> bool:
     """Whether a problem keeps cases from being made; unknown names do not."""
     return "is not a case parameter" not in problem.rule and problem.key.startswith(
-        ("base", "vary", OPTION, "design", "output", "seeds")
+        ("base", "vary", OPTION, "design", "seeds")
     )
 
 
 def _sections(content: Mapping[str, Any], folder: Path, problems: Problems) -> Sections:
     """Read the sections; invalid ones count as left out."""
-    known, right = section_names(), dict[str, Any]()
+    places = plugins("fretwear.study_sections")
+    known, right = [*Sections.model_fields, *places], dict[str, Any]()
     for name, given in content.items():
         if name not in known:
-            hint = f"put it under base: base.{name}" if name in case_keys().all_names else ""
-            hint = hint or did_you_mean(name, known) or f"known are {', '.join(known)}"
-            problems.add(name, given, "is not a section of a study", hint)
+            problems.unknown(name, given, known, "is not a section of a study")
         elif name in Sections.model_fields:
             with problems.at("", given):
-                read = Sections.__pydantic_validator__.validate_python(
-                    {name: given}, context=folder
-                )
+                read = Sections.model_validate({name: given}, context=folder)
                 right[name] = getattr(read, name)
-    # Errors of sections begin with their name.
-    problems[:] = [replace(one, key=one.key.removeprefix(".")) for one in problems]
+    for name in as_mapping(content.get("output")):
+        if f"output.{name}" not in ("output.cycles", *places):
+            inner = [place.partition(".")[2] for place in ("output.cycles", *places)]
+            problems.unknown(f"output.{name}", None, inner)
     return Sections.model_construct(**right)
 
 
@@ -334,54 +291,32 @@ def _long_form(
 
 
 def _read_base(
-    base: Mapping[str, Any], vary: Mapping[str, Any], folder: Path, problems: Problems
+    base: Mapping[str, Any],
+    vary: Mapping[str, Any],
+    axes: Sequence[Axis],
+    folder: Path,
+    problems: Problems,
 ) -> dict[str, Any]:
-    """Read the fixed values; a part with varied fields stays as written.
+    """Read the fixed values; a part with varied fields has their first values.
 
     The value that base may have for a varied parameter is not used.
     """
-    given = _long_form(base, vary, problems)
-    partial = {name.partition(".")[0] for name in vary if "." in name} - {*vary}
-    fixed = case_keys().read_values(given, "base.", problems, folder, left=partial)
-    fixed = {name: value for name, value in fixed.items() if name not in vary}
-    for whole in partial:
+    given, found = _long_form(base, vary, problems), Problems()
+    first = {axis.name: axis.written[0] for axis in axes}
+    varied = [name for name in vary if "." in name and name.partition(".")[0] not in vary]
+    for name in varied:
+        whole, _, field = name.partition(".")
         written = given.get(whole, {})
         content = {"kind": written} if isinstance(written, str) else as_mapping(written)
-        varied = {name.partition(".")[2] for name in vary if name.startswith(f"{whole}.")}
-        fixed[whole] = _read_partial(whole, content, varied, folder, problems)
-    return fixed
-
-
-def _read_partial(
-    whole: str, content: Mapping[str, Any], varied: Iterable[str], folder: Path, problems: Problems
-) -> dict[str, Any]:
-    """The fields of a part that are not varied."""
-    about = case_keys()[whole].about
-    assert isinstance(about, PartOf)
-    kinds = about.family.kinds()
-    usual = [name for name, kind in kinds.items() if {*varied} <= kind.parameters().keys()]
-    kind = content.get("kind", next(iter(usual or kinds)))
-    fields: dict[str, Any] = {"kind": kind}
-    if kind not in kinds:
-        problems.add(f"base.{whole}.kind", kind, f"must be one of {', '.join(kinds)}")
-        return fields
-    known = kinds[kind].parameters()
-    for name in varied:
-        if name not in known:
-            rule = f"is not a parameter of {kind}"
-            problems.unknown(f"vary.{whole}.{name}", None, known, rule)
-    for name, value in content.items():
-        place = f"base.{whole}.{name}"
-        if name not in (*known, "kind"):
-            problems.unknown(place, value, known)
-        elif name != "kind" and name not in varied:
-            with problems.at(place, value):
-                fields[name] = case_keys().of_kind(f"{whole}.{name}", kind).read(value, folder)
-    for name in required(kinds[kind]) - fields.keys() - {*varied}:
-        if name not in content:
-            such = f"such as {name}: {known[name].example}"
-            problems.add(f"base.{whole}.{name}", None, "is missing", such)
-    return fields
+        kept = {key: value for key, value in content.items() if key != field}
+        given[whole] = {**kept, field: first[name]} if name in first else kept
+    fixed = case_keys().read_values(given, "base.", found, folder)
+    for one in found:
+        if (name := one.key.removeprefix("base.")) not in varied:
+            problems.append(one)
+        elif name in first:  # otherwise told where it is varied
+            problems.append(replace(one, key=f"vary.{name}"))
+    return {name: value for name, value in fixed.items() if name not in vary}
 
 
 def _try_points(
@@ -394,59 +329,40 @@ def _try_points(
     """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
     `visit` is called with each point that breaks none, in order, while its case exists; without
-    `skip`, no longer than all points are valid.
+    `skip`, no longer than all points are valid. A broken rule is told once, for the first point.
     """
-    broken: dict[str, tuple[Problem, list[tuple[int, ...]]]] = {}
+    broken: dict[tuple[str, str], list[Problem]] = {}
     for point in study.points(*points):
         wrong = Problems()
-        study.members(point.index, wrong)
         # It is held until all of its rules are tried.
-        case = None if wrong else study.case(point.index)
+        case = study.case(point.index, wrong)
         wrong += findings(case) if case is not None else []
         if wrong and skip and study.axes:
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:
             for problem in wrong:
-                placed = _placed(problem, study, point)
-                broken.setdefault(str(placed), (placed, []))[1].append(point.index)
+                placed = _placed(problem, point)
+                kind = placed.key.partition("[")[0], re.sub(r"[\d.e+-]+", "#", problem.rule)
+                broken.setdefault(kind, []).append(placed)
         elif visit is not None and not broken and not problems:
             visit(point)
-    problems.extend(_summarised(broken.values(), study))
+    for first, *others in broken.values():
+        more = f" (and at {len(others)} more points)" if others else ""
+        problems.append(replace(first, rule=f"{first.rule}{more}"))
 
 
-def _placed(problem: Problem, study: Study, point: Point) -> Problem:
-    """The problem of a point at the key of the file that has the value."""
+def _placed(problem: Problem, point: Point) -> Problem:
+    """The problem of a point at the key of the file that has the value, with other values."""
     name = problem.key.removeprefix("base.")
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
-    listed = not isinstance(study.design, Sampled)
-    for axis, position in zip(study.axes, point.index, strict=True):
+    others = []
+    for axis, position in zip(point.study.axes, point.index, strict=True):
         if f"{name}.".startswith(f"{axis.key}."):
-            key = f"vary.{axis.name}{f'[{position}]' if listed else ''}"
-    return replace(problem, key=key, remedy=problem.remedy)
-
-
-def _summarised(
-    broken: Iterable[tuple[Problem, Sequence[tuple[int, ...]]]], study: Study
-) -> Iterable[Problem]:
-    """Each broken rule once for a key, with the values of other parameters at which it breaks."""
-    by_rule: dict[tuple[str, str], list[tuple[Problem, Sequence[tuple[int, ...]]]]] = {}
-    for problem, indices in broken:
-        words = re.sub(r"[\d.e+-]+", "#", problem.rule)
-        by_rule.setdefault((problem.key, words), []).append((problem, indices))
-    told: dict[str, int] = {}
-    for (key, words), problems in by_rule.items():
-        problem, indices = problems[0]
-        every = [index for _, some in problems for index in some]
-        others = []
-        for number, axis in enumerate(study.axes):
-            at = {index[number] for index in every}
-            if not key.startswith(f"vary.{axis.name}") and len(at) < len(axis.values):
-                others.append(f"{axis.name} = {axis.labels[indices[0][number]]}")
-        more = f", and at {len(every) - 1} more points" if others and every[1:] else ""
-        where = f" (at {', '.join(others)}{more})" if others else ""
-        told[words] = told.get(words, 0) + 1
-        if told[words] <= _LISTED_PER_RULE:
-            yield replace(problem, rule=f"{problem.rule}{where}")
+            key = f"vary.{axis.name}" + (f"[{position}]" if axis.drawn_from is None else "")
+        else:
+            others.append(f"{axis.name} = {axis.labels[position]}")
+    where = f" at {', '.join(others)}" if others else ""
+    return replace(problem, key=key, rule=f"{problem.rule}{where}")
 
 
 def _in_order(
@@ -455,20 +371,19 @@ def _in_order(
     """Give problems the line of their key or the option that set it, and sort them by line."""
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
-    if "seeds" in lines and f"vary.{SEEDS}" not in lines:
+    if "seeds" in lines:
         shown[f"vary.{SEEDS}"] = "seeds"
-    placed = []
+    told: dict[tuple[str, str], Problem] = {}
     for problem in problems:
         key = problem.key
         for place, name in shown.items():
-            if f"{problem.key}.".startswith((f"{place}.", f"{place}[")):
-                key = name + problem.key.removeprefix(place)
+            if f"{key}.".startswith((f"{place}.", f"{place}[")):
+                key = name + key.removeprefix(place)
         line, at = problem.line or lines.get(key), key
         while line is None and at:  # the line of the whole that lacks a key
             at = at[: max(at.rfind("."), at.rfind("["), 0)]
             line = lines.get(at) if at else None
-        placed.append(replace(problem, key=key, line=line))
-    told = {(one.key, one.rule): one for one in placed}
+        told[key, problem.rule] = replace(problem, key=key, line=line)
     return sorted(told.values(), key=lambda one: one.line or len(lines) * 1000)
 
 

@@ -10,13 +10,11 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from fretwear.plugins import StudySection
-from fretwear.quantity import Part
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, Design, Sobol
-from fretwear.study.problems import Problems, few_of, html_table, in_words
+from fretwear.study.problems import Problems, in_words
 
-_MOST_SHOWN = 12
 ALL_POINTS = (1, None)
 """The first and the last number of all points of a study."""
 
@@ -34,7 +32,7 @@ class Study:
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how the varied values are combined
-    fixed: Mapping[str, Any]  # values of the other keys in SI units; of a varied part, as written
+    fixed: Mapping[str, Any]  # values of the other keys in SI units
     content: Mapping[str, Any]  # plain content of the file, overrides included
     snapshots: tuple[int, ...] | None = None  # cycles at which fields are kept; None: about eight
     batch: int | None = None  # cases per job; None: as many as take a few minutes
@@ -42,12 +40,6 @@ class Study:
     added: Mapping[str, StudySection] = field(default_factory=dict)
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
-
-    def _repr_html_(self) -> str:
-        """Return the varied parameters as a table, for notebooks."""
-        shown = ((axis.name, few_of(axis.labels, _MOST_SHOWN)) for axis in self.axes)
-        head = f"{self.title}: {self.size} points, design {self.design.kind}"
-        return html_table(head, ((name, ", ".join(labels)) for name, labels in shown))
 
     @property
     def name(self) -> str:
@@ -91,22 +83,12 @@ class Study:
                 f"ranges unevenly; {below} or {2 * below} points do it evenly"
             )
         for axis in self.axes:
-            given = {axis.key: base.get(axis.key)}
+            given = base.get(axis.key)
             if "." in axis.name:
-                given = {f"{axis.key}.{n}": v for n, v in as_mapping(given[axis.key]).items()}
-            if (value := given.get(axis.name)) is not None:
-                text = f"base.{axis.name} = {in_words(value)}"
+                given = as_mapping(given).get(axis.name.partition(".")[2])
+            if given is not None:
+                text = f"base.{axis.name} = {in_words(given)}"
                 sentences.append(f"{text} is not used, because {axis.name} is varied")
-        vary = {axis.key for axis in self.axes}
-        is_none = "accuracy" not in vary and in_words(base.get("accuracy")) == "none"
-        reason = "accuracy is none" if is_none else ""
-        reason = "cell is given" if "cell" in {*base, *vary} else reason
-        for name in ("accuracy", "budget") if reason else ():
-            place = "vary" if name in vary else "base"
-            value = as_mapping(self.content.get(place)).get(name)
-            if value is not None and in_words(value) != "none":
-                text = f"{place}.{name} = {in_words(value)}"
-                sentences.append(f"{text} is not used, because {reason}")
         return sentences
 
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
@@ -117,13 +99,17 @@ class Study:
         """Return the cases to run by id, each once even if several points share it."""
         return {point.id: point.case for point in self.points() if point.case is not None}
 
-    def case(self, index: tuple[int, ...]) -> Case:
-        """Return the case of a point, whose rules are not checked."""
+    def case(self, index: tuple[int, ...], problems: Problems | None = None) -> Case | None:
+        """Return the case of a point, whose rules are not checked.
+
+        It is None if a part cannot be made of the values; `problems` then say why.
+        """
         if (case := self._held.get(index)) is None:
-            problems = Problems()
-            parts = self.members(index, problems)
-            assert not problems, problems
-            self._held[index] = case = Case.of({**parts, "output_cycles": self.snapshots})
+            values, wrong = self._values(index), Problems() if problems is None else problems
+            members = case_keys().members_of(values, values, wrong, "base.")
+            if wrong:
+                return None
+            self._held[index] = case = Case.of({**members, "output_cycles": self.snapshots})
         return case
 
     @cached_property
@@ -131,24 +117,17 @@ class Study:
         """The cases that somebody holds, by the index of their point."""
         return WeakValueDictionary()
 
-    def members(self, index: tuple[int, ...], problems: Problems) -> dict[str, Any]:
-        """The members of the case of a point, by name; problems of its values are collected."""
-        values, fields = dict(self.fixed), dict[str, dict[str, Any]]()
+    def _values(self, index: tuple[int, ...]) -> dict[str, Any]:
+        """The values of the keys of the case of a point, varied fields of parts among them."""
+        values = dict(self.fixed)
         for axis, position in zip(self.axes, index, strict=True):
-            whole, _, part = axis.name.partition(".")
-            if part:
-                fields.setdefault(whole, {})[part] = axis.values[position]
-            else:
-                values[axis.name] = axis.values[position]
-        for whole, varied in fields.items():
-            if isinstance(values.get(whole), Part):
-                changed = {**vars(values[whole]), **varied}
-                values[whole] = type(values[whole]).unchecked(**changed)
-                continue
-            content = {**as_mapping(values.pop(whole, {})), **varied}
-            with problems.at(f"base.{whole}", None):
-                values[whole] = case_keys()[whole].read(content)
-        return case_keys().members_of(values, {*values, *fields}, problems, "base.")
+            whole, _, field = axis.name.partition(".")
+            value = axis.values[position]
+            if field:
+                part = values[whole]
+                value = type(part).unchecked(**{**vars(part), field: value})
+            values[whole] = value
+        return values
 
 
 @dataclass(frozen=True)
