@@ -6,7 +6,7 @@
 import shlex
 import sys
 
-from fretwear.run.workflow import StudyJobs
+from fretwear.run.workflow import StudyJobs, release_locks
 from fretwear.study.problems import StudyError
 from fretwear.version import __version__
 
@@ -25,6 +25,7 @@ KEEP_OLDER = "--keep-older" if JOBS.keep_older else ""
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
 if workflow.is_main_process:
+    release_locks()
     for sentence in JOBS.check():
         print(f"fretwear: warning: {sentence}", file=sys.stderr)
 

@@ -10,8 +10,6 @@ fretwear.figures, fretwear.sections
     Functions of a merged study and its folder of case files: more figures, sections of the report.
 fretwear.plots
     Functions of a file: names and figures of ``fretwear plot``; none if it is of another kind.
-fretwear.plans
-    Functions of the cases of a study: processor seconds that figures and sections take.
 """
 
 from __future__ import annotations

@@ -3,12 +3,18 @@
 The module imports nothing of the package, because every start of the workflow loads it.
 """
 
+from __future__ import annotations
+
 import hashlib
 import re
 from collections.abc import Iterable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fretwear.study.contact import FrettingContact
 
 __version__ = "0.1.0"
 
@@ -49,6 +55,14 @@ def code_digest(*packages: str) -> str:
     for name in LIBRARIES:
         digest.update(f"{name} {minor_version(name)}\n".encode())
     return digest.hexdigest()[:16]
+
+
+def case_digest(case: FrettingContact) -> str:
+    """Return the digest of the code that computes a case, and of measured heights that it reads.
+
+    Another version of the library that reads them may find other heights in the same file.
+    """
+    return "-".join([code_digest(), *case.checksums])
 
 
 def minor_version(library: str) -> str:

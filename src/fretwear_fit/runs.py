@@ -18,7 +18,7 @@ from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.results import BODY_SCALARS, CYCLE, X, Y, scalars_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
-from fretwear.version import code_digest
+from fretwear.version import case_digest, code_digest
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
@@ -131,7 +131,8 @@ class Runs:
         return [self.done[name] for name in names]
 
     def _name(self, case: Case) -> str:
-        rest = [case.output_cycles, case.error_estimate, self.profiles, code_digest("fretwear_fit")]
+        digests = code_digest("fretwear_fit"), case_digest(case)
+        rest = [case.output_cycles, case.error_estimate, self.profiles, *digests]
         digest = hashlib.sha256(json.dumps(rest).encode()).hexdigest()[:8]
         return f"{case.case_id}-{digest}"
 

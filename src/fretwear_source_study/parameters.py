@@ -1,15 +1,9 @@
-"""The parameters of the source study, and what its figures and claims add to the time of a plan.
-
-Plans read this: nothing heavy is imported.
-"""
+"""The parameters of the source study."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Iterable, Mapping
-
-from fretwear.study.case import Case
+from collections.abc import Mapping
 
 PLASTIC_LIMIT = 4500e6
 """Plastic limit of the study, Pa."""
@@ -56,13 +50,3 @@ def title_of(values: Mapping[str, object]) -> str:
         for kinds in (surfaces, limits)
     )
     return f"{surface} {body}" if surface and body else ""
-
-
-def seconds_of(cases: Iterable[Case]) -> float:
-    """Return the processor time, s, that figures and claims of the source study take, if any."""
-    groups = defaultdict[object, set[str]](set)
-    for case in cases:
-        values = {name: value for name, (value, _, _) in case.scalar_coordinates().items()}
-        groups[values["slip_model"], values.get("radius")].add(title_of(values))
-    whole = sum({*TITLES} <= titles for titles in groups.values())
-    return (_SECONDS_OF_FIGURES + _SECONDS_OF_CLAIMS * whole) * (whole > 0)

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import qmc, spearmanr
+from scipy.stats import qmc
 
 from fretwear.data.effects import (
     SEED,
     Points,
     effects_table,
-    rank_correlations,
     sobol_indices,
 )
 
@@ -28,7 +27,6 @@ def ishigami(unit):
 def test_indices_of_ishigami_are_those_of_the_closed_form(engine):
     unit = engine(3, seed=1).random(512)
     found = Points.of(sampled(unit, ishigami(unit))).indices["wear_volume"]
-    assert not found.of_logarithm
     assert found.first == pytest.approx(FIRST, abs=0.01)
     assert found.total == pytest.approx(TOTAL, abs=0.01)
     assert found.quality > 0.98
@@ -63,20 +61,12 @@ def test_indices_of_listed_values_are_those_of_the_variance_of_the_levels():
     assert found.first == pytest.approx(parts / parts.sum(), abs=0.01)
 
 
-def test_rank_correlations_are_those_of_spearman():
-    rng = np.random.default_rng(6)
-    unit, values = rng.random((40, 2)), rng.integers(0, 5, (40, 3)).astype(float)
-    expected = spearmanr(unit, values).statistic[:2, 2:]
-    np.testing.assert_allclose(rank_correlations(unit, values), expected, atol=1e-12)
-
-
 def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
     unit = qmc.Sobol(2, seed=7).random(32)
     load, wear = 10.0 + 40.0 * unit[:, 0], 10.0 ** unit[:, 1]
     points = Points.of(sampled(unit, 1e-13 * load**3 * wear))
     assert list(points.drawn) == ["load", "friction"]
     found = points.indices["wear_volume"]
-    assert found.of_logarithm
     # Variance of 3 log P for P even from 10 to 50, by quadrature, and of a logarithm that is even.
     grid = np.log(10.0 + 40.0 * (np.arange(20000) + 0.5) / 20000)
     parts = np.array([9.0 * grid.var(), np.log(10.0) ** 2 / 12.0])

@@ -1,6 +1,5 @@
 """Files that are complete or absent, and open with older and newer versions."""
 
-import os
 import re
 
 import netCDF4
@@ -155,11 +154,3 @@ def test_a_file_that_is_not_finished_leaves_the_one_before_it_and_no_trace(tmp_p
             raise error
     assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
     assert path.read_text() == "first"
-    # What a killed process left is removed after a day.
-    left = path.with_name(".a.txt.0123abcd.tmp")
-    for age, remains in ((3600, True), (90_000, False)):
-        left.touch()
-        os.utime(left, (left.stat().st_atime, left.stat().st_mtime - age))
-        with atomic_path(path) as temporary:
-            temporary.write_text("third")
-        assert left.exists() == remains

@@ -21,12 +21,7 @@ from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.case_warnings import case_warnings
-from fretwear.study.plan import (
-    SECONDS_PER_CASE,
-    SECONDS_TO_START,
-    affordable_width,
-    estimate,
-)
+from fretwear.study.plan import affordable_width, estimate
 from fretwear.study.spacing import WIDEST
 
 from ..studies import near
@@ -131,7 +126,7 @@ def test_a_missed_accuracy_is_told_with_its_result_its_size_and_its_cycle():
     runs = [finished(1.4), finished(1.0, at=0.04)]
     for name, of_which in (("wear_volume", ""), ("dissipated_energy", " of its largest value")):
         runs[-1].errors[name] *= 2.0
-        told = str(unreached(case, runs).warning())
+        told = str(unreached(case, runs))
         assert f"{RESULTS[name].words}: 8 %{of_which} at cycle 3000" in told
         assert not any(word in told for word in ("accept", "budget", "cell:"))
         runs[-1].errors[name] *= 0.5
@@ -286,11 +281,6 @@ def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
     usual, asked = estimate(last), estimate(case)
     assert 1.0 < asked.seconds / usual.seconds < 1.3
     assert asked.memory_bytes > usual.memory_bytes
-    least, most = asked.ends
-    assert least <= asked.seconds < most
-    start = SECONDS_TO_START + SECONDS_PER_CASE
-    alone = estimate(last.replace(error_estimate=False))
-    assert most - start == near(10.0 * (alone.seconds - start))
     assert affordable_width(case) < 0.5
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from fretwear.data.files import open_case
 from fretwear.run import cases
-from fretwear.run.cases import ENDED, failures, simulate_to_file
+from fretwear.run.cases import failures, simulate_to_file
 from fretwear.study.reading import load_study
 
 from ..cli.conftest import Desk
@@ -57,7 +57,7 @@ def test_finished_cases_stay_until_their_snapshots_change(bench):
 def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
     bench.run()
     before = written(bench)
-    monkeypatch.setattr(cases, "code_digest", lambda: "newer")
+    monkeypatch.setattr(cases, "case_digest", lambda _: "newer")
     bench.run("--keep-older")
     assert written(bench) == before
     bench.run()
@@ -74,14 +74,6 @@ def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
     path.with_suffix(".failed").write_text("broken before")
     bench.run(status=1)
     assert list(failures(bench.folder / "cases")) == [failed]
-
-
-def test_a_case_that_ended_its_process_comes_last(bench):
-    first, *others = load_study("tiny.yaml").cases()
-    (bench.folder / "cases").mkdir()
-    (bench.folder / f"cases/{first}.failed").write_text(ENDED)
-    said = bench.run()
-    assert said.index(others[-1]) < said.index(first)
 
 
 @pytest.mark.slow

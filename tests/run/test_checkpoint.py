@@ -109,7 +109,7 @@ def test_a_checkpoint_that_is_damaged_or_of_another_run_or_code_is_refused(case,
     flip(path)
     assert "damaged" in refusal(path, case)
     path.write_bytes(whole)
-    monkeypatch.setattr(checkpoints, "code_digest", lambda: "other")
+    monkeypatch.setattr(checkpoints, "case_digest", lambda _: "other")
     assert "of other code" in refusal(path, case)
 
 

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 from fretwear.run.resources import (
-    available_memory,
     cores,
     grouped,
     machine_warnings,
@@ -20,55 +19,7 @@ from fretwear.study.problems import StudyError
 from ..studies import STEEL, near, steel
 from .conftest import BASE, make_case, without
 
-GB = 10**9
 STUDY = {"base": without(BASE, "load"), "vary": {"load": ["25 N", "50 N"]}}
-
-
-# What the process is told of its groups; limit, use and statistics of each; what is left.
-TWO = ("memory.max", "memory.current", "memory.stat")
-CONTROL_GROUPS = {
-    "the job's own, where cached files are given back on demand": (
-        "0::/slurm/job_7",
-        {"slurm/job_7": (TWO, 4_000, 3_000, "anon 5\ninactive_file 1000")},
-        2_000,
-    ),
-    "one around the own": (
-        "0::/slurm/job_7/step_0",
-        {"slurm/job_7/step_0": (TWO, "max", 1_000), "slurm": (TWO, 5_000, 2_000)},
-        3_000,
-    ),
-    "that of a container, at the root": ("0::/docker/0123", {"": (TWO, 2_000, 0)}, 2_000),
-    "one that is exceeded": ("0::/job", {"job": (TWO, 5, 7)}, 0),
-}
-
-
-@pytest.fixture
-def available(tmp_path):
-    """What is available to a process in these control groups."""
-
-    def tell(own="", groups=()):
-        files = {"proc/self/cgroup": own}
-        for group, (names, *values) in dict(groups).items():
-            files |= {f"cgroup/{group}/{n}": v for n, v in zip(names, values, strict=False)}
-        for name, text in files.items():
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / name).write_text(f"{text}\n" if text != "" else "")
-        return available_memory(tmp_path / "proc", tmp_path / "cgroup")
-
-    return tell
-
-
-@pytest.mark.parametrize("which", CONTROL_GROUPS)
-def test_the_limit_of_a_control_group_counts(available, which):
-    own, groups, left = CONTROL_GROUPS[which]
-    assert available(own, groups) == left
-
-
-def test_without_control_groups_the_machine_says_what_is_available(available, monkeypatch):
-    assert available_memory() > GB / 10
-    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=16_000))
-    monkeypatch.setattr("psutil.swap_memory", lambda: SimpleNamespace(free=500))
-    assert available() == 16_500
 
 
 def test_a_case_that_does_not_fit_is_refused(monkeypatch):

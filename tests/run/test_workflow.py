@@ -84,7 +84,7 @@ def test_a_job_is_another_one_when_its_cases_snapshots_or_code_change(jobs, monk
     assert jobs().content != jobs(title="Two loads").content
     kept = StudyJobs(jobs().plan, keep_older=True)
     before = list(kept.by_name)
-    monkeypatch.setattr(workflow, "code_digest", lambda *_: "newer")
+    monkeypatch.setattr(workflow, "case_digest", lambda _: "newer")
     assert not {*names} & {*jobs().by_name}
     assert list(StudyJobs(jobs().plan, keep_older=True).by_name) == before
 
@@ -100,7 +100,7 @@ def test_removed_cases_are_computed_again_and_those_of_other_code_are_told_befor
     min(Path("results/demo/cases").iterdir()).unlink()
     list(ours.check())
     assert [first.exists(), second.exists()].count(True) == 1
-    monkeypatch.setattr(workflow, "code_digest", lambda *_: "newer")
+    monkeypatch.setattr(workflow, "case_digest", lambda _: "newer")
     *_, told = jobs().check()
     assert told == "1 finished case is of other code: computed again; keep_older=true keeps them"
     *_, told = StudyJobs(jobs().plan, keep_older=True).check()

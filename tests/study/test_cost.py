@@ -47,7 +47,7 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
     held = yielding.replace(slip_model="cattaneo_mindlin")
     assert greatest_contact_radius(held) == greatest_contact_radius(worn)
-    assert estimate(held).convolutions < 0.2 * estimate(yielding).convolutions
+    assert estimate(held).steps < 0.2 * estimate(yielding).steps
 
 
 @pytest.mark.parametrize("given", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
@@ -93,17 +93,6 @@ def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
         assert tight.seconds > usual.seconds
 
 
-def test_smooth_elastic_cases_are_expected_to_reach_the_usual_accuracy_at_once():
-    """Equal cells need the run on default ones in any case."""
-    rings = steel(accuracy=0.02, slip_model="jaeger")
-    for case in (rings, steel(accuracy=0.02, roughness=SHALLOW)):
-        wide, narrow = (estimate(case.replace(accuracy=a)) for a in (0.02, 0.002))
-        assert narrow.ends[0] == near(wide.ends[0], rel=0.2)
-        assert wide.seconds == near(wide.ends[0])
-        assert (narrow.seconds > 1.02 * narrow.ends[0]) == (case is rings)
-        assert narrow.seconds < narrow.ends[1]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
@@ -115,12 +104,11 @@ def test_smooth_elastic_cases_are_expected_to_reach_the_usual_accuracy_at_once()
         {"cycles": 7000, "plastic_limit": 4.5e9, "slip_model": "cattaneo_mindlin", "cell": 3e-6},
     ],
 )
-def test_the_steps_and_convolutions_of_a_run_are_about_those_expected(changes):
+def test_the_steps_and_cells_of_a_run_are_about_those_expected(changes):
     case = steel(**changes)
     *others, last = steps(case)
     expected = estimate(case)
     assert expected.steps == near(len(others), rel=0.3)
-    assert 0.5 < expected.convolutions / last.state.convolutions < 2.0
     cells = last.state.geometry.plane(case.grid_spacing).shape
     assert 0.5 < expected.cells / math.prod(cells) < 2.0
 
@@ -216,13 +204,7 @@ def test_ridges_of_a_wavy_cylinder_are_resolved(amplitude, slope, changes):
         assert getattr(found, name) == near(getattr(right, name), rel=0.03), name
 
 
-RIDGES = {"amplitude": 1e-7, "slope_x": 0.25, "slope_y": 0.0}
 LONG = {"amplitude": 1e-7, "slope_x": 1e-3, "slope_y": 1e-3}
-
-
-def kinds(**changes):
-    told = [warning.what for warning in case_warnings(steel(**changes))]
-    return [" ".join(what.split()[:4]) for what in told]
 
 
 def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zone_to_nothing():
@@ -233,10 +215,8 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
     assert not case_warnings(elastic)
 
 
-@pytest.mark.parametrize(
-    ("ratio", "times", "wrong"), [(0.2, 3.0, "plastic volume alone"), (0.5, 4.0, "wear")]
-)
-def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, wrong, monkeypatch):
+@pytest.mark.parametrize(("ratio", "times"), [(0.2, 3.0), (0.5, 4.0)])
+def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, monkeypatch):
     """Rings, which see it, tell when: up to a third later than the doubt has it."""
     capped = {"tangential_ratio": ratio, "plastic_limit": times * steel().hertz_pressure}
     fine = steel(**capped, cycles=20000, tolerance=0.002, error_estimate=False)
@@ -244,36 +224,21 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
     monkeypatch.setattr(Sphere, "is_axisymmetric", False)
     assert not case_warnings(steel(**capped, cycles=int(yields / 1.4)))
     (warning,) = case_warnings(steel(**capped, cycles=math.ceil(yields)))
-    assert f"its {wrong} is wrong" in warning.what
+    assert "narrower than a cell" in warning.what
 
 
-STIFF = {"youngs_modulus": (208e9, 70e9), "poisson_ratio": (0.3, 0.33)}  # β = 0.12
-
-
-@pytest.mark.parametrize(
-    ("changes", "told"),
-    [
-        # Steel on aluminium: nothing over many cycles, unless friction is high.
-        ({"friction": 0.2, "cycles": 1000}, []),
-        ({"friction": 0.9, "cycles": 1000}, ["also moves their surfaces apart"]),
-        ({"friction": 0.2, "cycles": 20}, ["so few cycles"]),
-        ({"friction": 0.9, "cycles": 1}, ["also moves their surfaces apart", "so few cycles"]),
-    ],
-)
-def test_unlike_bodies_are_doubted_in_first_cycles_and_where_friction_moves_them_apart(
-    changes, told
-):
-    case = steel(**STIFF, **changes, tangential_ratio=0.8)
-    found = case_warnings(case)
-    assert len(found) == len(told)
-    assert all(words in warning.what for words, warning in zip(told, found, strict=True))
+@pytest.mark.parametrize(("friction", "is_told"), [(0.2, False), (0.9, True)])
+def test_steel_on_aluminium_is_doubted_if_much_friction_moves_the_surfaces_apart(friction, is_told):
+    pair = {"youngs_modulus": (208e9, 70e9), "poisson_ratio": (0.3, 0.33)}  # β = 0.12
+    told = [each.what for each in case_warnings(steel(**pair, friction=friction))]
+    assert is_told == any("also moves their surfaces apart" in what for what in told)
 
 
 def test_dundurs_constant_is_that_of_the_closed_form():
     """Steel on a rigid body: β = (1 − 2ν)/(2 (1 − ν)); alike or incompressible bodies have none."""
     rigid = {"youngs_modulus": (208e9, 208e18)}
     (warning,) = case_warnings(steel(**rigid))
-    assert f"β = {(1 - 2 * 0.3) / (2 * (1 - 0.3)):.2g}," in warning.detail
+    assert f"β = {(1 - 2 * 0.3) / (2 * (1 - 0.3)):.2g}:" in warning.detail
     assert not case_warnings(steel(**rigid, poisson_ratio=(0.5, 0.3)))
 
 

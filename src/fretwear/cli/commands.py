@@ -140,38 +140,28 @@ def plan(
         bool, typer.Option("--all", help=f"Print all points, even if more than {_MOST_ROWS}.")
     ] = False,
 ) -> None:
-    """Print the points of a study with the time and memory that each will take; run nothing.
-
-    Times are for this machine, whose speed is measured briefly.
-    """
+    """Print the points of a study with the time and memory that each will take; run nothing."""
     from fretwear.run import resources
     from fretwear.study.reading import load_plan
     from fretwear.units import duration_text, size_text
 
     planned = load_plan(file, set_ or ())
-    speed = resources.machine_speed()
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few
-    rows = [*planned.rows(0, shown, speed), *planned.rows(max(shown, points - few), None, speed)]
+    rows = [*planned.rows(0, shown), *planned.rows(max(shown, points - few), None)]
     lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
     if left := points - len(rows):
         lines.insert(1 + few, f"... {left} more points, which --all prints ...")
-    derived = [f"{words[0].upper()}{words[1:]}: {text}." for words, text in planned.derived()]
-    for line in (*lines, "", *derived):
+    for line in (*lines, ""):
         say(line)
     jobs = resources.grouped(planned)
     at_once = min(resources.cores(), len(jobs))
-    alone, together = (resources.study_seconds(planned, n, speed) for n in (1, at_once))
-    shared = f", {duration_text(together)} on {at_once} cores" if at_once > 1 else ""
-    after = duration_text(resources.seconds_after(planned) / speed)
-    # What cases take beyond what is expected if all of them use up their budgets.
-    more = sum(cost.ends[-1] - cost.seconds for cost in planned.estimates.values() if cost.ends)
-    most = duration_text(alone + more / speed)
-    budgets = "" if more < alone else f" (up to {most} if every case uses up its budget)"
+    alone, together = (duration_text(resources.study_seconds(planned, n)) for n in (1, at_once))
+    shared = f", {together} on {at_once} cores" if at_once > 1 else ""
     say(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
-        f"job{'s' * (len(jobs) != 1)}: about {duration_text(alone)} on one core{budgets}{shared}, "
-        f"{after} of it for figures and report, "
+        f"job{'s' * (len(jobs) != 1)}: about {alone} on one core{shared}, "
+        f"{duration_text(resources.seconds_after(planned))} of it for figures and report, "
         f"up to {size_text(planned.memory_bytes)} of memory per job, "
         f"about {size_text(planned.file_bytes)} of files."
     )
@@ -332,7 +322,7 @@ def figures(file: StudyFile, results: Results = None) -> None:
         check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history)
-        for remark in remarks_on_summary(summary):
+        for remark in remarks_on_summary(summary, study):
             note(remark)
     say(f"{drawn}: {len(entries)} figures")
 

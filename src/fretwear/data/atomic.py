@@ -7,13 +7,11 @@ import os
 import secrets
 import shutil
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _CREATE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
-_ABANDONED_SECONDS = 24 * 3600.0
 _NEARLY_FULL_BYTES = 1 << 20
 
 
@@ -34,22 +32,16 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The temporary name is unique, so that processes which write the same file never mix their
     output; the last one prevails. On any error, interrupts included, the temporary file is removed
-    and an existing file stays as it is. The temporary file of a killed process is removed after a
-    day. `DataFileError` if the disk is full or the folder cannot be created or written to.
+    and an existing file stays as it is. `DataFileError` if the disk is full or the folder cannot be
+    created or written to.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        for old in path.parent.glob(f".{path.name}.*.tmp"):
-            with suppress(OSError):
-                if time.time() - old.stat().st_mtime > _ABANDONED_SECONDS:
-                    old.unlink()
         # The netCDF library reports every failure to create a file as a lack of permission.
         os.close(os.open(temporary, _CREATE, 0o666))
         yield temporary
-        with temporary.open("rb+") as written:
-            os.fsync(written.fileno())
         temporary.replace(path)
     except (OSError, RuntimeError) as cause:
         raise _write_error(path, cause) from cause

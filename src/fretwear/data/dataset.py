@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import NoReturn, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -82,39 +82,6 @@ class Accessor:
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
 
-    def __getattr__(self, name: str) -> NoReturn:
-        """Point to a variable of the dataset, which is no method of the accessor."""
-        is_variable = not name.startswith("_") and name in self._dataset.variables
-        hint = f"; the variable is dataset[{name!r}]" if is_variable else ""
-        raise AttributeError(f"'fretwear' accessor has no attribute {name!r}{hint}")
-
-    def __repr__(self) -> str:
-        sizes = {str(name): size for name, size in self._dataset.sizes.items()}
-        cells = " × ".join(str(sizes.pop(axis)) for axis in (X.name, Y.name) if axis in sizes)
-        others = [f"{size} {name}{'s' * (size != 1)}" for name, size in sizes.items()]
-        shape = ", ".join([*others, *([f"{cells} cells"] if cells else [])])
-        return f"<fretwear {self._dataset.attrs.get('case_id', 'dataset')}: {shape}>"
-
-    def _repr_html_(self) -> str:
-        """Return the identity and, of a point contact, a small map of the wear, for notebooks."""
-        from html import escape
-
-        head = f"<code>{escape(repr(self))}</code>"
-        if {X.name, Y.name, "wear_depth"} - self._dataset.variables.keys():
-            return head
-        from base64 import b64encode
-        from io import BytesIO
-
-        from matplotlib.figure import Figure
-
-        figure, file = Figure(figsize=(3.4, 2.6), dpi=80, layout="constrained"), BytesIO()
-        axes = figure.subplots()
-        self.map("wear_depth").plot(ax=axes, cmap="inferno_r")  # type: ignore[call-arg]
-        axes.set_aspect("equal")
-        figure.savefig(file, format="png")
-        picture = b64encode(file.getvalue()).decode("ascii")
-        return f"{head}<br><img alt='wear depth' src='data:image/png;base64,{picture}'>"
-
     @property
     def case(self) -> Case:
         """The case that the dataset belongs to; see `case_of`."""
@@ -155,15 +122,11 @@ class Accessor:
         Its ``plot()`` has the slip direction to the right. ``cycle`` selects the nearest snapshot,
         the last one by default; a KeyError says that there is no such field.
         """
-        kept = {X.name, Y.name, CYCLE.name}
-        sizes = self._dataset[name].sizes if name in self._dataset.variables else {}
-        if {*sizes} - {CYCLE.name} != {X.name, Y.name}:
-            variables = self._dataset.data_vars.items()
-            dims = {X.name, Y.name}
-            fields = [str(field) for field, of in variables if {*of.dims} - {CYCLE.name} == dims]
-            if not fields:
-                raise KeyError(f"{name!r} is no field over x and y alone; select one case first")
-            raise KeyError(f"{name!r} is no field over x and y; the dataset has {listed(fields)}")
+        kept, variables = {X.name, Y.name, CYCLE.name}, self._dataset.data_vars
+        fields = [n for n, of in variables.items() if {X.name, Y.name} <= {*of.dims} <= kept]
+        if name not in fields:
+            there = listed([*map(str, fields)]) if fields else "none"
+            raise KeyError(f"{name!r} is no field over x and y of one case; there are {there}")
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -34,8 +34,6 @@ from fretwear.results import (
 from fretwear.study.problems import as_cell
 from fretwear.units import in_unit
 
-Rows = NDArray[np.intp]
-
 # An ensemble has at least this many seeds: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
@@ -57,7 +55,6 @@ COLUMNS = (
 # Spread of logarithms of factors that matters, and the share of it that a parameter must explain.
 _MATTERS, _EXPLAINED = math.log(1.05), 0.3
 _FOLDS, _DRAWS, _MOST_EMULATED = 8, 1024, 1000
-_KERNELS = (("cubic", 1), ("quintic", 2))  # radial functions, with the degree of their polynomial
 
 
 def point_dims(summary: xr.Dataset) -> tuple[str, ...]:
@@ -97,147 +94,92 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     return {str(name): about.isel({CYCLE.name: last}).values for name, about in table.items()}
 
 
-def results_table(summary: xr.Dataset) -> str:
-    """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
+def points_table(summary: xr.Dataset) -> pd.DataFrame:
+    """Return the points of a merged study as rows: id, status, parameters, final values, SI units.
+
+    Parameters are in the order of the study, the varied ones first.
+    """
     dims, varied = set(point_dims(summary)), varied_names(summary)
     along = [str(name) for name, about in summary.variables.items() if set(about.dims) <= dims]
     placed = {*BOOKKEEPING, *varied, CODE_DIGEST.name}
-    named = [*varied, *(name for name in along if name not in placed)]
-    columns = {
-        CASE_ID.name: point_values(summary, CASE_ID.name).tolist(),
-        STATUS.name: [PointStatus(int(s)).word for s in point_values(summary, STATUS.name)],
-        **{name: point_values(summary, name).tolist() for name in named},
-        **{name: values.ravel().tolist() for name, values in final_results(summary).items()},
-        CODE_DIGEST.name: point_values(summary, CODE_DIGEST.name).tolist(),
-    }
-    cells = {
-        name: [as_cell(v) if not isinstance(v, float) else v for v in values]
-        for name, values in columns.items()
-    }
-    table = pd.DataFrame(cells).rename(columns=WRITTEN)
+    names = [CASE_ID.name, STATUS.name, *varied, *(name for name in along if name not in placed)]
+    columns = {name: point_values(summary, name) for name in names}
+    columns[STATUS.name] = np.array([PointStatus(int(s)).word for s in columns[STATUS.name]])
+    columns |= {name: values.ravel() for name, values in final_results(summary).items()}
+    if CODE_DIGEST.name in summary:
+        columns[CODE_DIGEST.name] = point_values(summary, CODE_DIGEST.name)
+    return pd.DataFrame({name: list(values) for name, values in columns.items()})
+
+
+def results_table(summary: xr.Dataset) -> str:
+    """Return the points of a merged study as CSV; see `points_table`."""
+    table = points_table(summary).rename(columns=WRITTEN)
+    texts = table.select_dtypes(exclude="number").columns
+    table[texts] = table[texts].map(as_cell)
     text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
     return text
 
 
 @dataclass(frozen=True)
 class Points:
-    """The n finished points of a study as rows."""
+    """The n finished points of a study as rows of a table."""
 
+    # By case id: the index of the level of each varied parameter, and every scalar after the last
+    # cycle, SI units. A scalar is NaN if its estimated error is as large, as at a singular peak or
+    # for the dissipation after wear has ceased. The central pressure is NaN too if the centre is
+    # open, as in a valley of waves.
+    table: pd.DataFrame
     # The distinct values of each varied parameter: numbers increasing, text as in the study.
     levels: Mapping[str, tuple[Any, ...]]
-    places: Rows  # shape (n, k): index of the level of each parameter at each point
     variables: Mapping[str, Variable]  # of the results; in a line contact some are per length
-    # Every scalar after the last cycle, SI units, shape (n,). It is NaN if its estimated error is
-    # as large, as at a singular peak or for the dissipation after wear has ceased. The central
-    # pressure is NaN too if the centre is open, as in a valley of waves.
-    results: Mapping[str, Array]
-    parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
-    ids: tuple[str, ...]  # of the cases
     drawn: Mapping[str, Mapping[str, float | str]]  # the range from which a parameter was drawn
 
     @classmethod
     def of(cls, summary: xr.Dataset) -> Points:
         """Return the finished points of a merged study."""
-        dims = set(point_dims(summary))
-        done = point_values(summary, STATUS.name) == PointStatus.DONE
-        levels, places, drawn = {}, [], {}
+        rows = points_table(summary)
+        rows = rows[rows[STATUS.name] == PointStatus.DONE.word].set_index(CASE_ID.name)
+        levels, drawn = dict[str, tuple[Any, ...]](), {}
+        table = pd.DataFrame(index=rows.index.rename("id"))
         for name in varied_names(summary):
             about = summary.variables[name].attrs
             if "drawn_from" in about:
                 drawn[name] = about
-            values = point_values(summary, name)[done].tolist()
+            values = [in_unit(value, about.get("units", "")) for value in rows[name].tolist()]
             place, distinct = pd.factorize(
-                np.array([in_unit(value, about.get("units", "")) for value in values], object),
-                sort=not any(isinstance(value, str) for value in values),
+                np.array(values, object), sort=not any(isinstance(v, str) for v in values)
             )
             if len(distinct) > 1:
-                levels[name] = tuple(distinct)
-                places.append(place)
-        results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
+                levels[name], table[name] = tuple(distinct), place
+        results = rows[[*final_results(summary)]]
         for name in results:
-            error = results.get(f"{name}_error", np.zeros(int(done.sum())))
-            unknown = (results[name] != 0.0) & (error >= np.abs(results[name]))
-            results[name] = np.where(unknown, np.nan, results[name])
-        if "central_pressure" in results:
-            central = results["central_pressure"]
-            results["central_pressure"] = np.where(central == 0.0, np.nan, central)
-        numbers = {
-            str(name): point_values(summary, str(name))[done]
-            for name, about in summary.variables.items()
-            if name not in RESULTS and set(about.dims) <= dims and about.values.dtype.kind == "f"
-        }
-        changing = {n: values for n, values in numbers.items() if len(set(values.tolist())) > 1}
-        ids = tuple(map(str, point_values(summary, CASE_ID.name)[done]))
-        rows = np.reshape(np.array(places, dtype=np.intp), (len(levels), len(ids))).T
+            error = results.get(f"{name}_error", 0.0 * results[name])
+            table[name] = results[name].mask((results[name] != 0.0) & (error >= abs(results[name])))
+        if "central_pressure" in table:
+            table["central_pressure"] = table["central_pressure"].replace(0.0, np.nan)
         variables = {
             name: result.in_units(summary.variables[name].attrs.get("units", result.si_unit))
             for name in results
             if (result := RESULTS.get(name))
         }
-        return cls(levels, rows, variables, results, changing, ids, drawn)
+        return cls(table, levels, variables, drawn)
 
     @cached_property
-    def table(self) -> pd.DataFrame:
-        """Every case once: the places of its levels and its results, by case id."""
-        columns = {name: self.place(name) for name in self.levels} | dict(self.results)
-        return pd.DataFrame(columns, index=pd.Index(self.ids, name="id"))
+    def results(self) -> Mapping[str, Array]:
+        """The scalars of the table by name, shape (n,)."""
+        scalars = self.table.drop(columns=[*self.levels])
+        return {str(name): values.to_numpy() for name, values in scalars.items()}
 
-    @cached_property
-    def lines(self) -> Mapping[str, list[list[int]]]:
-        """Rows of two or more cases that differ only in one parameter, in order of its levels."""
-        by_parameter = {}
-        for axis, name in enumerate(self.levels):
-            lines: dict[bytes, dict[str, int]] = {}
-            others = np.ascontiguousarray(np.delete(self.places, axis, axis=1))
-            for row in np.argsort(self.places[:, axis], kind="stable").tolist():
-                # Several points may be one case: slopes do not matter on a smooth surface.
-                lines.setdefault(others[row].tobytes(), {}).setdefault(self.ids[row], row)
-            by_parameter[name] = [[*line.values()] for line in lines.values() if len(line) > 1]
-        return by_parameter
-
-    def place(self, name: str) -> Rows:
+    def place(self, name: str) -> NDArray[np.intp]:
         """Return the index of each point's level of a parameter."""
-        return self.places[:, list(self.levels).index(name)]
+        return self.table[name].to_numpy()
 
-    def importance(self, parameter: str, result: str) -> tuple[float, float]:
-        """Return how much a parameter changes a result, for comparison with other parameters.
-
-        The first number is the share of its lines in which the result is zero at some points only;
-        the second is the mean, over the other lines, of the logarithm of the largest over the
-        smallest result.
-        """
-        lines = [self.results[result][line] for line in self.lines[parameter]]
-        finite = [line[np.isfinite(line)] for line in lines]
-        positive = [line for line in finite if (line > 0.0).any()]
-        sizes = [math.log(line.max() / line.min()) for line in positive if line.min() > 0.0]
-        appearing = (len(positive) - len(sizes)) / len(lines)
-        return appearing, math.fsum(sizes) / len(sizes) if sizes else 0.0
-
-    def leading(self, result: str) -> list[str]:
-        """Return the parameters by their influence on a result, the strongest first.
-
-        In a sample they are ranked by Sobol indices or, without them, by rank correlation. Seeds,
-        which have no order, are left out.
-        """
-        names = [name for name in self.levels if name != SEED]
-        if any(self.lines[name] for name in names):
-            paired = [name for name in names if self.lines[name]]
-            return sorted(paired, key=lambda name: self.importance(name, result), reverse=True)
-        values, columns = self.results[result], [self.levels_of(name) for name in names]
-        defined = np.isfinite(values)
-        if result in self.indices and len(names) == len(self.levels):
-            influence = self.indices[result].total
-        elif columns and defined.sum() > 2 and np.ptp(values[defined]) > 0.0:
-            places = np.column_stack(columns)[defined]
-            influence = np.abs(rank_correlations(places, values[defined, None])[:, 0])
-        else:
-            influence = np.zeros(len(names))
-        return [names[place] for place in np.argsort(-np.nan_to_num(influence), kind="stable")]
-
-    def levels_of(self, name: str) -> Array:
+    def values(self, name: str) -> Array:
         """Return the value of a parameter at each point, the place of its level if it is text."""
-        values = self.parameters.get(name)
-        return self.place(name).astype(np.float64) if values is None else values
+        levels = self.levels[name]
+        is_text = any(isinstance(level, str) for level in levels)
+        numbers = np.arange(len(levels)) if is_text else np.array(levels)
+        return numbers.astype(np.float64)[self.place(name)]
 
     @property
     def sizes(self) -> list[int]:
@@ -255,34 +197,35 @@ class Points:
             drawn = self.drawn[name]
             scale = np.log if drawn["drawn_on"] == "log" else np.asarray
             low, high = (scale(float(drawn[key])) for key in ("drawn_from", "drawn_to"))
-            columns.append(np.clip((scale(self.parameters[name]) - low) / (high - low), 0.0, 1.0))
+            columns.append(np.clip((scale(self.values(name)) - low) / (high - low), 0.0, 1.0))
         return np.column_stack(columns)
+
+    def rank_correlations(self, result: str) -> pd.Series[float]:
+        """Return Spearman's rank correlation of each parameter with a result, by name."""
+        values = pd.DataFrame({name: self.values(name) for name in self.levels})
+        ranks: pd.Series[float] = values.corrwith(
+            pd.Series(self.results[result]), method="spearman"
+        )
+        return ranks
 
     @cached_property
     def indices(self) -> Mapping[str, Indices]:
         """The Sobol indices of every scalar of a sample, none of other studies.
 
-        They refer to the logarithm of the scalar if its emulator is good, since results scale with
-        powers of the parameters. Constant results, and results undefined
-        at some point, are left out.
+        They refer to the logarithm of a scalar that is positive, since results scale with powers of
+        the parameters. Constant results, and results undefined at some point, are left out.
         """
-        if not self.drawn:
-            return {}
         columns = {
-            (name, False): values
+            name: np.log(values) if values.min() > 0.0 else values
             for name, values in self.results.items()
             if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
         }
-        columns |= {(name, True): np.log(v) for (name, _), v in columns.items() if v.min() > 0.0}
-        if not columns or len(self.ids) < 2 * (len(self.levels) + 1):
+        # The points, less an eighth, determine the quadratic part of the emulator.
+        terms = math.comb(len(self.levels) + 2, 2)
+        if not (self.drawn and columns) or terms > 0.8 * len(self.table):
             return {}
-        best: dict[str, Indices] = {}
         fits = sobol_indices(self.unit, np.column_stack([*columns.values()]), self.sizes)
-        for (name, of_logarithm), fit in zip(columns, fits, strict=True):
-            # Logarithms come last.
-            if name not in best or fit.quality >= min(GOOD, best[name].quality):
-                best[name] = replace(fit, of_logarithm=of_logarithm)
-        return best
+        return dict(zip(columns, fits, strict=True))
 
 
 def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.DataFrame:
@@ -382,13 +325,12 @@ class Indices:
     first_range: Array
     total_range: Array
     quality: float  # share of the variance predicted at points left out, 1 at best
-    of_logarithm: bool = False  # whether the indices refer to the logarithm of the result
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
     """Return the Sobol indices of functions, given their values at points that fill the unit cube.
 
-    An emulator of radial functions interpolates the values, and `scipy.stats.sobol_indices`
+    An emulator of quintic radial functions interpolates the values, and `scipy.stats.sobol_indices`
     integrates it. Their intervals come from emulators that leave out one eighth of the points each
     (delete-a-group jackknife). Of more than 1000 points, the first 1000 are used.
 
@@ -409,33 +351,21 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     unit, values = unit[:_MOST_EMULATED], values[:_MOST_EMULATED]
     count, dimensions = unit.shape
     listed = np.array(sizes or (0,) * dimensions)
-    scaled = (values - values.mean(axis=0)) / np.where(
-        np.ptp(values, axis=0), values.std(axis=0), 1
-    )
+    spread = np.where(np.ptp(values, axis=0), values.std(axis=0), 1)
+    scaled = (values - values.mean(axis=0)) / spread
     fold = np.random.default_rng(0).permutation(count) % min(_FOLDS, count)
-    emulators, quality = [], []
-    for kernel, degree in _KERNELS:
-        if math.comb(dimensions + degree, degree) > count - (fold == 0).sum():
-            continue
-        fits = [
-            RBFInterpolator(unit[kept], scaled[kept], kernel=kernel, degree=degree)
-            for kept in (*(fold != k for k in range(fold.max() + 1)), fold >= 0)
-        ]
-        missed = [fit(unit[fold == k]) - scaled[fold == k] for k, fit in enumerate(fits[:-1])]
-        emulators.append(fits)
-        quality.append(1.0 - (np.concatenate(missed) ** 2).mean(axis=0))
-    best = np.argmax(quality, axis=0)
-    found: dict[int, Indices] = {}
-    for number in sorted({*best.tolist()}):
-        shares = np.clip([_shares(fit, listed) for fit in emulators[number]], 0.0, 1.0)
-        # Shape (first or total, function, parameter).
-        spread = 1.96 * np.sqrt((len(shares) - 2) * shares[:-1].var(axis=0))
-        ranges = np.clip([shares[-1] - spread, shares[-1] + spread], 0.0, 1.0)
-        for place in np.flatnonzero(best == number).tolist():
-            (first, total), ends = shares[-1][:, place], ranges[:, :, place]
-            reached = float(quality[number][place])
-            found[place] = Indices(first, total, ends[:, 0], ends[:, 1], reached)
-    return [found[place] for place in range(values.shape[1])]
+    kept = (*(fold != k for k in range(fold.max() + 1)), fold >= 0)
+    fits = [RBFInterpolator(unit[some], scaled[some], kernel="quintic", degree=2) for some in kept]
+    missed = [fit(unit[fold == k]) - scaled[fold == k] for k, fit in enumerate(fits[:-1])]
+    quality = 1.0 - (np.concatenate(missed) ** 2).mean(axis=0)
+    # Shape (emulator, first or total, function, parameter).
+    shares = np.clip([_shares(fit, listed) for fit in fits], 0.0, 1.0)
+    apart = 1.96 * np.sqrt((len(shares) - 2) * shares[:-1].var(axis=0))
+    ends = np.clip([shares[-1] - apart, shares[-1] + apart], 0.0, 1.0)
+    return [
+        Indices(*shares[-1][:, n], ends[:, 0, n], ends[:, 1, n], float(quality[n]))
+        for n in range(values.shape[1])
+    ]
 
 
 def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
@@ -450,10 +380,3 @@ def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
     found = stats.sobol_indices(func=function, n=_DRAWS, dists=uniform, rng=0)
     both = [np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)]
     return np.asarray(np.nan_to_num(both), np.float64)
-
-
-def rank_correlations(unit: Array, values: Array) -> Array:
-    """Return Spearman's rank correlation of each coordinate with each function, shape (d, k)."""
-    ranks = stats.rankdata(np.column_stack([unit, values]), axis=0)
-    d = unit.shape[1]
-    return np.asarray(np.corrcoef(ranks, rowvar=False))[:d, d:]

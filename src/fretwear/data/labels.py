@@ -34,9 +34,9 @@ from fretwear.results import (
     of_steps,
     scalars_of,
 )
-from fretwear.study.case_warnings import Unreached, case_warnings
+from fretwear.study.case_warnings import CaseWarning, case_warnings
 from fretwear.units import ContactFrame
-from fretwear.version import __version__, code_digest
+from fretwear.version import __version__, case_digest
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -63,7 +63,7 @@ def case_dataset(
     *,
     computed: Case | None = None,
     trouble: str = "",
-    unreached: Unreached | None = None,
+    unreached: CaseWarning | None = None,
     beyond_friction: float = 0.0,
     symmetry: str = "even_xy",
     command: str = "fretwear.simulate",
@@ -81,22 +81,21 @@ def case_dataset(
     the stick zone in which shear had to be cut. A case that asks for an accuracy was `computed` on
     cells of its own, and may not have reached it.
 
-    Raises a ValueError if variables are missing, unknown or of the wrong shape, or have values that
+    A KeyError names a variable that is missing, a ValueError one with values that
     `Variable.allows` refuses.
     """
     dims, errors = case.frame.dims, errors or {}
     along = dict(zip(dims, (cycles, x, y), strict=False))
     coordinates = _variables((CYCLE, X, Y)[: len(dims)], along)
-    shape = tuple(coordinates[name].size for name in dims)
     optional = (field for field in (*BODY_FIELDS, *VECTOR_FIELDS) if field.name in fields)
     of_bodies = (s.in_frame(case.frame) for s in BODY_SCALARS if s.name in scalars)
     of_scalars = (*scalars_of(case.frame), *of_bodies)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
-        **_variables((*FIELDS, *optional), fields, dims, shape),
-        **_variables(of_scalars, scalars, dims[:1], shape[:1]),
-        **_variables(of_errors, by_name, dims[:1], shape[:1]),
+        **_variables((*FIELDS, *optional), fields, dims),
+        **_variables(of_scalars, scalars, dims[:1]),
+        **_variables(of_errors, by_name, dims[:1]),
     }
     for name, (value, units, words) in (computed or case).scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
@@ -118,7 +117,7 @@ def case_dataset(
         "history": history_line(command),
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
-        CODE_DIGEST.name: code_digest(),
+        CODE_DIGEST.name: case_digest(case),
         "symmetry": symmetry,
         "warnings": "\n".join(map(str, reasons)),
         "complete": 1,
@@ -137,14 +136,14 @@ def history_dataset(
 
     The scalars of a frame without `AT_SNAPSHOTS` are in SI units, for the whole contact, at
     the increasing, possibly fractional cycle of each step, with the estimated relative error of
-    each step and its convolutions. Raises a ValueError as `case_dataset` does.
+    each step and its convolutions. Raises the errors of `case_dataset`.
     """
-    dims, steps = (STEP.name,), np.arange(np.size(cycles))
+    steps = np.arange(np.size(cycles))
     expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
     given = {**scalars, "error_estimate": error_estimate, "convolutions": convolutions}
     return xr.Dataset(
-        _variables(expected, given, dims, steps.shape),
-        _variables((STEP, CYCLE), {"step": steps, "cycle": cycles}, dims),
+        _variables(expected, given, (STEP.name,)),
+        _variables((STEP, CYCLE), {"step": steps, "cycle": cycles}, (STEP.name,)),
         {"title": "Every accepted step of the run", **FORMAT},
     )
 
@@ -157,44 +156,31 @@ def loops_dataset(
     A loop has every variable of `LOOP` in SI units, from +Q over −Q back to +Q, along a ``phase``
     from 0 to 1. Forces of a line contact are per length.
     """
-    shape = np.shape(loops[LOOP[0].name])
     variables = [variable.in_frame(frame) for variable in LOOP]
-    along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, shape[1])}
+    along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, np.shape(loops[LOOP[0].name])[1])}
     return xr.Dataset(
-        _variables(variables, loops, (*along,), shape),
+        _variables(variables, loops, (*along,)),
         _variables((CYCLE, PHASE), along),
         {"title": "Force and displacement round a cycle", **FORMAT},
     )
 
 
 def _variables(
-    expected: Iterable[Variable],
-    given: Mapping[str, ArrayLike],
-    dims: tuple[str, ...] = (),
-    shape: tuple[int, ...] | None = None,
+    expected: Iterable[Variable], given: Mapping[str, ArrayLike], dims: tuple[str, ...] = ()
 ) -> dict[str, xr.Variable]:
-    """Return arrays as variables; a ValueError lists what is missing, unknown or wrong.
+    """Return arrays as variables; without dimensions, each lies along the one of its name.
 
-    Without dimensions, an array lies along the dimension of its name.
+    A KeyError names what is missing, a ValueError an array that `Variable.allows` refuses.
     """
-    variables = {variable.name: variable for variable in expected}
-    arrays = {name: np.asarray(values) for name, values in given.items()}
-    wrong = [f"{name} is missing" for name in variables.keys() - arrays.keys()]
-    for name, values in arrays.items():
-        if name not in variables:
-            wrong.append(f"{name} is not known")
-        if shape not in (None, values.shape):
-            wrong.append(f"{name} has shape {values.shape}, expected {shape}")
-        if name in variables and not variables[name].allows(values):
-            wrong.append(f"{name} holds values that are not finite")
-    if wrong:
-        raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")
-    return {
-        name: xr.Variable(
-            dims or (name,), arrays[name].astype(about.dtype, copy=False), about.attributes
-        )
-        for name, about in variables.items()
-    }
+    variables = {}
+    for about in expected:
+        values = np.asarray(given[about.name])
+        if not about.allows(values):
+            raise ValueError(f"{about.name} holds values that are not finite")
+        along = dims or (about.name,)
+        kept = values.astype(about.dtype, copy=False)
+        variables[about.name] = xr.Variable(along, kept, about.attributes)
+    return variables
 
 
 @cache

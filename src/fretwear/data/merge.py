@@ -39,7 +39,7 @@ from fretwear.results import (
     X,
     Y,
 )
-from fretwear.version import code_digest
+from fretwear.version import case_digest, code_digest
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -136,7 +136,7 @@ def merge_study(
             **parameters,
         }
     ).assign_coords(coordinates)
-    remarks = remarks_on(row.digest for row in rows.values())
+    remarks = remarks_on((row.digest, points[number][1]) for number, row in rows.items())
     summary.attrs = {
         "title": study.title,
         **FORMAT,
@@ -170,7 +170,8 @@ def _read_case(path: Path, case: Case, keep_older: bool, about: dict[str, dict[s
         if lacking := sorted({*asked} - {*cycles}):
             numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
             raise DataFileError(path, f"it has no snapshot at cycle {numbers}", _RUN_AGAIN)
-        if (digest := getattr(file, CODE_DIGEST.name, "")) != code_digest() and not keep_older:
+        digest = getattr(file, CODE_DIGEST.name, "")
+        if digest != case_digest(case) and not keep_older:
             problem = "it was computed by another version of the code (its code_digest differs)"
             raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")
         at = np.searchsorted(cycles, asked)
@@ -312,22 +313,24 @@ def _varied(study: Study, axis: Axis, about: Mapping[str, object] | None) -> xr.
     return xr.Variable((dim,), values, attributes)
 
 
-def remarks_on(digests: Iterable[str]) -> list[str]:
-    """Return a remark if cases that are done, given by their digests, are of other code."""
-    digests = list(digests)
-    older = [digest or "missing" for digest in digests if digest != code_digest()]
-    were = f"case{'s' * (len(digests) > 1)} {'was' if len(older) == 1 else 'were'}"
+def remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
+    """Return a remark if cases that are done, given with their digests, are of other code."""
+    pairs = [(digest, case_digest(case)) for digest, case in done if case is not None]
+    older = [digest or "missing" for digest, now in pairs if digest != now]
+    were = f"case{'s' * (len(pairs) > 1)} {'was' if len(older) == 1 else 'were'}"
     remark = (
-        f"{len(older)} of {len(digests)} {were} computed by another version of the code: "
+        f"{len(older)} of {len(pairs)} {were} computed by another version of the code: "
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
     return [remark] if older else []
 
 
-def remarks_on_summary(summary: xr.Dataset) -> list[str]:
-    """Return the remarks of a merged study, on the present code."""
-    done = summary[STATUS.name].values == PointStatus.DONE
-    return remarks_on(summary[CODE_DIGEST.name].values[done].tolist())
+def remarks_on_summary(summary: xr.Dataset, study: Study) -> list[str]:
+    """Return the remarks of a merged study, on the present code; `check_belongs` must hold."""
+    done = summary[STATUS.name].values.ravel() == PointStatus.DONE
+    digests = summary[CODE_DIGEST.name].values.ravel()
+    cases = [point.case for point in study.points()]
+    return remarks_on((str(digests[n]), cases[n]) for n in np.flatnonzero(done))
 
 
 def check_belongs(summary: xr.Dataset, study: Study) -> None:

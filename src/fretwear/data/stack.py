@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from contextlib import AbstractContextManager, closing
-from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
@@ -148,75 +147,55 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     files: NDArray[Any] = np.full(status.shape, None)
     rows = list[Array]()
     try:
-        for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
-            files[position] = folder / "cases" / f"{ids[position]}.nc"
-            with opened_case(files[position]) as case:
+        for place in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
+            files[place] = folder / "cases" / f"{ids[place]}.nc"
+            with opened_case(files[place]) as case:
                 rows += [case[Y.name][:]] if Y.name in case.variables else []
     except DataFileError:
         summary.close()
         raise
-    with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
-        lock = store.lock
     stacked, dims = summary.copy(), contact_frame(summary.variables).dims
     if rows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = tuple(stacked[name].to_numpy() for name in dims)
+    of_cases = tuple((1,) * size for size in files.shape)
     for field in FIELDS:
-        array = _StackedField(files, field, axes, lock)
-        cycle_bytes = math.prod(array.shape[files.ndim + 1 :]) * array.dtype.itemsize
-        cycles = min(axes[0].size, max(1, _CHUNK_BYTES // cycle_bytes))
-        chunks = (*(1 for _ in files.shape), cycles, *(axis.size for axis in axes[1:]))
-        lazy = da.from_array(array, chunks, name=False)  # type: ignore[no-untyped-call]
+        of_cycle = math.prod(axis.size for axis in axes[1:]) * np.dtype(field.dtype).itemsize
+        most = max(1, _CHUNK_BYTES // of_cycle)
+        parts = np.split(axes[0], range(most, axes[0].size, most))
+        chunks = (*of_cases, tuple(part.size for part in parts), *((a.size,) for a in axes[1:]))
+        lazy = da.map_blocks(  # type: ignore[no-untyped-call]
+            _read_block,
+            files=files,
+            field=field,
+            parts=parts,
+            axes=axes[1:],
+            chunks=chunks,
+            meta=np.empty((0,) * len(chunks), field.dtype),
+        )
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
     stacked.set_close(summary.close)
     return stacked
 
 
-class _StackedField:
-    """One field of all cases as one array; indexing reads the case files.
-
-    The files are arranged like the points of the study, None where a point is not done; the axes
-    are the common cycles and positions along x and y, m. The lock is that of xarray: threads must
-    not use the netCDF library at the same time, not even to open files.
-    """
-
-    def __init__(
-        self,
-        files: NDArray[np.generic],
-        field: Variable,
-        axes: tuple[Array, ...],
-        lock: AbstractContextManager[object],
-    ) -> None:
-        self.files, self.field, self.axes, self.lock = files, field, axes, lock
-        self.shape = (*files.shape, *(axis.size for axis in axes))
-        self.ndim = len(self.shape)
-        self.dtype = np.dtype(field.dtype)
-
-    def __getitem__(self, key: tuple[int | slice, ...]) -> NDArray[np.generic]:
-        """Read a part, given by a slice or an index along every dimension."""
-        at, within = key[: self.files.ndim], key[self.files.ndim :]
-        files = np.asarray(self.files[at], dtype=object)
-        cycles, *places = (
-            np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)
-        )
-        shape = (*files.shape, cycles.size, *map(len, places))
-        values = np.full(shape, empty_value(self.field), dtype=self.dtype)
-        for position, path in np.ndenumerate(files):
-            if path is None:
-                continue
-            with self.lock, opened_case(path) as case:
-                if (field := case.variables.get(self.field.name)) is None:
-                    continue
-                stored = case[CYCLE.name][:].tolist()
-                snapshots = {
-                    row: field[stored.index(cycle)]
-                    for row, cycle in enumerate(cycles)
-                    if cycle in stored
-                }
-                cells = [case[name][:] for name in field.dimensions[1:]]
-            for row, snapshot in snapshots.items():
-                values[position][row] = resampled(snapshot, cells, places, self.field.outside)
-        single: list[int | slice] = [
-            0 if isinstance(part, Integral) else np.s_[:] for part in within
-        ]
-        return np.asarray(values[(..., *single)])
+def _read_block(
+    files: NDArray[Any],
+    field: Variable,
+    parts: Sequence[Array],
+    axes: Sequence[Array],
+    block_id: tuple[int, ...] = (),
+) -> NDArray[Any]:
+    """Read a field of one case at some cycles, at positions that all cases share."""
+    path, cycles = files[block_id[: files.ndim]], parts[block_id[files.ndim]]
+    shape = (cycles.size, *(axis.size for axis in axes))
+    values = np.full(shape, empty_value(field), dtype=field.dtype)
+    # Threads must not use the netCDF library at the same time, not even to open files.
+    if path is not None:
+        with NETCDF4_PYTHON_LOCK, opened_case(path) as case:
+            if field.name in case.variables:
+                found, stored = case[field.name], case[CYCLE.name][:]
+                cells = [case[name][:] for name in found.dimensions[1:]]
+                for row in np.flatnonzero(np.isin(cycles, stored)):
+                    snapshot = found[int(np.searchsorted(stored, cycles[row]))]
+                    values[row] = resampled(snapshot, cells, axes, field.outside)
+    return values.reshape((1,) * files.ndim + shape)

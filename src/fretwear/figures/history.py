@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -20,7 +21,6 @@ from fretwear.data.effects import (
     LEAST_SEEDS,
     SEED,
     final_results,
-    rank_correlations,
     varied_names,
 )
 from fretwear.figures.axes import (
@@ -244,10 +244,10 @@ def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:
     shown = sorted({curve.place[name] for curve in curves})
     if size > MOST_KEYED and finite:
         places = [curve.place[name] for curve in curves]
-        last = np.array([[curve.values[-1]] for curve in curves])
-        table = np.stack([values[places] for values in finite.values()], axis=1)
-        influence = np.nan_to_num(np.abs(rank_correlations(table, last)[:, 0]))
-        values, label = parameter_values(steps, [*finite][int(np.argmax(influence))])
+        last = pd.Series([curve.values[-1] for curve in curves])
+        table = pd.DataFrame({n: values[places] for n, values in finite.items()})
+        influence = table.corrwith(last, method="spearman").abs().fillna(0.0)
+        values, label = parameter_values(steps, str(influence.idxmax()))
         is_wide = 0.0 < values.min() < values.max() / _WIDE
         scale = (LogNorm if is_wide else Normalize)(values.min(), values.max())
         bar = ScalarMappable(scale, sequential_colormap())

@@ -129,9 +129,9 @@ def build_report(
         for row in matrix.rows
         for cell in row.cells
     }
-    warnings = [*remarks_on_summary(summary)]
+    warnings = remarks_on_summary(summary, plan.study)
     for what, numbers in plan.warnings.items():
-        warnings.append(f"{len(numbers)} of {len(points.ids)} cases: the contact {what}")
+        warnings.append(f"{len(numbers)} of {len(points.table)} cases: the contact {what}")
     for warning in warnings:
         tell(f"warning: {warning}")
     images = _images(folder / "figures", read_figure_index(folder / "figures"))
@@ -170,7 +170,7 @@ def build_report(
 
 def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
     """Return what there is, in a few words each: cases, cycles, errors of the key results."""
-    cases, done = plan.study.cases().values(), len(points.ids)
+    cases, done = plan.study.cases().values(), len(points.table)
     count = point_values(summary, STATUS.name).size
     finished = str(count) if done == count else f"{done} of {count}"
     facts = [f"{finished} case{'s' * (count != 1)}"]
@@ -231,7 +231,7 @@ def _computation(plan: Plan, summary: xr.Dataset) -> dict[str, str]:
             values = np.asarray(summary[name].values, dtype=np.float64).ravel()
             text = span(values[np.isfinite(values)], partial(value_text, name))
             rows[_upper(parameter(name).words)] = text
-    return rows | {_upper(words): text for words, text in plan.derived()}
+    return rows
 
 
 def _upper(words: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from fretwear.arrays import Array
-from fretwear.data.effects import GOOD, SEED, Indices, Points, rank_correlations
+from fretwear.data.effects import GOOD, SEED, Indices, Points
 from fretwear.results import Variable, headlines
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import Unit, in_unit, number_text, readable_unit, with_unit
@@ -124,12 +124,10 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
 
 def _sampled_cells(points: Points, result: str) -> list[Cell]:
     """Return cells with Sobol indices, or with rank correlations where no emulator is good."""
-    values = points.results[result]
-    defined, cells = np.isfinite(values), []
+    ranks, cells = points.rank_correlations(result), []
     indices: Indices | None = points.indices.get(result)
-    ranks = rank_correlations(points.unit[defined], values[defined, None])[:, 0]
     for place, name in enumerate(points.levels):
-        key, rank = f"{result}/{name}", float(ranks[place])
+        key, rank = f"{result}/{name}", float(ranks[name])
         if indices is not None and indices.quality >= GOOD:
             total, first = indices.total[place], indices.first[place]
             text = f"{100.0 * total:.0f}\u00a0%"

@@ -77,15 +77,18 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
     unit = about.unit or readable_unit(values, about.si_unit)
     of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
     parts = of_cell[of_cell["where"].map(len) > 0]
-    others = [other for other in points.leading(result) if other not in (name, SEED)]
-    second = next(iter(parts["where"].iloc[0])) if len(parts) else next(iter(others), "")
+    second = (
+        next(iter(parts["where"].iloc[0]), "")
+        if len(parts)
+        else _leading(points, effects, result, name)
+    )
     x, ticks = _places(points, name)
     figure = go.Figure(layout={**_LAYOUT, "xaxis": _AXIS, "yaxis": _AXIS})
     table = points.table.assign(x=x[points.place(name)], y=unit.of(values)).dropna(subset="y")
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
-        if second and second in points.parameters:
-            of_second = parameter(second).unit.of(points.parameters[second])[np.isfinite(values)]
+        if second and not any(isinstance(level, str) for level in points.levels[second]):
+            of_second = parameter(second).unit.of(points.values(second))[np.isfinite(values)]
             title = {
                 "text": f"{parameter(second).words} ({parameter(second).unit.name})".replace(
                     " ()", ""
@@ -149,6 +152,18 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
     if _is_wide(y := table["y"].to_numpy()):
         figure.update_yaxes(_log_ticks(y))
     return figure
+
+
+def _leading(points: Points, effects: pd.DataFrame, result: str, name: str) -> str:
+    """Return the parameter besides one that changes a result most; empty if there is none."""
+    others = [other for other in points.levels if other not in (name, SEED)]
+    if points.drawn:
+        influence = points.rank_correlations(result).abs().fillna(0.0)
+    else:
+        whole = effects[(effects["result"] == result) & (effects["where"].map(len) == 0)]
+        influence = whole.set_index("parameter")["factor"].map(math.log).abs().fillna(math.inf)
+    known = [other for other in others if other in influence]
+    return max(known, key=lambda other: float(influence[other]), default="")
 
 
 def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:

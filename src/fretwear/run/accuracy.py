@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from fretwear.mechanics.wear.measures import NextTips
 from fretwear.results import RESULTS
 from fretwear.study.case import Case
-from fretwear.study.case_warnings import Unreached
+from fretwear.study.case_warnings import CaseWarning
 from fretwear.study.plan import USUAL_BUDGET, affordable_width
+from fretwear.units import number_text
 
 _Columns: TypeAlias = dict[str, NDArray[np.float64]]
 
@@ -139,7 +140,7 @@ def relative_errors(
     return relative
 
 
-def unreached(case: Case, rounds: Sequence[GridRun]) -> Unreached | None:
+def unreached(case: Case, rounds: Sequence[GridRun]) -> CaseWarning | None:
     """Return which result of a case misses its accuracy most, by how much and when."""
     accuracy, last = case.asked_accuracy, rounds[-1]
     if accuracy is None or not last.errors or last.error <= accuracy:
@@ -147,7 +148,9 @@ def unreached(case: Case, rounds: Sequence[GridRun]) -> Unreached | None:
     name = max(last.errors, key=lambda name: float(last.errors[name].max()))
     cycle = case.output_cycles[int(last.errors[name].argmax())]
     of_largest = " of its largest value" if name == _OF_LARGEST else ""
-    return Unreached(accuracy, RESULTS[name].words, last.error, of_largest, cycle)
+    asked, reached = (number_text(100.0 * part, 2) for part in (accuracy, last.error))
+    detail = f"{RESULTS[name].words}: {reached} %{of_largest} at cycle {cycle}"
+    return CaseWarning(f"is computed less accurately than the {asked} % asked for", detail)
 
 
 def without_jumps(

@@ -15,7 +15,7 @@ from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.resources import require_memory
 from fretwear.run.simulate import Observer, run
 from fretwear.study.case import Case
-from fretwear.version import code_digest
+from fretwear.version import case_digest
 
 ENDED = "the process that ran it was killed, or ran out of memory or time"
 EXPECTED = (ContactError, WearError, DataFileError, OSError, MemoryError)
@@ -71,12 +71,11 @@ def simulate_to_folder(
     fails does not stop the others. `watch` gives an observer for the time of a run. Returns why
     cases failed, by id.
     """
-    before, failed = failures(folder), dict[str, str]()
-    # A case that ended its process, perhaps by its memory, comes last.
-    for case_id, case in sorted(cases.items(), key=lambda item: item[0] in before):
+    failed = dict[str, str]()
+    for case_id, case in cases.items():
         path = folder / f"{case_id}.nc"
         code = finished_by(path, case)
-        if code == code_digest() or (code is not None and keep_older):
+        if code == case_digest(case) or (code is not None and keep_older):
             path.with_suffix(_FAILED).unlink(missing_ok=True)
             continue
         folder.mkdir(parents=True, exist_ok=True)

@@ -17,7 +17,7 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError, atomic_path
 from fretwear.run.simulate import RunRecord, Step
 from fretwear.study.case import Case
-from fretwear.version import code_digest
+from fretwear.version import case_digest
 
 SECONDS_BETWEEN = 30.0
 _ARRAY, _TUPLE, _TYPE = "_array", "_tuple", "_type"
@@ -86,7 +86,7 @@ def read_checkpoint(path: Path, case: Case) -> RunRecord:
 
 
 def _identity(case: Case) -> list[object]:
-    return [code_digest(), case.canonical_parameters(), list(case.output_cycles)]
+    return [case_digest(case), case.canonical_parameters(), list(case.output_cycles)]
 
 
 def _packed(value: Any, arrays: list[Array]) -> Any:

@@ -7,14 +7,9 @@ from __future__ import annotations
 
 import math
 import os
-import sys
-import time
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 
-from fretwear.plugins import plugins
 from fretwear.study.case import Case
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.study.problems import few_of
@@ -28,60 +23,17 @@ _CERTAIN = 1.25
 _LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 10.0, 64
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
-SECONDS_OF_SNAKEMAKE = 3.0
-SECONDS_OF_MERGING = 3.0
-SECONDS_PER_BYTE_MERGED = 5e-9
-SECONDS_OF_FIGURES = 9.0
-SECONDS_PER_CASE_DRAWN = 0.12
+SECONDS_AFTER, SECONDS_PER_CASE_DRAWN, SECONDS_PER_CASE_MERGED = 18.0, 0.12, 0.02
 MOST_CASES_DRAWN = 200
-SECONDS_OF_REPORT = 3.3
-SECONDS_PER_CASE_REPORTED = 0.002
-
-# Time of a forward and inverse transform on the machine on which the constants of
-# `fretwear.study.plan` were measured, as `python -m benchmarks.cost --speed` prints it.
-SECONDS_PER_TRANSFORM = 2.8e-4
-_CELLS_TIMED, _SECONDS_TIMED, _LEAST_REPETITIONS = 128, 0.1, 20
 
 _LISTED = 3
 
 
-def available_memory(
-    proc: Path = Path("/proc"), control_groups: Path = Path("/sys/fs/cgroup")
-) -> int:
-    """Return the memory, bytes, that this process can still allocate.
-
-    It is the minimum of the memory available on the machine, swap space included, and the remainder
-    of every Linux control group (version 2) of the process (container or cluster job).
-    """
+def available_memory() -> int:
+    """Return the memory, bytes, that is available on the machine, swap space included."""
     import psutil
 
-    machine = sys.maxsize
-    # If unknown, the memory counts as large enough.
-    with suppress(OSError):
-        machine = psutil.virtual_memory().available + psutil.swap_memory().free
-    return max(0, min([machine, *_left_to_control_groups(proc, control_groups)]))
-
-
-def _left_to_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
-    """The memory left to each group of version 2 that holds this process, with its file cache."""
-    for line in _text(proc / "self/cgroup").splitlines():
-        _, controllers, group_path = line.split(":", 2)
-        if controllers:
-            continue
-        # In a container only the outermost folder may be visible, the group of the process then.
-        inner = control_groups / group_path.lstrip("/")
-        for group in (inner, *inner.parents[: len(inner.parts) - len(control_groups.parts)]):
-            # The limit is "max" where there is none.
-            with suppress(ValueError):
-                left = int(_text(group / "memory.max")) - int(_text(group / "memory.current"))
-                rows = (row.split() for row in _text(group / "memory.stat").splitlines())
-                yield left + sum(int(row[1]) for row in rows if row[:1] == ["inactive_file"])
-
-
-def _text(path: Path) -> str:
-    with suppress(OSError):
-        return path.read_text(encoding="utf-8")
-    return ""
+    return int(psutil.virtual_memory().available + psutil.swap_memory().free)
 
 
 def why_too_large(expected: Estimate, available: int) -> str:
@@ -144,56 +96,19 @@ def grouped(plan: Plan) -> list[Job]:
 
 
 def seconds_after(plan: Plan) -> float:
-    """Return the time, s, to merge a study, draw its figures and write its report.
-
-    Entry points of the group ``fretwear.plans`` tell what figures and sections added to it take.
-    """
+    """Return the time, s, to merge a study, draw its figures and write its report."""
     cases = len(plan.estimates)
-    # Beside more cases than are drawn, what is added to their figures is a small part.
-    some = [case for point in plan.points[:MOST_CASES_DRAWN] if (case := point.case)]
-    added = math.fsum(entry.load()(some) for entry in plugins("fretwear.plans").values())
     drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
-    merging = SECONDS_OF_MERGING + SECONDS_PER_BYTE_MERGED * plan.file_bytes
-    reporting = SECONDS_OF_REPORT + SECONDS_PER_CASE_REPORTED * cases
-    return merging + SECONDS_OF_FIGURES + drawn + reporting + added
+    return SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
 
 
-def study_seconds(plan: Plan, at_once: int = 1, speed: float = 1.0) -> float:
-    """Return the time, s, of the workflow of a study on so many cores of a machine of given speed.
+def study_seconds(plan: Plan, at_once: int = 1) -> float:
+    """Return the time, s, of the workflow of a study on so many cores.
 
     Its jobs run at once, none shorter than its longest; merging, figures and report follow.
     """
     jobs = [job.seconds for job in grouped(plan)]
-    simulating = max(math.fsum(jobs) / at_once, *jobs)
-    return (SECONDS_OF_SNAKEMAKE + simulating + seconds_after(plan)) / speed
-
-
-def machine_speed() -> float:
-    """Return the speed of this machine relative to the one on which the cost model was calibrated.
-
-    Most of a run is spent in Fourier transforms, so these are timed.
-    """
-    return SECONDS_PER_TRANSFORM / transform_seconds()
-
-
-def transform_seconds() -> float:
-    """Return the time, s, of a forward and inverse transform of a padded window.
-
-    The shortest of many repetitions counts, which other work on the machine disturbs least. The
-    window fits into the cache of a core: transforms of larger ones take up to twice as long while
-    others use the memory, runs hardly longer.
-    """
-    # By numpy, which the library of units imports anyway: importing scipy's takes 0.2 s more.
-    import numpy as np
-
-    window = np.zeros((_CELLS_TIMED, 2 * _CELLS_TIMED))
-    window[: _CELLS_TIMED // 2] = 1.0
-    taken: list[float] = []
-    while len(taken) < _LEAST_REPETITIONS or math.fsum(taken) < _SECONDS_TIMED:
-        started = time.perf_counter()
-        np.fft.irfft2(np.fft.rfft2(window), s=window.shape)
-        taken.append(time.perf_counter() - started)
-    return min(taken)
+    return max(math.fsum(jobs) / at_once, *jobs) + seconds_after(plan)
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:

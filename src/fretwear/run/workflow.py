@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,7 +18,7 @@ from fretwear.run.resources import Job, grouped
 from fretwear.study.plan import Plan
 from fretwear.study.problems import Problem, StudyError
 from fretwear.study.reading import load_plan
-from fretwear.version import code_digest
+from fretwear.version import case_digest, code_digest
 
 _KEYS = ("study", "keep_older")
 # A job that exceeds its request is lost; one that requests too much only waits.
@@ -46,6 +47,20 @@ def study_file(name: str) -> Path:
     if path.suffix not in (".yaml", ".yml"):
         return Path("studies", f"{name}.yaml")
     return path if path.exists() or path.parent != Path() else Path("studies", path)
+
+
+def release_locks(locks: Path = Path(".snakemake/locks")) -> None:
+    """Remove the locks that a killed Snakemake has left, unless another one runs in this folder."""
+    import psutil
+
+    this = psutil.Process()
+    own = {process.pid for process in (this, *this.parents())}
+    for process in psutil.process_iter(["cwd", "cmdline"]):
+        is_here = process.info["cwd"] == os.getcwd() and process.pid not in own  # noqa: PTH109
+        if is_here and any("snakemake" in word for word in process.info["cmdline"] or ()):
+            return
+    for lock in locks.glob("*.lock"):
+        lock.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
@@ -97,11 +112,11 @@ class StudyJobs:
     @cached_property
     def by_name(self) -> Mapping[str, Job]:
         """The jobs by name: a digest of the cases, their snapshots and, unless kept, the code."""
-        cases, code = self.plan.study.cases(), "any" if self.keep_older else code_digest()
-        named = {}
+        cases, named = self.plan.study.cases(), {}
         for job in grouped(self.plan):
-            snapshots = [(case_id, cases[case_id].output_cycles) for case_id in job.case_ids]
-            text = json.dumps([code, snapshots])
+            mine = {name: cases[name] for name in job.case_ids}
+            codes = ["any"] if self.keep_older else [case_digest(case) for case in mine.values()]
+            text = json.dumps([codes, [(name, case.output_cycles) for name, case in mine.items()]])
             named[hashlib.sha256(text.encode()).hexdigest()[:12]] = job
         return named
 
@@ -134,8 +149,9 @@ class StudyJobs:
             if present and not self.marker(name).exists():
                 from fretwear.data.files import finished_by
 
-                codes = [finished_by(file, cases[n]) for n, file in present.items()]
-                older += sum(code not in (None, code_digest()) for code in codes)
+                for name, file in present.items():
+                    code = finished_by(file, cases[name])
+                    older += code not in (None, case_digest(cases[name]))
         if older:
             are = "case is" if older == 1 else "cases are"
             fate = "kept" if self.keep_older else "computed again; keep_older=true keeps them"

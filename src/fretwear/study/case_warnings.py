@@ -11,11 +11,9 @@ from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.spacing import (
     narrowest_cell,
-    narrowest_graded,
     yielding_ring_width,
     zones_of_tip,
 )
-from fretwear.theory import share_of_band
 from fretwear.units import COMPLIANCE, LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
@@ -33,10 +31,6 @@ _STIFFEST, _MOST_FRICTION, _WEAR_COEFFICIENTS = 7e11, 3.0, (1e-19, 1e-10)
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
 
-# Energy of the first cycle of unlike bodies, relative to later cycles: β/µ of 1 gives 4 at
-# Q/µP = 0.3 and 1 at 0.6, larger β/µ hardly more.
-_MOST_OF_FIRST_CYCLE = 6.0
-
 _Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
 
 
@@ -51,29 +45,12 @@ class CaseWarning:
         return f"The contact {self.what} ({self.detail})"
 
 
-@dataclass(frozen=True)
-class Unreached:
-    """An accuracy that a case has not reached."""
-
-    accuracy: float  # asked for
-    result: str  # words of the result with the largest estimated error
-    error: float  # this error, relative
-    relative_to: str  # words for what it is relative to; empty for the value itself
-    cycle: int  # at which it is so large
-
-    def warning(self) -> CaseWarning:
-        """Say what was reached."""
-        asked, percent = (number_text(100.0 * part, 2) for part in (self.accuracy, self.error))
-        detail = f"{self.result}: {percent} %{self.relative_to} at cycle {self.cycle}"
-        return CaseWarning(f"is computed less accurately than the {asked} % asked for", detail)
-
-
 def case_warnings(
     case: Case,
     errors: Mapping[str, float] | None = None,
     trouble: str = "",
     beyond_friction: float = 0.0,
-    unreached: Unreached | None = None,
+    unreached: CaseWarning | None = None,
     *,
     measured: bool = False,
 ) -> tuple[CaseWarning, ...]:
@@ -101,7 +78,7 @@ def case_warnings(
         warnings.append(CaseWarning(what, detail))
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
-        warnings.append(unreached.warning())
+        warnings.append(unreached)
     elif error > LARGE_ERROR and not measured:
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
         warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
@@ -115,38 +92,21 @@ def _lengths(**lengths: float) -> str:
 
 
 def _of_band(case: Case) -> _Words:
-    """Rings and strips follow the edge of stick, with several of them across the band that yields.
+    """Cells show the band that yields at the edge of stick, once wear has brought it to the limit.
 
-    While wear frees a cell, in 1/(β p_lim) cycles, the bodies sink by the width of that band, so
-    the edge of stick recedes by at most one width in each such time. If it recedes little, only the
-    plastic volume is wrong: it is zero on cells that show no pressure above the limit.
+    The neighbourhood of the edge has no length scale: its pressure p follows from β N p alone. On
+    rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP of
+    0.1 to 0.9 and limits of 1.05 to 5 p0.
     """
     cell = math.sqrt(math.prod(case.grid_spacing))
     if case.is_graded:
         cell = case.coarseness * narrowest_cell(case)
-    ring, follows = yielding_ring_width(case), case.slip_model.follows_shape
-    if 0.0 < ring < cell and not zones_of_tip(case) and follows and _reaches_limit(case):
-        recedes = ring * case.cycles * case.wear_growth * case.slip_limit
-        matters = recedes > SMALL_ERROR * case.stick_radius
-        if matters or share_of_band(ring, narrowest_graded(case)) > 0.0:
-            wrong = "wear is" if matters else "plastic volume alone is"
-            yield (
-                "yields in a ring around the stick zone that is narrower than a cell, so that its "
-                f"{wrong} wrong",
-                _lengths(ring=ring, cell=cell),
-            )
-
-
-def _reaches_limit(case: Case) -> bool:
-    """Whether wear brings the pressure p at the edge of stick to the plastic limit in time.
-
-    The neighbourhood of the edge has no length scale: its pressure follows from β N p alone.
-    On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP
-    of 0.1 to 0.9 and limits of 1.05 to 5 p0.
-    """
-    edge = float(case.hertz.pressure(case.stick_radius))
+    ring, edge = yielding_ring_width(case), float(case.hertz.pressure(case.stick_radius))
     worn = case.cycles * case.wear_growth * edge
-    return worn > _TO_SINGULAR * (1.0 - edge / case.slip_limit)
+    reached = worn > _TO_SINGULAR * (1.0 - edge / case.slip_limit)
+    if 0.0 < ring < cell and reached and case.slip_model.follows_shape and not zones_of_tip(case):
+        what = "yields in a ring around the stick zone that is narrower than a cell, so that its "
+        yield f"{what}plastic volume is wrong, and its wear may be", _lengths(ring=ring, cell=cell)
 
 
 def _of_cells(case: Case) -> _Words:
@@ -219,27 +179,17 @@ def _of_surfaces(case: Case) -> _Words:
 
 
 def _of_unlike_bodies(case: Case) -> _Words:
-    """Friction lifts unlike bodies, and the normal load drags them over each other.
+    """Friction lifts unlike bodies, which changes pressure and wear; the model neglects it.
 
-    The model has neither. The first changes pressure and wear in every cycle; the second is
-    forgotten after the first cycles, except by the mean of the tractions at +Q and −Q. Estimates
-    come from `tests/mechanics/test_neglected.py`, rounded up.
+    Estimates come from `tests/mechanics/test_neglected.py`, rounded up.
     """
     beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
     local, in_all = beta * (friction + 2.0 * beta), 2.0 * beta**2
-    given = f"Dundurs' β = {number_text(beta, 2)}, {number_text(beta / friction, 2)} times µ"
     if local > LARGE_ERROR:
         yield (
             "joins unlike bodies; friction also moves their surfaces apart, which is neglected",
-            f"{given}: about {100.0 * local:.0f} % of local pressure and wear, "
-            f"{number_text(100.0 * in_all, 2)} % of wear volume and dissipated energy",
-        )
-    first = min(4.0 * (beta / friction) ** 2, _MOST_OF_FIRST_CYCLE)
-    if first > LARGE_ERROR * case.cycles:
-        yield (
-            "runs for so few cycles that the first one matters, in which unlike bodies also slip "
-            "under the normal load; this is neglected",
-            f"{given}; up to {100.0 * first:.0f} % more energy and wear in that cycle",
+            f"Dundurs' β = {number_text(beta, 2)}: about {100.0 * local:.0f} % of local pressure "
+            f"and wear, {number_text(100.0 * in_all, 2)} % of wear volume and dissipated energy",
         )
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache, wraps
+from functools import wraps
 from typing import TypeVar
 
 from fretwear.mechanics.contact.rings import NARROWEST_RING
 from fretwear.mechanics.contact.strips import NARROWEST_STRIP
-from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.roughness import Tip
 from fretwear.study.contact import FrettingContact
 from fretwear.theory import (
@@ -235,8 +234,8 @@ def greatest_contact_radius(case: FrettingContact) -> float:
     if case.loading.stroke:
         return case.scar_half_width + case.loading.travel
     # Where a displacement is imposed the tangential load falls as the contact wears.
-    ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
-    limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]
+    ratio = min(case.tangential_ratio, NEARLY_GROSS if case.force_is_held else 0.95)
+    limiting = case.indenter.limiting(case.hertz, ratio).contact_radius / case.hertz_radius
     worn = case.cycles * case.wear_growth
     grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
     wider = 1.0 + (limiting - 1.0) * grown
@@ -289,11 +288,3 @@ def yielding_ring_width(case: FrettingContact) -> float:
     ratio = min(case.tangential_ratio, NEARLY_GROSS)
     limiting = case.indenter.limiting(case.hertz, ratio)
     return limiting.width_above(case.slip_limit)
-
-
-@lru_cache(maxsize=4096)
-def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
-    """Return a∞/a, the relative contact radius of smooth elastic bodies in the limit of wear."""
-    unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
-    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
-    return limiting.contact_radius / unworn.contact_radius

@@ -172,6 +172,7 @@ class Topography:
     heights: Array  #: upwards out of the body, shape (nx, ny); their mean is 0
     measured: Mask  #: whether each point was measured; the others have been filled in
     spikes: int = 0  #: points that differed from their neighbours by more than 10 rms heights
+    checksum: str = ""  #: of the heights and sides as read from the file
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -278,6 +279,7 @@ def read_topography(
         If the file cannot be used; the message says why.
     """
     values, sides = _map_of(source, unit, size, file_format, channel)
+    checksum = hashlib.sha256(np.append(values, sides).tobytes()).hexdigest()[:8]
     points = [
         (np.arange(count) + 0.5) * (side / count)
         for count, side in zip(values.shape, sides, strict=True)
@@ -305,7 +307,7 @@ def read_topography(
     if outliers == "fill" and spikes.any():
         measured = measured & ~spikes
         values, spikes = _without(form, x, y, values, measured), spikes & False
-    return Topography(x, y, _filled(values, measured), measured, int(spikes.sum()))
+    return Topography(x, y, _filled(values, measured), measured, int(spikes.sum()), checksum)
 
 
 def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Array:

@@ -171,7 +171,7 @@ def _curves(source: Source) -> tuple[PPoly, PPoly, PPoly]:
     return curve, reduced, reduced.antiderivative()
 
 
-class _Map(FromFile):
+class HeightMap(FromFile):
     """A part with a map of heights from a file."""
 
     patch: Rectangle | None
@@ -230,7 +230,7 @@ class _Map(FromFile):
 
 
 @dataclass(frozen=True)
-class MeasuredRoughness(_Map, Roughness):
+class MeasuredRoughness(HeightMap, Roughness):
     """A measured topography, its centre under the tip of the indenter.
 
     Heights are taken from the file, upwards out of the body, minus their mean or the best-fitting
@@ -353,7 +353,7 @@ class MeasuredRoughness(_Map, Roughness):
 
 
 @dataclass(frozen=True)
-class HeightMapIndenter(_Map, Indenter):
+class HeightMapIndenter(HeightMap, Indenter):
     """An indenter by a map of its heights.
 
     They point upwards out of the body, which is turned over about the y axis. The best-fitting
