@@ -172,7 +172,7 @@ class Points:
 
     def place(self, name: str) -> NDArray[np.intp]:
         """Return the index of each point's level of a parameter."""
-        return self.table[name].to_numpy()
+        return np.asarray(self.table[name], np.intp)
 
     def values(self, name: str) -> Array:
         """Return the value of a parameter at each point, the place of its level if it is text."""
@@ -363,8 +363,8 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     apart = 1.96 * np.sqrt((len(shares) - 2) * shares[:-1].var(axis=0))
     ends = np.clip([shares[-1] - apart, shares[-1] + apart], 0.0, 1.0)
     return [
-        Indices(*shares[-1][:, n], ends[:, 0, n], ends[:, 1, n], float(quality[n]))
-        for n in range(values.shape[1])
+        Indices(first, total, ends[:, 0, n], ends[:, 1, n], float(quality[n]))
+        for n, (first, total) in enumerate(zip(*shares[-1], strict=True))
     ]
 
 
