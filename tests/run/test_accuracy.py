@@ -19,8 +19,7 @@ from fretwear.run.accuracy import (
 )
 from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
-from fretwear.study.case import Case, CaseError
-from fretwear.study.case_warnings import case_warnings
+from fretwear.study.case import Case
 from fretwear.study.plan import affordable_width, estimate
 from fretwear.study.spacing import WIDEST
 
@@ -83,19 +82,6 @@ def test_a_written_cell_overrules_an_accuracy_and_a_tolerance_stays_as_written()
     assert next_width(written, []) == 1.0
     assert next_width(written, [finished(1.0, 1.0)]) is None
     assert make(tolerance=0.003).on_cells(2.0).tolerance == 0.003
-
-
-def test_measured_errors_take_the_place_of_rules_but_not_for_a_written_cell():
-    """A written cell overrules an accuracy, and its errors are told; tips are judged by no rule."""
-    given = {"roughness": {**WAVES, "slope_x": "6 deg"}, "cycles": 10, "output_cycles": []}
-    coarse = {"cell": ["0.45 um", "2.8 um"]}
-    for changes in (coarse, coarse | {"accuracy": "none"}):
-        told = run(make(**given, **changes)).dataset.attrs["warnings"]
-        assert "so coarsely that estimated errors exceed 5 %" in told
-        assert "asperities whose contacts" in told
-    asked = make(**given, accuracy=0.2, budget=1.0)
-    assert "asperities" in str(case_warnings(asked.replace(**coarse)))
-    assert "asperities" not in str(case_warnings(asked)) + run(asked).dataset.attrs["warnings"]
 
 
 def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
@@ -176,13 +162,6 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
     assert reached >= 99.0 * max(errors)
 
 
-def test_a_run_without_any_estimate_is_the_last_and_has_reached_nothing_to_report():
-    """Both wider runs have failed, which a doubt of its own says."""
-    alone = GridRun(1.0, finished(1.0).rows, [{}, {}], {}, 1.0)
-    assert next_width(make(roughness=WAVES), [alone]) is None
-    assert unreached(make(roughness=WAVES), [alone]) is None
-
-
 def test_default_cells_are_tried_where_wider_ones_fail(monkeypatch):
     case = make(roughness=WAVES, accuracy=0.001, cycles=10, output_cycles=[])
     of_width = simulate._run_on_cells
@@ -220,24 +199,6 @@ def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
     resumed = run(case, record=kept).dataset
     for name in ("wear_depth", "wear_volume", "wear_volume_error", "stick_area_error"):
         np.testing.assert_array_equal(resumed[name], whole[name])
-
-
-@pytest.mark.parametrize(
-    ("given", "rule"),
-    [
-        ({"accuracy": 0.0}, "accuracy = 0.0: must be at least 0.001 and at most 0.2"),
-        ({"accuracy": 1e-9}, "at least 0.001"),
-        ({"accuracy": 2.0}, "at most 0.2"),
-        ({"budget": 0.5}, "budget = 0.5: must be at least 1"),
-        (
-            {"error_estimate": False, "accuracy": 0.01},
-            "error_estimate.*leaves out the error estimates",
-        ),
-    ],
-)
-def test_accuracies_and_budgets_that_nothing_could_keep_are_refused(given, rule):
-    with pytest.raises(CaseError, match=rule):
-        make(**given)
 
 
 def test_steps_are_as_long_as_the_accuracy_allows():

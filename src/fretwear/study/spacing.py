@@ -124,11 +124,8 @@ def needed_spacings(case: FrettingContact) -> tuple[Spacing, Spacing]:
     in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
     cells = CELLS_PER_CONTACT_RADIUS
     if in_a_ring:
-        finer = CELLS_PER_YIELDING_CONTACT_RADIUS
-        band = yielding_ring_width(case)
-        cell = narrowest_graded(case) if case.is_graded else radius / finer
-        share = share_of_band(band, cell)
-        cells *= (finer / cells) ** share
+        share = share_of_band(yielding_ring_width(case), narrowest_cell(case))
+        cells *= (CELLS_PER_YIELDING_CONTACT_RADIUS / cells) ** share
     contact = min(
         radius / cells,
         # A growing stick zone need not be resolved at its initial size.
@@ -262,15 +259,10 @@ def stick_shrinks(case: FrettingContact) -> bool:
 
 
 def narrowest_cell(case: FrettingContact) -> float:
-    """Return the width, m, of the narrowest cells of an elastic contact that is smooth."""
-    if case.is_graded:
-        return narrowest_graded(case)
-    return case.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
-
-
-def narrowest_graded(case: FrettingContact) -> float:
-    """Return the width, m, of the narrowest strips or rings that the smooth contact would have."""
+    """Return the width, m, of the narrowest cells, rings or strips of a smooth contact."""
     radius, stick = case.hertz_radius, case.stick_radius
+    if not case.is_graded:
+        return radius / CELLS_PER_YIELDING_CONTACT_RADIUS
     if case.frame is LINE_CONTACT:
         return NARROWEST_STRIP * radius
     return NARROWEST_RING * min(radius - stick, stick or radius)
