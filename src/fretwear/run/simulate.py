@@ -23,7 +23,6 @@ from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.measures import (
-    Loop,
     Measures,
     NextTips,
     fractions,
@@ -232,7 +231,6 @@ class _Computed:
     rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
-    loops: Sequence[Loop]
     trouble: str  # why there are no errors although they are asked for
 
 
@@ -272,9 +270,7 @@ def _run_on_cells(
                 observer(step)
             follow()
         follow()
-        loops = [loop(workspace, state) for state in snapshots]
-        of_both = zip(snapshots, loops, strict=True)
-        rows = [_scalars(workspace, state, curve.opening) for state, curve in of_both]
+        rows = [_scalars(workspace, state) for state in snapshots]
     scalars = columns_of(rows)
     errors: dict[str, NDArray[np.float64]] = {}
     finished = GridRun(width, rows, [next_tips(state) for state in snapshots], {}, record.work)
@@ -291,7 +287,7 @@ def _run_on_cells(
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
     rounds = [*(record.rounds or wider), finished]
-    return _Computed(case, workspace, rounds, scalars, errors, loops, trouble)
+    return _Computed(case, workspace, rounds, scalars, errors, trouble)
 
 
 def _labelled(
@@ -336,9 +332,11 @@ def _labelled(
     for text in dataset.attrs["warnings"].splitlines()[warned:]:
         warn(text)
     history = history_dataset(steps_at, columns, of_steps, spent, case.frame)
+    with _one_thread(case):
+        loops = [loop(computed.workspace, state) for state in snapshots]
     curves = {
-        "force": np.array([curve.force for curve in computed.loops]),
-        "displacement": np.array([curve.displacement for curve in computed.loops]),
+        "force": np.array([curve.force for curve in loops]),
+        "displacement": np.array([curve.displacement for curve in loops]),
     }
     return Result(dataset, history, loops_dataset(cycles, curves, case.frame))
 
@@ -372,14 +370,14 @@ def _scalars_of_twin(asked: Case, width: float) -> Iterator[tuple[dict[str, floa
     workspace = Workspace(problem)
     for state in _states(case, problem):
         if state.cycle in case.output_cycles:
-            scalars = _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
-            yield scalars, next_tips(state)
+            yield _scalars(workspace, state), next_tips(state)
 
 
-def _scalars(workspace: Workspace[WearProblem], state: State, opening: float) -> dict[str, float]:
+def _scalars(workspace: Workspace[WearProblem], state: State) -> dict[str, float]:
     """All scalars of a state: the measures of every step, and scalars of its loop."""
     scalars = vars(measure(workspace.problem.of(state), state))
-    full = 4.0 * opening * scalars["tangential_force"]
+    # One contact between its ends tells where the force vanishes.
+    full = 4.0 * loop(workspace, state, contacts=1).opening * scalars["tangential_force"]
     scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else math.nan
     shares = workspace.problem.wear_law.shares
     for index, (body, wear) in enumerate(_wear_of_each(workspace.problem, state).items()):

@@ -207,7 +207,7 @@ def open_within_outline(inside: Mask, x: Array, y: Array, even: Even) -> int:
     between = x[np.searchsorted(x, at[0]) : columns[-1] + 1]
     slack = 1e-6 * float(at[-1] - at[0])
     highest = np.interp(between, *_highest_chords(at, top)) + slack
-    lowest = -np.interp(between, *_highest_chords(at, -bottom)) - slack
+    lowest = -highest if even[1] else -np.interp(between, *_highest_chords(at, -bottom)) - slack
     within = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
     return int(within.sum()) - int(inside.sum())
 
