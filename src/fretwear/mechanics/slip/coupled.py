@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact.cells import ContactError
-from fretwear.mechanics.slip.shear import ShearSpace
+from fretwear.mechanics.slip.shear import GridShear
 
 _LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
 # Residual to which a start is computed on wider cells.
@@ -110,7 +110,7 @@ class Sheared:
 
 
 def shear(
-    bodies: ShearSpace[Array],
+    bodies: GridShear[Array],
     bound: Array,
     force: float | None = None,
     displacement: float = 0.0,
@@ -165,7 +165,7 @@ class _Descent:
 
     def __init__(
         self,
-        bodies: ShearSpace[Array],
+        bodies: GridShear[Array],
         bound: Array,
         force: float | None,
         displacement: float,
@@ -177,25 +177,21 @@ class _Descent:
         self.moves = self.largest * bodies.self_influence
         self.cells: Places = np.flatnonzero(bound)
         self.shape, self.bound = bound.shape, bound.ravel()[self.cells] / self.largest
-        self.area, weights = bodies.geometry.unit_area, bodies.geometry.weights
-        #: Areas of the cells over their mean; None if all are equal.
-        self.weights = None if weights is None else weights.ravel()[self.cells]
+        self.area = bodies.geometry.unit_area
         self.total = None if force is None else force / (self.area * self.largest)
         self.given = displacement / self.moves
         self.series = flexibility * self.area / bodies.self_influence
         # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
         self.balances_y = force is not None and not bodies.is_even
         self.single, self.spent = bodies.single, 0.0
-        influence = np.broadcast_to(bodies.own, self.shape).ravel()[self.cells]
-        self.own = influence / bodies.self_influence
         # The first step from a guess corrects its force, and leaves cells that slip at the bound.
         self.guessed = start is not None
         if start is None:
             self.traction = self.projected(np.zeros((2, self.cells.size)))
         else:
             self.traction = self.clipped(self.at_cells(start) / self.largest)[0]
-        missing = 0.0 if self.total is None else self.total - self.summed(self.traction)[0]
-        self.balanced = abs(missing) <= _BALANCED * self.summed(self.bound)
+        missing = 0.0 if self.total is None else self.total - self.traction[0].sum()
+        self.balanced = abs(missing) <= _BALANCED * self.bound.sum()
         self.moved = self.displaced(self.traction)  # on all cells, shape (2, nx, ny)
         self.offset = np.zeros((2, 1, 1)) if offset is None else offset / self.moves
         self.moved -= self.offset
@@ -210,17 +206,6 @@ class _Descent:
         result[:, self.cells] = field
         return result.reshape(2, *self.shape)
 
-    def weighted(self, field: NDArray[Element]) -> NDArray[Element]:
-        """A field of the cells that touch, its last axis, times their areas over the mean."""
-        if self.weights is None:
-            return field
-        result: NDArray[Element] = np.multiply(field, self.weights, dtype=field.dtype)
-        return result
-
-    def summed(self, field: Array) -> Array:
-        """Sums of a field over the cells that touch, by their areas over the mean."""
-        return np.asarray(self.weighted(field).sum(axis=-1))
-
     def displaced(self, traction: Array) -> Array:
         self.spent += 1.0
         return self.bodies.displacement(self.everywhere(traction / self.bodies.self_influence))
@@ -231,11 +216,10 @@ class _Descent:
         factor = self.bound / np.maximum(length, self.bound)
         return traction * factor, factor
 
-    def projected(self, traction: Array, softness: Array | float = 1.0) -> Array:
-        """A traction within the discs that carries the force, if one is given.
+    def projected(self, traction: Array) -> Array:
+        """The nearest traction within the discs that carries the force, if one is given.
 
-        It belongs to the traction shifted in proportion to the softness of the cells, by Newton's
-        method for the shift; if they are alike, it is the nearest one.
+        It belongs to the traction shifted evenly, by Newton's method for the shift.
         """
         result, factor = self.clipped(traction)
         if self.total is None:
@@ -244,14 +228,13 @@ class _Descent:
         total = np.array([self.total, 0.0])[axes]
         low, high = -np.inf, np.inf
         for _ in range(_LARGEST_SHIFTS):
-            missing = total - self.summed(result[axes])
+            missing = total - result[axes].sum(axis=1)
             if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
                 break
             # Within the disc a cell follows the shift; beyond it, traction turns.
-            moved = traction + shift[:, None] * softness
+            moved = traction + shift[:, None]
             length = np.maximum(np.sqrt((moved**2).sum(axis=0)), np.finfo(float).tiny)
             ways = (moved / length * (factor < 1.0))[axes]
-            factor = self.weighted(factor * softness)
             slope = np.diag(np.full(len(axes), float(factor.sum()))) - (factor * ways) @ ways.T
             if missing[0] > 0.0:
                 low = shift[0]
@@ -261,7 +244,7 @@ class _Descent:
             shift[axes] += np.clip(np.linalg.solve(slope, missing), -4.0, 4.0)
             if not self.balances_y and not low < shift[0] < high:
                 shift[0] = 0.5 * (low + high)
-            result, factor = self.clipped(traction + shift[:, None] * softness)
+            result, factor = self.clipped(traction + shift[:, None])
         return result
 
     def rigid(self, moved: Array) -> Array:
@@ -270,10 +253,10 @@ class _Descent:
         Cells count by their spare friction, as cells that slip may be hardly below the bound.
         """
         if self.total is None:
-            return np.array([self.given - self.series * self.summed(self.traction[0]), 0.0])
+            return np.array([self.given - self.series * self.traction[0].sum(), 0.0])
         spare = np.maximum(self.bound - np.hypot(*self.traction), 0.0)
         spare = spare if spare.any() else self.bound
-        x, y = self.summed(spare * moved) / self.summed(spare)
+        x, y = (spare * moved).sum(axis=1) / spare.sum()
         return np.array([x, y * self.balances_y])
 
     def solve(self, tolerance: float) -> Sheared:
@@ -296,14 +279,11 @@ class _Descent:
             target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, _ENOUGH * tolerance)
             trusted, self.guessed = self.guessed or error < _ROUNDED, False
             if not self._search(self.projected(target), slip, trusted=trusted):
-                # Barzilai and Borwein's step of a projected gradient, longer in cells that a
-                # traction moves less.
+                # Barzilai and Borwein's step of a projected gradient.
                 before = self.traction
-                softness = length / self.own
-                self._search(self.projected(self.traction + softness * slip, softness), slip)
+                self._search(self.projected(self.traction + length * slip), slip)
                 change, by = self.traction - before, self.at_cells(self.moved) - moved
-                work = float(self.weighted(change * by).sum())
-                square = float(self.weighted(self.own * change**2).sum())
+                work, square = float((change * by).sum()), float((change**2).sum())
                 length = square / work if work > 0.0 else 1.0
         raise ContactError(
             f"the shear tractions did not converge: residual {error:.1e} instead of {tolerance:.0e}"
@@ -316,13 +296,13 @@ class _Descent:
         """
         step = target - self.traction
         # The force is the same, so that displacements of distant points do no work.
-        descent = float(self.weighted(step * slip).sum())
+        descent = float((step * slip).sum())
         if not (descent > 0.0 or trusted):
             return False
         moved = self.displaced(step)
-        stiffness = float(self.weighted(step * self.at_cells(moved)).sum())
+        stiffness = float((step * self.at_cells(moved)).sum())
         if self.total is None:
-            stiffness += self.series * float(self.summed(step[0])) ** 2
+            stiffness += self.series * float(step[0].sum()) ** 2
         # Beyond half the way to the least energy on the line it still falls; in full, cells stay at
         # the bound.
         part = 1.0 if trusted or descent > _ENOUGH_DESCENT * stiffness else descent / stiffness
@@ -343,17 +323,12 @@ class _Descent:
         of_slipping, ends = cells[slipping] + [[0], [count]], of_stuck.size
         layer = ((slip[:, slipping] * way).sum(axis=0) / self.bound[slipping]).astype(np.float32)
         weight = np.ones(ends + slipping.size, np.float32)
-        weight[ends:] /= np.sqrt(1.0 + layer / self.own[slipping].astype(np.float32))
-        # Fields by unknowns have the root of the areas, by which the problem is symmetric.
-        root = np.ones_like(weight)
-        if self.weights is not None:
-            roots = np.sqrt(self.weights).astype(np.float32)
-            root = np.concatenate([roots[stuck], roots[stuck], roots[slipping]])
+        weight[ends:] /= np.sqrt(1.0 + layer)
         on_window = np.zeros((2, *self.shape), np.float32)
 
         def spread(unknowns: Single) -> Single:
             """The traction of some unknowns on the window."""
-            flat, unknowns = on_window.reshape(-1), unknowns / root
+            flat = on_window.reshape(-1)
             flat[of_stuck] = unknowns[:ends]
             flat[of_slipping] = turn * unknowns[ends:]
             return on_window
@@ -362,7 +337,7 @@ class _Descent:
             """Components of a field by unknowns, from its values in cells that stick and slip."""
             result = np.empty_like(weight)
             result[:ends], result[ends:] = stuck, turn[0] * slipping[0] + turn[1] * slipping[1]
-            return result * root
+            return result
 
         def gathered(field: Single) -> Single:
             flat = field.reshape(-1)
@@ -388,13 +363,10 @@ class _Descent:
         held = _Held([] if self.total is None else ones, condition)
         change, ahead = np.zeros_like(weight), compressed(slip)
         if held.fields and self.guessed:
-            missing = np.array([self.total, 0.0]) - self.summed(self.traction)
+            missing = np.array([self.total, 0.0]) - self.traction.sum(axis=1)
             change = held.of_products(missing[: len(held.fields)])
             ahead -= stiffened(change)
-        # In cells of any area: the residual has the root of it.
-        enough *= float(root.min())
         change = change + _solve(ahead, stiffened, condition, held, reduction, enough)
-        change /= root
         target = self.traction.copy()
         target[:, stuck] += change[:ends].reshape(2, -1)
         target[:, slipping] += turn * change[ends:]
@@ -409,7 +381,7 @@ class _Descent:
             traction,
             slip,
             float(far[0]) * self.moves,
-            float(self.summed(self.traction[0])) * self.largest * self.area,
+            float(self.traction[0].sum()) * self.largest * self.area,
             0.5 * sum(map(self.bodies.geometry.integral, traction * moved)),
             error,
             round(self.spent),

@@ -27,7 +27,7 @@ from typing import Any, Generic, TypeAlias, cast
 import numpy as np
 
 from fretwear.arrays import Array, Real, Single
-from fretwear.mechanics.contact.cells import Geometry, HalfSpace
+from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.convolution import offsets
 from fretwear.mechanics.contact.grid import Grid, GridHalfSpace
 from fretwear.mechanics.contact.kernels import dct, dst, filtered, whole_spectrum
@@ -61,32 +61,21 @@ def shear_influence(
     return across + (1.0 + mixing) * along, (1.0 + mixing) * across + along, mixing * cross
 
 
-class ShearSpace(ABC, Generic[Real]):
-    """The elastic bodies under a traction that is uniform on each cell of a geometry.
+class GridShear(ABC, Generic[Real]):
+    """The elastic bodies under a traction that is uniform on each cell of a window.
 
-    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y.
+    A traction, Pa, and a displacement, m, have shape (2, nx, ny): along x and along y. Spectra are
+    transforms of the `shear_influence`.
     """
 
-    geometry: Geometry
-    #: Largest displacement of a cell along x by a traction along x on it alone, m/Pa.
-    self_influence: float
-    #: Whether tractions are even along an axis, so that forces along y balance.
-    is_even: bool
-
-    @property
-    def own(self) -> Array | float:
-        """`self_influence` of each cell, m/Pa, shape of the geometry, or of all of them."""
-        return self.self_influence
-
-    @property
-    def coarser(self) -> ShearSpace[Array] | None:
-        """The bodies on cells twice as wide; None if these are few or have no wider ones."""
-        return None
-
-    @property
-    @abstractmethod
-    def single(self) -> ShearSpace[Single]:
-        """The same in single precision, for displacements in units of the self-influence."""
+    def __init__(self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real]) -> None:
+        self.geometry: Grid = geometry
+        self._moduli = moduli
+        #: Whether tractions are even along an axis, so that forces along y balance.
+        self.is_even = any(geometry.even)
+        self._spectra: Spectra[Real] = spectra
+        #: Displacement of a cell along x by a traction along x on it alone, m/Pa.
+        self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
 
     @abstractmethod
     def displacement(self, traction: Real) -> Real:
@@ -98,19 +87,6 @@ class ShearSpace(ABC, Generic[Real]):
 
         At most a quarter of the cost of a displacement.
         """
-
-
-class GridShear(ShearSpace[Real]):
-    """The elastic bodies on a window of equal cells.
-
-    Spectra are transforms of the `shear_influence`.
-    """
-
-    def __init__(self, geometry: Grid, moduli: tuple[float, float], spectra: Spectra[Real]) -> None:
-        self.geometry: Grid = geometry
-        self._moduli, self.is_even = moduli, any(geometry.even)
-        self._spectra: Spectra[Real] = spectra
-        self.self_influence = float(shear_influence((1, 1), geometry.spacing, *moduli)[0][0, 0])
 
     @property
     def coarser(self) -> GridShear[Array] | None:
@@ -287,7 +263,7 @@ def _whole_factors(spectra: Spectra[Real]) -> list[Real]:
     return [whole_spectrum(field, odd=place == 2) for place, field in enumerate(spectra)]
 
 
-def bodies_under_shear(half_space: HalfSpace, coupling: float) -> ShearSpace[Array]:
+def bodies_under_shear(half_space: HalfSpace, coupling: float) -> GridShear[Array]:
     """The bodies of a half-space under shear tractions, of κ = E*/G*; on grids only."""
     if not isinstance(half_space, GridHalfSpace):
         raise NotImplementedError("tractions along two directions are computed on grids only")
