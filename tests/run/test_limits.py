@@ -106,8 +106,7 @@ def test_a_peak_that_stays_below_its_limit_is_measured_as_that_of_elastic_bodies
     assert below < 0.4 * peaks[1].state.pressure.max()
 
 
-@pytest.mark.parametrize("ratio", [0.06, 0.3, 0.9])
-@pytest.mark.parametrize("part", [0.21, 0.27, 0.42])
+@pytest.mark.parametrize(("ratio", "part"), [(0.06, 0.21), (0.3, 0.42), (0.9, 0.27)])
 def test_a_contact_that_yields_all_over_runs_however_narrow_its_slip_annulus(ratio, part):
     case = steel(tangential_ratio=ratio, cycles=30)
     found = worn(case.replace(plastic_limit=part * case.hertz_pressure))

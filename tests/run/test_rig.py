@@ -126,14 +126,6 @@ def test_the_frequency_of_a_case_is_that_of_its_law():
     assert float(volumes[1]["frequency"]) == 1e-6
 
 
-def test_bodies_share_wear_that_falls_with_the_power():
-    each = {"slow": ["2e-4 mm^3/J", "3e-4 mm^3/J"], "fast": ["4e-5 mm^3/J", "6e-5 mm^3/J"]}
-    law = {"wear_coefficient": None, "energy_wear_coefficient": {**ENERGY, **each}}
-    last = run(steel(**law, cell="8 um", cycles=50)).dataset.isel(cycle=-1)
-    for body, share in (("indenter", 0.4), ("flat", 0.6)):
-        np.testing.assert_allclose(last[f"wear_depth_{body}"], share * last.wear_depth, rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("case", "changes", "part"),
     [

@@ -150,29 +150,27 @@ def _of_slip(case: Case) -> _Words:
 
 
 def _of_surfaces(case: Case) -> _Words:
+    """A measured surface is larger than the contact, and finer; a random one does not repeat."""
     if case.rough is None:
         return
     radius = case.hertz_radius
-    surfaces = [part for part in (case.roughness, case.counterface) if part is not None]
-    measured = [surface for surface in surfaces if math.isfinite(min(surface.sides))]
-    sides = [min(surface.sides) for surface in measured]
-    distances = [max(surface.finest) / 2.0 for surface in measured]
-    for surface, side, distance in zip(measured, sides, distances, strict=True):
+    for surface in filter(None, (case.roughness, case.counterface)):
+        side, distance = min(surface.sides), max(surface.finest) / 2.0
+        if isinstance(surface, MeasuredRoughness) and surface.is_known:
+            yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
+        if math.isinf(side):
+            continue
         is_likely = surface.steepest <= GREATEST_MEASURED_SLOPE
         if not (is_likely and distance <= radius <= 10.0 * side):
             lengths = {"side": side, "distance_of_points": distance, "height": surface.highest}
             what = "belongs to a surface whose units are probably wrong"
             yield what, _lengths(**lengths, contact_radius=radius)
-            break
-    for surface in surfaces:
-        if isinstance(surface, MeasuredRoughness) and surface.is_known:
-            yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
-    if measured and min(sides) < 3.0 * radius:
-        what = "barely fits on the measured surface, whose border heights are continued beyond it"
-        yield what, _lengths(side=min(sides), contact_radius=radius)
-    if measured and max(distances) > radius / FEW_POINTS:
-        what = f"lies on a surface measured at fewer than {FEW_POINTS} points per contact radius"
-        yield what, _lengths(distance=max(distances), contact_radius=radius)
+        if side < 3.0 * radius:
+            what = "barely fits on the measured surface, whose border heights continue beyond it"
+            yield what, _lengths(side=side, contact_radius=radius)
+        if distance > radius / FEW_POINTS:
+            what = f"lies on a surface measured at fewer than {FEW_POINTS} points per radius"
+            yield what, _lengths(distance=distance, contact_radius=radius)
     if min(case.rough.period) < 3.0 * radius:
         what = "is nearly as wide as the period of the random surface, so that heights repeat in it"
         yield what, _lengths(period=min(case.rough.period), contact_radius=radius)
