@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.run import workflow
-from fretwear.run.workflow import StudyJobs, study_file
+from fretwear.run.workflow import StudyJobs, release_locks, study_file
 from fretwear.study.problems import StudyError
 
 from .conftest import HOPELESS, TINY, Checkout, without
@@ -105,6 +107,21 @@ def test_removed_cases_are_computed_again_and_those_of_other_code_are_told_befor
     assert told == "1 finished case is of other code: computed again; keep_older=true keeps them"
     *_, told = StudyJobs(jobs().plan, keep_older=True).check()
     assert told == "1 finished case is of other code: kept"
+
+
+def test_locks_of_a_killed_snakemake_go_unless_another_one_runs_in_the_folder(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    lock = tmp_path / "0.input.lock"
+    lock.touch()
+    waiting = [sys.executable, "-c", "import time; time.sleep(60)", "snakemake"]
+    with subprocess.Popen(waiting) as other:
+        release_locks(tmp_path)
+        assert lock.exists()
+        other.kill()
+    release_locks(tmp_path)
+    assert not lock.exists()
 
 
 def test_a_study_is_given_by_name_or_by_path_and_misspelt_keys_are_refused(jobs):

@@ -65,9 +65,9 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     """Write datasets as groups of one file, the first one as its root; the file appears complete.
 
     Arrays are compressed by zlib (level 1, shuffled), each chunk with the checksum of HDF5. A chunk
-    has one cycle of a field or, in a merged study, one point. Text has a fixed length: strings of
-    variable length have neither checksum nor compression. `DataFileError` if the disk is full or
-    the folder, created if necessary, cannot be written to.
+    has one cycle of a field or, in a merged study, one value of the first parameter. Text has a
+    fixed length: strings of variable length have neither checksum nor compression. `DataFileError`
+    if the disk is full or the folder, created if necessary, cannot be written to.
     """
     with atomic_path(path) as temporary:
         for number, (name, content) in enumerate(groups.items()):
@@ -87,11 +87,10 @@ def _encoding(variable: xr.Variable) -> dict[str, Any]:
     fill = variable.encoding.get("_FillValue")
     if variable.size < _FIRST_CHUNKED:
         return {"_FillValue": fill}
-    dims, chunks = variable.dims, variable.shape
-    if {X.name, STEP.name} & {*dims}:
-        within = {X.name, Y.name, STEP.name, *({CYCLE.name} & {*dims[1:]})}
-        chunks = tuple(n if dim in within else 1 for dim, n in variable.sizes.items())
-        fill = np.nan if fill is None and len(dims) > 1 and variable.dtype.kind == "f" else fill
+    chunks = variable.shape
+    if variable.ndim > 1:
+        chunks = (1, *variable.shape[1:])
+        fill = np.nan if fill is None and variable.dtype.kind == "f" else fill
     return {**_FILTERS, "chunksizes": chunks, "_FillValue": fill}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -74,7 +73,7 @@ def estimate(case: Case) -> Estimate:
     end with its first run if it is smooth and elastic, others with default cells.
     """
     wide, coarser, accuracy = case.first_width, case.times_coarser, case.asked_accuracy
-    usual, narrowest = _run(case, 1.0), 1.0
+    usual = _run(case, 1.0)
     if accuracy is None:
         widths = [1.0, coarser] if case.error_estimate else [1.0]
     elif case.has_equal_cells:  # default cells have the first run as their coarser one
@@ -260,10 +259,12 @@ class Plan:
 
 def write_points(study: Study, path: str | Path) -> None:
     """Write the points as CSV: id, every parameter in SI units, cells, estimates, problem."""
+    import pandas as pd
+
     rows, estimates = list[dict[str, object]](), Plan(study).estimates
     last = ("cells", "estimated_seconds", "estimated_memory_bytes", "problem")
     for point in study.points():
-        row: dict[str, object] = {"id": point.id}
+        row: dict[str, object] = {"id": point.id, "problem": point.problem}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
             row[name.replace(".", "_")] = value if isinstance(value, float | int | str) else label
@@ -276,12 +277,8 @@ def write_points(study: Study, path: str | Path) -> None:
                 if name not in row or f"{name}_over_cycles" not in coordinates:
                     row[name] = value
             cost = estimates[point.id]
-            costs = (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes)
-            row |= zip(last[:-1], costs, strict=True)
-        row["problem"] = point.problem
+            row |= zip(last, (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes), strict=False)
         rows.append({name: as_cell(value) for name, value in row.items()})
-    names = dict.fromkeys(name for row in rows for name in row if name not in last)
-    with Path(path).open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, [*names, *last], restval="")
-        writer.writeheader()
-        writer.writerows(rows)
+    table = pd.DataFrame(rows, dtype=object)
+    first = [name for name in table if name not in last]
+    table[[*first, *last]].to_csv(path, index=False, lineterminator="\n")
