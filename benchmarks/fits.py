@@ -129,7 +129,7 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     for place, unknown in enumerate(found.unknowns):
         true = values[unknown.name]
         low, high = found.interval(unknown.name, 0.9)
-        draws = unknown.value(found.draws[..., place]).ravel()[::40]
+        draws = unknown.value(found.posterior.draws[..., place]).ravel()[::40]
         row[unknown.name] = {
             "true": true,
             "found": found.values[unknown.name],

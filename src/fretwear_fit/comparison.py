@@ -24,6 +24,7 @@ _UNWORN, _FEWEST_UNWORN = 0.01, 12
 _FIRM = 1e-3
 _NEAR_ENDS = 4.0  # displacements, in units of noise
 _ROUNDING = 1e-6  # numerical error that does not count
+_SEEN = 15.0  # fall of χ² by a scar that noise has at some place with a probability of 0.1 %
 _SMALL = 1e-4  # change of a loop for derivatives, over its size
 
 
@@ -43,6 +44,7 @@ class Comparison:
     deviations: tuple[float, float] = (0.0, 0.0)  # of depth and width, relative; of a number, both
     grid: Array | None = None  # positions of the signal of a profile
     evidence: NoiseEvidence | None = None  # what the noise was estimated from
+    is_placed: bool = False  # whether the scar lies at x = 0, because the readings do not show it
 
     @classmethod
     def of(cls, measurement: Measurement, cycle: float, prediction: Prediction) -> Comparison:
@@ -95,7 +97,8 @@ class Comparison:
         """The names of the nuisances: of the base line, then of numerical errors."""
         of = self.measurement
         if of.is_profile:
-            return tuple(n for n in BASELINE if n in of.baseline) + self._errors
+            free = {*of.baseline} - ({"shift"} if self.is_placed else set())
+            return tuple(name for name in BASELINE if name in free) + self._errors
         if of.is_loop:
             return tuple(n for n in ("offset", "shift") if n in of.baseline) + self._errors
         return ()
@@ -202,7 +205,8 @@ class Comparison:
         of = self.measurement
         assert of.readings is not None
         x, depth = of.readings
-        wide, deep = float(np.ptp(x)), float(np.ptp(depth))
+        wide = float(np.ptp(x))
+        deep = float(np.ptp(depth)) or (self.noise.size if self.noise else 1.0)
         if of.is_loop:
             heights = {"offset": deep, "shift": wide}
             return np.array([_SMALL * heights.get(name, 1.0) for name in self.names])
@@ -290,6 +294,16 @@ class Comparison:
             scale = of.error or of.force_noise or 0.0
             return fitted + generator.normal(scale=scale, size=fitted.size)
         return fitted + self.noise.drawn(of.readings[0], generator)
+
+    def with_place(self, signal: Array) -> Comparison:
+        """The comparison with the scar at x = 0 if noise could look like the one that was found.
+
+        Among all places along the line, noise has bumps that a small scar fits.
+        """
+        if "shift" not in self.names or _center(self.measurement):
+            return self
+        misfits = (self.misfit(s, self.settled(s)) for s in (0.0 * signal, signal))
+        return replace(self, is_placed=next(misfits) - next(misfits) < _SEEN)
 
     def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
         """The comparison with the noise of the readings beside the scar, and a doubt about it."""

@@ -1,15 +1,15 @@
-"""The best parameters by Gauss–Newton steps, and their intervals by the profile likelihood."""
+"""The best parameters by least squares, and their intervals by the profile likelihood."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear_fit.comparison import Comparison
+from fretwear_fit.emulator import NEAR, Emulator
 from fretwear_fit.noise import Noise
 from fretwear_fit.request import FreeParameter
 
@@ -18,23 +18,21 @@ LEVELS = (0.68, 0.9, 0.95)
 
 _LEAST_FRACTION = 1e-3
 _STEP = 0.04  # of a derivative, in logarithms or parts of a range
-_MOST_ROUNDS, _MOST_STEPS = 6, 30
-_FLAT, _SAME = 2e-3, 5e-3  # least relative change of χ², and of parameters; later steps are finer
+_MOST_STEPS = 30
+_FLAT, _SAME = 2e-3, 5e-3  # least relative change of χ², and of parameters
 _PLACES, _STARTS = 8, 2  # where a search begins anew that has not explained the data
 _INVALID = 1e3  # residual of parameters that make no case
+_DIGITS = 10  # of the parameters of a run
 # Places of the runs that intervals rest on, in standard deviations.
 _OUT = 1.645
 _NARROWEST = 0.008  # least step of these runs
 _LEAST_ROOM = 0.02  # of the range beside the best parameters, in parts of a step
-_SETTLED = 0.02  # change of the sum of squares that does not matter
-_FAR = 0.25  # step after which the runs around the best parameters are made anew
+_FAR = 0.4  # standard deviations after which the runs around the best parameters are made anew
 _MOST_MOVES = 3
 _ALIKE = (
     0.3  # logarithm of a ratio of standard deviations with which the runs lie where they should
 )
-# In coordinates of the emulator, in which runs along its directions lie at 1: where a run counts as
-# known, how far runs are taken in, how far what they miss reaches, and when places are the same.
-_UNCHECKED, _NEAR, _REACH_OF_RUN, _SAME_RUN, _NUGGET = 0.3, 3.0, 1.5, 1e-6, 1e-4
+_UNCHECKED = 0.5  # standard deviations from all runs at which ends of intervals are run
 # Values of a profile, in standard deviations, up to this part of the highest rise of χ² asked for.
 _REACHES, _BEYOND = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 1.8
 _FALLEN = 0.5  # fall of χ² along a profile that is another minimum
@@ -82,93 +80,6 @@ class Unknown:
         return self.inner(self.free.low), self.inner(self.free.high)
 
 
-@dataclass
-class Emulator:
-    """χ² and signals near the best parameters u₀ + Σ c_i v_i, from the runs around them.
-
-    χ² is the one of residuals linear in c, with the base line taken out, plus what this misses at
-    the runs, interpolated by Gaussian radial functions. The signal S₀ + Σ c_i S'_i
-    + ½ Σ c_i² S''_i is right at u₀ and where runs along the v_i were.
-    """
-
-    center: Array  # u₀, shape (p,)
-    directions: Array  # the v_i as columns, shape (p, p)
-    signal: Array  # S₀, shape (g,)
-    first: Array  # S'_i, shape (g, p)
-    second: Array  # S''_i, shape (g, p)
-    rest: Array  # residuals at u₀, shape (n,)
-    slopes: Array  # their derivatives by c, shape (n, p)
-    best: Array = field(init=False)  # the run with the least χ², shape (p,)
-    least: float = field(init=False)  # its χ²
-
-    def __post_init__(self) -> None:
-        """Begin without further runs."""
-        self.best, self.least = self.center, float(self.rest @ self.rest)
-        self._base = self.least
-        self._gradient, self._curvature = self.slopes.T @ self.rest, self.slopes.T @ self.slopes
-        self._inverse = np.linalg.inv(self.directions)
-        self._runs, self._missed = np.zeros((0, self.center.size)), np.zeros(0)
-        self.learn(self.center, self.least)
-
-    def at(self, u: Array) -> Array:
-        """Coordinates c of parameters, shape (p,) or (m, p)."""
-        return np.asarray((u - self.center) @ self._inverse.T)
-
-    def misfit(self, c: Array) -> Array:
-        """χ² at coordinates, shape (p,) or (m, p)."""
-        return np.asarray(self._linear(c) + self._kernel(c) @ self._weights)
-
-    def _linear(self, c: Array) -> Array:
-        square = ((c @ self._curvature) * c).sum(axis=-1)
-        return np.asarray(self._base + 2.0 * c @ self._gradient + square)
-
-    def _kernel(self, c: Array) -> Array:
-        squares = ((c[..., None, :] - self._runs) ** 2).sum(axis=-1)
-        return np.asarray(np.exp(-0.5 * squares / _REACH_OF_RUN**2))
-
-    def signal_at(self, c: Array) -> Array:
-        """The signal at coordinates, shape (g,)."""
-        return np.asarray(self.signal + self.first @ c + 0.5 * self.second @ c**2)
-
-    def learn(self, u: Array, misfit: float) -> None:
-        """Take in the χ² of a run."""
-        c = self.at(u)
-        if self.distance(c) > _SAME_RUN:
-            self._runs = np.concatenate([self._runs, c[None]])
-            self._missed = np.append(self._missed, misfit - self._linear(c))
-            gram = self._kernel(self._runs) + _NUGGET * np.eye(len(self._runs))
-            self._weights = np.linalg.solve(gram, self._missed)
-        if misfit < self.least:
-            self.least, self.best = misfit, u
-
-    def distance(self, c: Array) -> float:
-        """Distance of coordinates from the nearest run that was taken in."""
-        return float(np.sqrt(((c - self._runs) ** 2).sum(axis=1).min(initial=np.inf)))
-
-    def minimum(self, start: Array, ends: Array, fixed: int | None = None) -> Array:
-        """The parameters with the least χ² within their ranges, shape (2, p), one of them fixed."""
-        from scipy.optimize import minimize
-
-        free = [place for place in range(start.size) if place != fixed]
-        if not free:
-            return start
-        scales, u = np.abs(self.directions).max(axis=1)[free], start.copy()
-
-        def at(step: Array) -> float:
-            u[free] = start[free] + step * scales
-            return float(self.misfit(self.at(u)))
-
-        # No further than runs are taken in.
-        low, high = (np.clip((e[free] - start[free]) / scales, -_NEAR, _NEAR) for e in ends)
-        optimum = minimize(at, np.zeros(len(free)), bounds=[*zip(low, high, strict=True)])
-        at(optimum.x)
-        return u
-
-
-class _StalledError(Exception):
-    """Updated derivatives no longer lead down."""
-
-
 class Fitter:
     """Least squares of measurements on the parameters of runs."""
 
@@ -183,18 +94,18 @@ class Fitter:
         ends = np.array([unknown.ends for unknown in unknowns])
         self.lower, self.upper = ends.T
         self.settled: list[Array | None] = [None] * len(comparisons)
-        self._jacobian: tuple[Array, Array, Array] | None = None  # at u, signal, derivative
-        self.signals_of: dict[bytes, Array | None] = {}
+        self.signals_of: dict[bytes, tuple[Array, Array | None]] = {}
         self.sizes: list[int] = []
 
     def signals_at(self, points: Sequence[Array]) -> list[Array | None]:
         """The signals of all measurements, one after the other, at some parameters."""
+        points = [np.round(u, _DIGITS) + 0.0 for u in points]
         new = {u.tobytes(): u for u in points if u.tobytes() not in self.signals_of}
-        for key, signals in zip(new, self._signals([*new.values()]), strict=True):
+        for (key, u), signals in zip(new.items(), self._signals([*new.values()]), strict=True):
             if signals is not None:
                 self.sizes = [part.size for part in signals]
-            self.signals_of[key] = None if signals is None else np.concatenate(signals)
-        return [self.signals_of[u.tobytes()] for u in points]
+            self.signals_of[key] = u, None if signals is None else np.concatenate(signals)
+        return [self.signals_of[u.tobytes()][1] for u in points]
 
     def text(self, u: Array) -> str:
         """The values of parameters, for people."""
@@ -220,6 +131,11 @@ class Fitter:
         nuisances = self.settle(signal)
         parts = zip(self.comparisons, self.split(signal), nuisances, strict=True)
         return np.concatenate([c.residuals(s, n) for c, s, n in parts])
+
+    def misfit_of(self, signals: Sequence[Array]) -> float:
+        """χ² of the signal of each measurement."""
+        parts = zip(self.comparisons, signals, self.settled, strict=True)
+        return sum(c.misfit(signal, c.settled(signal, start)) for c, signal, start in parts)
 
     def misfit(self, signal: Array) -> float:
         """χ²: the sum of squares of the residuals."""
@@ -252,44 +168,31 @@ class Fitter:
             (ahead - signal) / step if ahead is not None else np.zeros_like(signal)
             for ahead, step in zip(self.signals_at(points), steps, strict=True)
         ]
-        self._jacobian = u.copy(), signal, np.column_stack(columns)
-        return self._jacobian[2]
-
-    def _updated(self, u: Array, signal: Array) -> Array:
-        """Derivatives at other parameters by Broyden's update of the last ones."""
-        assert self._jacobian is not None
-        before, there, jacobian = self._jacobian
-        if (step := u - before).any():
-            missed = signal - there - jacobian @ step
-            jacobian = jacobian + np.outer(missed, step) / float(step @ step)
-            self._jacobian = u.copy(), signal, jacobian
-        return jacobian
+        return np.column_stack(columns)
 
     def best(self, start: Array) -> Array:
-        """Return the parameters with the least χ².
+        """Return the parameters with the least χ²."""
+        from scipy.optimize import least_squares
 
-        Derivatives between finite differences are updated by Broyden's formula. Where steps with
-        these fail, and at the end, finite differences take their place.
-        """
-        u = np.clip(start, self.lower + 1e-6, self.upper - 1e-6)
-        for _ in range(_MOST_ROUNDS):
+        start = np.clip(start, self.lower + 1e-6, self.upper - 1e-6)
+        rows = self.residuals(self.signal(start)).size
+        # From a place at distance 1 of the origin the first step is at most a factor e.
+        origin = start - 1.0 / np.sqrt(start.size)
+
+        def missed(step: Array) -> Array:
+            signal = self.signals_at([origin + step])[0]
+            return np.full(rows, _INVALID) if signal is None else self.residuals(signal)
+
+        def slopes(step: Array) -> Array:
+            u = origin + step
             signal = self.signal(u)
-            if self._jacobian is None or not np.array_equal(self._jacobian[0], u):
-                self.derivatives(u, signal)
-            assert self._jacobian is not None
-            slopes, rest = self.projected(signal, self._jacobian[2]), self.residuals(signal)
-            q, _ = np.linalg.qr(slopes)
-            gain = float(((q.T @ rest) ** 2).sum())
-            at_end = ((u - self.lower < 1e-3) | (self.upper - u < 1e-3)).any()
-            if not at_end and gain < max(_SETTLED, _FLAT * float(rest @ rest)):
-                break
-            after = self._descended(u)
-            reached = self.misfit(self.signal(after))
-            if reached > (1.0 - _FLAT) * float(rest @ rest):
-                break
-            u = after
-            self.derivatives(u, self.signal(u))
-        return u
+            return self.projected(signal, self.derivatives(u, signal))
+
+        ends = self.lower - origin, self.upper - origin
+        tolerances = {"ftol": _FLAT, "xtol": _SAME, "max_nfev": _MOST_STEPS}
+        return np.asarray(
+            origin + least_squares(missed, start - origin, slopes, ends, **tolerances).x
+        )
 
     def elsewhere(self) -> list[Array]:
         """Where searches end that begin at the best of places spread over the ranges."""
@@ -304,51 +207,9 @@ class Fitter:
         misfits.sort(key=lambda pair: pair[0])
         ends = []
         for _, u in misfits[:_STARTS]:
-            self.settled, self._jacobian = [None] * len(self.comparisons), None
+            self.settled = [None] * len(self.comparisons)
             ends.append(self.best(u))
         return ends
-
-    def _descended(self, start: Array) -> Array:
-        """Least squares from a place with fresh derivatives, until updated ones fail."""
-        from scipy.optimize import least_squares
-
-        rows = self.residuals(self.signal(start)).size
-        # From a place at distance 1 of the origin the first step is at most a factor e.
-        origin = start - 1.0 / np.sqrt(start.size)
-        least, best, failed, fresh = np.inf, start, 0, True
-
-        def missing(step: Array) -> Array:
-            nonlocal least, best, failed
-            u = start if np.array_equal(step, start - origin) else origin + step
-            signal = self.signals_at([u])[0]
-            rest = np.full(rows, _INVALID) if signal is None else self.residuals(signal)
-            if (misfit := float(rest @ rest)) < least:
-                least, best, failed = misfit, u, 0
-            else:
-                failed += 1
-            if failed > 1 and not fresh:
-                raise _StalledError
-            return rest
-
-        def slopes(step: Array) -> Array:
-            nonlocal fresh
-            u = start if np.array_equal(step, start - origin) else origin + step
-            signal = self.signal(u)
-            projection = self.projected(signal, self._updated(u, signal))
-            fresh = np.array_equal(u, start)
-            return projection
-
-        with suppress(_StalledError):
-            least_squares(
-                missing,
-                start - origin,
-                slopes,
-                (self.lower - origin, self.upper - origin),
-                ftol=_FLAT,
-                xtol=_SAME,
-                max_nfev=_MOST_STEPS,
-            )
-        return best
 
     def signal(self, u: Array) -> Array:
         """The signals of all measurements at parameters that make a case."""
@@ -413,43 +274,48 @@ class Fitter:
         """Changes of the signal of one measurement, from columns with the changes of all."""
         return [self.split(change)[place] for change in changes.T]
 
-    def emulator(self, u: Array) -> Emulator:
-        """Return an emulator of the runs around the best parameters.
+    def emulator(self, u: Array) -> tuple[Emulator, Array]:
+        """Return an emulator of the runs around the best parameters, and derivatives there.
 
         Its runs lie where intervals end. If these turn out to end elsewhere, or the best parameters
         to lie there, the runs are made anew.
         """
         ends = np.array([self.lower, self.upper])
+        derivatives = self.derivatives(u, self.signal(u))
         for _ in range(_MOST_MOVES):
             signal = self.signal(u)
-            covariance = self.covariance(signal, self._updated(u, signal))
-            emulator = self._along(u, signal, covariance)
-            derivatives = emulator.first @ np.linalg.inv(emulator.directions)
-            self._jacobian = u, signal, derivatives
-            ratios = np.diag(self.covariance(signal, derivatives)) / np.diag(covariance)
+            before = self.covariance(signal, derivatives)
+            derivatives = self._along(u, signal, before)
+            covariance = self.covariance(signal, derivatives)
+            emulator = Emulator(u, covariance)
+            near = [
+                (place, moved)
+                for place, moved in self.signals_of.values()
+                if moved is not None and np.abs(emulator.at(place)).max() < NEAR
+            ]
+            self.teach(emulator, *zip(*near, strict=True))
             moved = emulator.minimum(emulator.best, ends)
             if np.abs(emulator.at(moved)).max() > _FAR:
                 ahead = self.signals_at([moved])[0]
                 if ahead is not None and self.misfit(ahead) < self.misfit(signal):
                     u = moved
                     continue
+            ratios = np.diag(covariance) / np.diag(before)
             if np.abs(np.log(ratios)).max() < _ALIKE:
                 break
-        return emulator
+        return emulator, derivatives
 
-    def _emulator(
-        self, u: Array, signal: Array, directions: Array, first: Array, second: Array
-    ) -> Emulator:
-        rest, slopes = self.residuals(signal), self.projected(signal, first)
-        emulator = Emulator(u, directions, signal, first, second, rest, slopes)
-        for key, moved in self.signals_of.items():
-            at = np.frombuffer(key)
-            if moved is not None and np.abs(emulator.at(at)).max() < _NEAR:
-                emulator.learn(at, self.misfit(moved))
-        return emulator
+    def teach(
+        self, emulator: Emulator, points: Sequence[Array], signals: Sequence[Array | None]
+    ) -> None:
+        """Have an emulator take in the runs among these that made a case."""
+        runs = [(u, s) for u, s in zip(points, signals, strict=True) if s is not None]
+        emulator.learn(
+            [u for u, _ in runs], [self.residuals(s) for _, s in runs], [s for _, s in runs]
+        )
 
-    def _along(self, u: Array, signal: Array, covariance: Array) -> Emulator:
-        """Runs on both sides of the best parameters along the columns of their covariance."""
+    def _along(self, u: Array, signal: Array, covariance: Array) -> Array:
+        """Derivatives from runs on both sides of the best parameters, along its covariance."""
         deviations = np.sqrt(np.diag(covariance))
         directions = covariance / deviations * np.maximum(_OUT, _NARROWEST / deviations)
         places: list[tuple[int, float]] = []
@@ -464,14 +330,13 @@ class Fitter:
         for (place, share), moved in zip(places, self.signals_at(points), strict=True):
             if moved is not None:
                 slopes[place].append((share, (moved - signal) / share))
-        first, second = [0.0 * signal for _ in u], [0.0 * signal for _ in u]
+        columns = [0.0 * signal for _ in u]
         for place, slopes_here in enumerate(slopes):
-            # A quadratic through three points, which need not be equally far apart, or a line.
+            # Of a quadratic through three points, which need not be equally far apart, or a line.
             if slopes_here:
                 (a, ahead), (b, behind) = slopes_here[0], slopes_here[-1]
-                curve = (ahead - behind) / (a - b) if len(slopes_here) > 1 else 0.0 * signal
-                first[place], second[place] = ahead - a * curve, 2.0 * curve
-        return self._emulator(u, signal, directions, *map(np.column_stack, (first, second)))
+                columns[place] = ahead if a == b else (a * behind - b * ahead) / (a - b)
+        return np.column_stack(columns) @ np.linalg.inv(directions)
 
     def intervals(self, emulator: Emulator, spread: Array) -> list[Profile]:
         """The profile likelihood of each parameter, its ends and its best value checked by runs."""
@@ -483,18 +348,16 @@ class Fitter:
                 for place, column in enumerate(spread.T)
             ]
             trials += [u for profile in profiles for u in profile.ends_at(LEVELS[1])]
-            new = [u for u in trials if emulator.distance(emulator.at(u)) > _UNCHECKED]
+            new = [u for u in trials if emulator.distance(u) > _UNCHECKED]
             if last or not new:
                 break
-            for u, signal in zip(new, self.signals_at(new), strict=True):
-                if signal is not None:
-                    emulator.learn(u, self.misfit(signal))
+            self.teach(emulator, new, self.signals_at(new))
         return profiles
 
     def _profile(self, emulator: Emulator, place: int, ends: Array, spread: Array) -> Profile:
         """Signed roots of the rise of χ² over values of one parameter, the others at their best."""
-        least = float(emulator.misfit(emulator.at(emulator.best)))
-        deviation = float(np.abs(emulator.directions[place]).max()) / _OUT
+        least = float(emulator.misfit(emulator.best))
+        deviation = float(emulator.deviations[place])
         rows, highest = [(emulator.best, 0.0)], _BEYOND * root_of(LEVELS[-1], spread) ** 2
         for sign in (1.0, -1.0):
             u = emulator.best
@@ -503,7 +366,7 @@ class Fitter:
                 value = float(np.clip(value, ends[0, place], ends[1, place]))
                 u = u + (value - u[place]) * np.eye(u.size)[place]
                 u = emulator.minimum(u, ends, place)
-                rise = max(float(emulator.misfit(emulator.at(u))) - least, 0.0)
+                rise = max(float(emulator.misfit(u)) - least, 0.0)
                 rows.append((u, sign * np.sqrt(rise)))
                 if rise > highest or value in ends[:, place]:
                     break

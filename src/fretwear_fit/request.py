@@ -364,10 +364,6 @@ class FitRequest(StudySection):
         tuple[Measurement, ...],
         Field(description="What was measured.", json_schema_extra={"minItems": 1}),
     ]
-    sampler: Annotated[
-        Literal["ensemble", "none"] | None,
-        Field(description="Draws of the posterior by emcee, or not; by default where needed."),
-    ] = None
 
     def __post_init__(self) -> None:
         """Check that something was measured."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +16,9 @@ from fretwear.data.files import write_groups
 from fretwear.data.labels import FORMAT, history_line, source
 from fretwear.study.study import Study
 from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import LEVELS, Emulator, Fitter, Profile, Unknown
-from fretwear_fit.posterior import CHAINS, DRAWS, Posterior, importance_draws
+from fretwear_fit.emulator import Emulator
+from fretwear_fit.estimate import LEVELS, Fitter, Profile, Unknown
+from fretwear_fit.posterior import CHAINS, DRAWS, Posterior
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +56,7 @@ class Fit:
     study: Study
     unknowns: tuple[Unknown, ...]
     emulator: Emulator
+    derivatives: Array  # of all signals by the parameters, at the best ones, shape (g, p)
     profiles: tuple[Profile, ...]
     covariance: Array  # of the coordinates in which parameters are sought, with the noise taken
     spread: Array  # variances with noises that the readings allow, over it, shape (m, p)
@@ -67,8 +68,8 @@ class Fit:
     computed: int  # runs that no folder had kept
     warnings: tuple[str, ...]
     fitted: Mapping[str, object]  # plain content of a study of the best values
+    posterior: Posterior
     seed: int = 0
-    sampled: Posterior | None = None  # by an ensemble sampler, where it was needed
 
     @property
     def names(self) -> list[str]:
@@ -84,38 +85,20 @@ class Fit:
     def interval(self, name: str, level: float = LEVELS[-1]) -> tuple[float, float]:
         """The interval of a parameter, in SI units; an end of its range where it is open.
 
-        By the profile likelihood, or central among the draws of an ensemble sampler.
+        By the profile likelihood or, where that does not do, central among draws of the posterior.
         """
         place = self.names.index(name)
         low, high = self.profiles[place].interval(level)
-        if self.sampled is not None and not any(self.profiles[place].is_open(level)):
-            low, high = self.sampled.interval(place, level)
+        if self.posterior.reason and not any(self.profiles[place].is_open(level)):
+            low, high = self.posterior.interval(place, level)
         unknown = self.unknowns[place]
         return float(unknown.value(low)), float(unknown.value(high))
-
-    @property
-    def method(self) -> str:
-        """How the draws from the posterior were made."""
-        if self.sampled is None:
-            return "importance resampling of an emulator of the runs"
-        return "ensemble sampler (emcee) on an emulator of the residuals, checked by runs"
 
     @property
     def correlation(self) -> Array:
         """Correlations of the parameters, shape (p, p)."""
         deviations = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(deviations, deviations))
-
-    @cached_property
-    def draws(self) -> Array:
-        """Parameters drawn from the posterior, in their coordinates, shape (4, 1000, p).
-
-        The prior is uniform in the coordinates in which parameters are sought, within their ranges.
-        """
-        if self.sampled is not None:
-            return self.sampled.draws
-        ends = np.array([unknown.ends for unknown in self.unknowns]).T
-        return importance_draws(self.emulator, self.covariance, self.spread, ends, self.seed)
 
     def table(self) -> list[tuple[str, ...]]:
         """Rows of text about the parameters, below a row of words: value and intervals."""
@@ -202,7 +185,7 @@ class Fit:
         prior = np.random.default_rng(self.seed + 1).uniform(
             lower, upper, (CHAINS, DRAWS, lower.size)
         )
-        few = self.draws[:, :: DRAWS * CHAINS // _PREDICTED]
+        few = self.posterior.draws[:, :: DRAWS * CHAINS // _PREDICTED]
         observed = xr.Dataset(attrs=attributes)
         predicted = of(few)[[*draw]]
         for number, datum in enumerate(self.measurements, start=1):
@@ -220,7 +203,7 @@ class Fit:
             observed[name] = dim, readings, words
             predicted[name] = (*draw, dim), self._predicted(number - 1, few), words
         return {
-            "posterior": of(self.draws, method=self.method, fit=json.dumps(self.as_dict())),
+            "posterior": of(self.posterior.draws, fit=json.dumps(self.as_dict())),
             "prior": of(prior),
             "observed_data": observed,
             "posterior_predictive": predicted,
@@ -235,7 +218,7 @@ class Fit:
         part = slice(begin, begin + sizes[place])
         drawn = []
         for u in draws.reshape(-1, draws.shape[-1]):
-            signal = self.emulator.signal_at(self.emulator.at(u))[part]
+            signal = self.emulator.signal(u)[part]
             # The base line goes with the parameters, of which it is almost a linear function.
             nuisances = datum.comparison.settled(signal, datum.nuisances, steps=1)
             drawn.append(datum.comparison.drawn(signal, nuisances, generator))

@@ -16,8 +16,8 @@ from fretwear.study.reading import MAX_TITLE, assign, case_of_content, content_o
 from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError
 from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import Emulator, Fitter, Profile, Unknown
-from fretwear_fit.posterior import Posterior, has_sampler, sampled, why_to_sample
+from fretwear_fit.estimate import Fitter, Unknown
+from fretwear_fit.posterior import sampled, why_to_sample
 from fretwear_fit.request import FitRequest
 from fretwear_fit.results import Fit, compared
 from fretwear_fit.runs import Prediction, Runs
@@ -176,21 +176,30 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     ]
 
     def signals(points: Sequence[Array]) -> list[list[Array] | None]:
-        predicted = predictions(points)
-        for u, point in zip(points, predicted, strict=True):
-            tell(f"{fitter.text(u)}{'' if point else ' (makes no case)'}")
-        return [
-            None
-            if point is None
-            else [c.signal(point[c.measurement.test]) for c in fitter.comparisons]
-            for point in predicted
-        ]
+        found: list[list[Array] | None] = []
+        for u, point in zip(points, predictions(points), strict=True):
+            if point is None:
+                found.append(None)
+                tell(f"{fitter.text(u)}: makes no case")
+            else:
+                parts = [c.signal(point[c.measurement.test]) for c in fitter.comparisons]
+                found.append(parts)
+                tell(f"{fitter.text(u)}: χ² = {fitter.misfit_of(parts):.4g}")
+        return found
 
     fitter = Fitter(unknowns, comparisons, signals)
     best = fitter.best(start)
     warnings: list[str] = []
     fitter.comparisons, doubts = _with_noise(fitter, best)
     warnings += doubts
+    parts = zip(fitter.comparisons, fitter.split(fitter.signal(best)), strict=True)
+    fitter.comparisons = [c.with_place(part) for c, part in parts]
+    fitter.settled = [None] * len(comparisons)
+    warnings += [
+        f"{c.measurement.quantity} shows no scar beyond its noise: if there is one, it is at x = 0"
+        for c in fitter.comparisons
+        if c.is_placed
+    ]
     best, doubts = _best_of_all(fitter, fitter.best(best))
     warnings += doubts
     (exact,) = predictions([best], errors=True)
@@ -203,17 +212,17 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     ]
     fitter.settled = [None] * len(comparisons)
     for _ in range(_ROUNDS):
-        emulator = fitter.emulator(best)
+        emulator, derivatives = fitter.emulator(best)
         best, degrees = emulator.best, _degrees(fitter)
         p_value = _probability(fitter, emulator.least, degrees)
         if p_value >= _UNLIKELY or not any(c.measurement.is_profile for c in fitter.comparisons):
             break
         signal = fitter.signal(best)
-        before, changes = [c.noise for c in fitter.comparisons], emulator.first
-        parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
+        before = [c.noise for c in fitter.comparisons]
+        settled = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
         fitter.comparisons = [
-            c.with_noise_of_residuals(s, n, fitter.split_all(changes, place))
-            for place, (c, s, n) in enumerate(parts)
+            c.with_noise_of_residuals(s, n, fitter.split_all(derivatives, place))
+            for place, (c, s, n) in enumerate(settled)
         ]
         for old, c in zip(before, fitter.comparisons, strict=True):
             if old is not None and c.noise is not None:
@@ -222,18 +231,23 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
                     f"explain its residuals (p = {p_value:.1g}); theirs, {c.noise.size * 1e6:.3g} "
                     f"µm over {c.noise.length * 1e6:.3g} µm, was taken"
                 )
-    derivatives = emulator.first @ np.linalg.inv(emulator.directions)
     spread = fitter.spread(fitter.signal(emulator.best), derivatives)
     profiles = fitter.intervals(emulator, spread)
     signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
     covariance = fitter.covariance(signal, derivatives)
     measurements = compared(fitter, signal, derivatives)
-    posterior, doubt = _sampled(tests.request, fitter, emulator, spread, covariance, profiles, seed)
-    warnings += doubt
+    deviations = np.sqrt(np.diag(covariance))
+    reason = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
+    posterior = sampled(fitter, emulator, spread, seed, reason)
+    if reason:
+        warnings.append(f"{reason}: intervals are those of draws from the posterior")
+    if not posterior.is_checked:
+        warnings.append(f"the emulator of χ² misses runs at its draws by {posterior.missed:.2g}")
     result = Fit(
         tests.study,
         unknowns,
         emulator,
+        derivatives,
         (*profiles,),
         covariance,
         spread,
@@ -245,8 +259,8 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         runs.computed,
         (),
         tests.fitted(emulator.best),
-        seed,
         posterior,
+        seed,
     )
     vars(result)["warnings"] = (
         *dict.fromkeys([*warnings, *warnings_of(result, tests.case(data[0].test, emulator.best))]),
@@ -276,34 +290,7 @@ def _best_of_all(fitter: Fitter, best: Array) -> tuple[Array, list[str]]:
         for u in others
         if (np.abs(u - least) > _APART * width).any() and (u is best or misfit(u) < most)
     ]
-    fitter.derivatives(least, fitter.signal(least))
     return least, rivals[:1]
-
-
-def _sampled(
-    request: FitRequest,
-    fitter: Fitter,
-    emulator: Emulator,
-    spread: Array,
-    covariance: Array,
-    profiles: Sequence[Profile],
-    seed: int,
-) -> tuple[Posterior | None, list[str]]:
-    """Draws of the ensemble sampler where it is asked for or needed, and what is to be told."""
-    deviations = np.sqrt(np.diag(covariance))
-    why = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
-    if request.sampler == "none" or not (why or request.sampler):
-        return None, []
-    if not has_sampler():
-        remedy = 'pip install "fretwear[fit]"'
-        if request.sampler:
-            raise FitError(f"sampler: ensemble needs the library emcee: {remedy}")
-        return None, [f"{why}: intervals of an ensemble sampler would be better, {remedy}"]
-    draws = sampled(fitter, emulator.best, covariance, spread, seed)
-    doubts = [f"{why}: intervals come from an ensemble sampler"] if why else []
-    if not draws.is_checked:
-        doubts.append(f"the emulator of χ² misses runs at its draws by {draws.missed:.2g}")
-    return draws, doubts
 
 
 def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:

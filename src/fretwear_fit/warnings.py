@@ -33,11 +33,11 @@ def warnings_of(fit: Fit, case: Case) -> Iterator[str]:
     for place, unknown in enumerate(fit.unknowns):
         low, high = unknown.ends
         part = (float(fit.emulator.best[place]) - low) / (high - low)
+        if not _AT_AN_END < part < 1.0 - _AT_AN_END:
+            yield f"the best {unknown.name} lies at the end of its range"
         match fit.is_open(unknown.name):
             case (True, True):
                 yield f"the data do not determine {unknown.name}"
-            case _ if not _AT_AN_END < part < 1.0 - _AT_AN_END:
-                yield f"the best {unknown.name} lies at the end of its range"
             case (True, False):
                 yield f"{unknown.name} has an upper bound only"
             case (False, True):
@@ -87,11 +87,11 @@ def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
         yield "both bodies have the same scar: the data do not show which body wears"
     if case.loading.stroke:
         return
-    by_u, begin = fit.emulator.first @ np.linalg.inv(fit.emulator.directions), 0
+    begin = 0
     for datum in fit.measurements:
         part = slice(begin, begin := begin + datum.signal.size)
         for place, name in enumerate(names):
-            change = np.linalg.norm(by_u[part, place])
+            change = np.linalg.norm(fit.derivatives[part, place])
             is_wear = datum.comparison.measurement.quantity.startswith("wear")
             if is_wear and name in of_wear and change < _INSENSITIVE * np.linalg.norm(datum.signal):
                 yield f"the scar is finished: {datum.title} hardly depends on {name}"
