@@ -1,4 +1,4 @@
-"""The command ``fretwear fit``: parameters from what was measured."""
+"""The commands ``fretwear fit`` and ``fretwear loops``: what measurements tell."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from fretwear.cli.common import (
     say,
     study_and_results,
 )
+from fretwear.units import BY_SI_UNIT, QuantityError, parse_quantity
 
 _OUTPUT = "File to write, for ArviZ."
 _JSON = "File to write with values, intervals, correlations and warnings."
@@ -60,5 +61,28 @@ def fit_scar(
     say(f"{path}: {result.computed} runs")
 
 
+def split_loops(
+    file: Annotated[Path, typer.Argument(help="Recording with displacement and force.")],
+    load: Annotated[str, option("--load", "LOAD", "Normal load.", "'50 N'")],
+    output: Annotated[Path, option("-o/--output", "LOOPS.csv", "Table to write.", "loops.csv")],
+) -> None:
+    """Split a recording into cycles: friction, displacement and energy over the cycles.
+
+    The last line printed is the friction as the base of a study takes it.
+    """
+    from fretwear.data.atomic import write_text
+    from fretwear_fit.loops import friction_text, loop_history
+
+    path = check_output(output, ".csv")
+    try:
+        table = loop_history(file, parse_quantity(load, BY_SI_UNIT["N"], units_required=True))
+    except QuantityError as error:
+        raise CommandError(f"{file}: {error}") from error
+    write_text(path, table.to_csv(index=False))
+    say(f"{path}: {len(table)} cycles")
+    say(friction_text(table))
+
+
 app = typer.Typer()
 add_command(app, fit_scar, "fretwear fit studies/mine.yaml")
+add_command(app, split_loops, "fretwear loops recording.csv --load '50 N' -o loops.csv")

@@ -60,7 +60,11 @@ def profile_of(
 
 def loop_of(file: Source, layout: Layout, force_unit: str) -> tuple[Array, Array]:
     """Displacements, m, and forces, N or N/m, of the last complete loop of a recording."""
-    path = Path(file.path)
+    return last_loop(*recording_of(Path(file.path), layout, force_unit))
+
+
+def recording_of(path: Path, layout: Layout, force_unit: str) -> tuple[Array, Array]:
+    """Displacements, m, and forces, N or N/m, of a recording of loops."""
     if path.suffix.lower() not in _TEXTS:
         raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
     table, force_is = read_text_table(path, layout), BY_SI_UNIT[force_unit]
@@ -69,7 +73,7 @@ def loop_of(file: Source, layout: Layout, force_unit: str) -> tuple[Array, Array
     force, _ = table.column(1, _FORCES, force_is, example)
     there = np.isfinite(x) & np.isfinite(force)
     _check_sizes(x[there], force[there], _LARGEST_FORCE)
-    return last_loop(x[there], force[there])
+    return x[there], force[there]
 
 
 def _check_sizes(x: Array, values: Array, most: float) -> None:

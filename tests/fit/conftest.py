@@ -5,6 +5,8 @@ import pytest
 
 from fretwear_fit.search import fit
 
+from ..cli.conftest import desk  # noqa: F401
+
 EXPERIMENTS = Path(__file__).parents[2] / "studies/experiments"
 
 
