@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:
     from fretwear.arrays import Array
@@ -56,15 +56,26 @@ class StudySection:
         """Files that the section names."""
         return ()
 
+    example: ClassVar[str] = ""
+    """The section, as in a study file."""
+
     @classmethod
-    def read(cls, given: object, folder: Path) -> Self:
+    def read(cls, given: object, folder: Path | None = None) -> Self:
         """Read the section, whose files lie in a folder; one error lists all problems."""
-        raise NotImplementedError
+        from fretwear.quantity import adapter
+        from fretwear.units import QuantityError
+
+        if not isinstance(given, Mapping):
+            raise QuantityError("must be a mapping", cls.example)
+        read: Self = adapter(cls).validate_python(given, context=folder)
+        return read
 
     @classmethod
     def section_schema(cls) -> dict[str, object]:
         """The JSON Schema of the section."""
-        raise NotImplementedError
+        from fretwear.quantity import adapter, inlined
+
+        return inlined(adapter(cls).json_schema())
 
     @classmethod
     def complete_base(

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
 from fretwear.plugins import StudySection
-from fretwear.quantity import Part, Quantity, adapter, inlined
+from fretwear.quantity import Part, Quantity
 from fretwear.results import CYCLE, FATIGUE, Variable
 from fretwear.study.case import Case
 from fretwear.study.contact import Snapshots
-from fretwear.units import QuantityError
 from fretwear_cracks import StressError
 
 if TYPE_CHECKING:
@@ -31,8 +30,10 @@ _PAIRS = (
 
 
 @dataclass(frozen=True)
-class StressOutput(Part, StudySection):
+class StressOutput(StudySection, Part):
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
+
+    example = _EXAMPLE
 
     depth: Annotated[
         float | None,
@@ -106,16 +107,3 @@ class StressOutput(Part, StudySection):
             tell(f"{case.stem} has no stresses: {error}")
             return {}
         return {about: fatigue[about.name].values for about in FATIGUE if about.name in fatigue}
-
-    @classmethod
-    def read(cls, given: object, folder: object = None) -> Self:
-        """Read the section."""
-        if not isinstance(given, Mapping):
-            raise QuantityError("must be a mapping", _EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)
-        return read
-
-    @classmethod
-    def section_schema(cls) -> dict[str, object]:
-        """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())

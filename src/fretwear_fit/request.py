@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -33,7 +33,6 @@ from fretwear.quantity import (
     Quantity,
     adapter,
     declared,
-    inlined,
     is_list,
     whole_number,
 )
@@ -359,6 +358,8 @@ class Measurement(Part):
 class FitRequest(StudySection):
     """The section ``fit``: free parameters and measurements."""
 
+    example = _FREE_EXAMPLE
+
     free: Ranges
     data: Annotated[
         tuple[Measurement, ...],
@@ -395,14 +396,6 @@ class FitRequest(StudySection):
                 free.append(adapter(Range).validate_python(ends).of(name))
         return with_sought(free, base, vary, problems)
 
-    @classmethod
-    def read(cls, given: object, folder: Path = _UNITS) -> Self:
-        """Read the section; one error lists all problems."""
-        if not isinstance(given, Mapping):
-            raise QuantityError("must have free and data", _FREE_EXAMPLE)
-        read: Self = adapter(cls).validate_python(given, context=folder)
-        return read
-
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the measurements with the cases of the points of the study."""
         for number, datum in enumerate(self.data):
@@ -436,11 +429,6 @@ class FitRequest(StudySection):
             lacks = datum.quantity in _NUMBERS and _NUMBERS[datum.quantity].across
             if (datum.along == Y.name or lacks) and Y.name not in case.frame.axes:
                 problems.add(place, None, "lies along y, which a line contact lacks")
-
-    @classmethod
-    def section_schema(cls) -> dict[str, object]:
-        """The JSON Schema of the section."""
-        return inlined(adapter(cls).json_schema())
 
 
 def with_sought(
