@@ -30,7 +30,7 @@ _PAIRS = (
 
 
 @dataclass(frozen=True)
-class StressOutput(StudySection, Part):
+class StressOutput(StudySection, Part):  # type: ignore[misc]  # read as a section
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
 
     example = _EXAMPLE
