@@ -22,23 +22,6 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
     assert said.splitlines()[-1] == "stress.pvd"
 
 
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (("--depth", "0 um"), "must be larger than 0"),
-        (("--depth", "10"), "needs a unit"),
-        (("--cycle", 7), "cycle 7 is not a snapshot; there are 0, 20 and 200"),
-        (("--fatemi-socie", "1"), "such as '1, 1000 MPa'"),
-        (("--fatemi-socie", "1,1000"), "needs a unit"),
-        (("--bulk-stress", "80"), "needs a unit"),
-        (("-o", "stress.txt"), "must end in .nc"),
-    ],
-)
-def test_wrong_input_is_told(desk, case_file, options, reason):
-    assert reason in desk.call("stress", case_file, *options, status=2).stderr
-    assert desk.files() == ["tiny.yaml"]
-
-
 def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
     constants = ("--basquin", "1000 MPa, -0.1", "--manson-coffin", "0.5,-0.6")
     options = ("--phases", 4, "--depth", "0.2 mm")

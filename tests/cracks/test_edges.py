@@ -91,13 +91,6 @@ def test_the_trailing_edge_of_a_cylinder_in_partial_slip(stick):
     assert edge.of_shears[2, XX] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_contacts_of_too_few_cells_have_no_edge():
-    pressure = sphere(2)
-    assert (
-        stresses_at_edge(pressure, pressure[None], 0.5, (0.5, 0.5), NU, plane_strain=False) is None
-    )
-
-
 def test_the_edge_of_a_simulated_contact_is_that_of_the_closed_form():
     """It slides as a whole; below the surface the largest tension is less."""
     sliding = {"tangential_ratio": None, "displacement_amplitude": "2.5 um"}

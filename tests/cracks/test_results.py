@@ -1,7 +1,6 @@
 """Stresses of the dataset of a case."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -11,10 +10,6 @@ import fretwear
 from fretwear_cracks import StressError
 from fretwear_cracks.cracks import PointLoops
 from fretwear_cracks.inputs import surface_of
-from fretwear_cracks.results import (
-    largest_values,
-    write_stresses,
-)
 
 from ..studies import SELF_AFFINE, STEEL, WAVES, near, steel
 
@@ -178,41 +173,6 @@ def test_the_parameter_of_ruiz_is_tension_times_friction_work(worn):
     assert value == near(tension * work, rel=0.01)
 
 
-def test_a_file_of_stresses_reads_back(worn, tmp_path):
-    found = fretwear.stress(worn, 1000, depths=[20e-6, 40e-6], phases=4, dang_van=0.3)
-    write_stresses(found, tmp_path / "stress.nc")
-    with xr.open_dataset(tmp_path / "stress.nc", decode_timedelta=False) as stored:
-        xr.testing.assert_equal(stored.load(), found)
-        assert stored.stress_xx.attrs["units"] == "Pa"
-    words = dict(largest_values(found))
-    assert "to the surface" in words["Smith–Watson–Topper parameter"]
-
-
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        ({"cycle": 5}, "cycle 5 is not a snapshot; there are 0 and 1000"),
-        ({"points": [(0, 0, 0)]}, "z must be larger than 0"),
-        ({"points": [(0, 0)]}, "shape (n, 3)"),
-        ({"points": [(0, 0, 1e-5)], "depths": [1e-5]}, "either points or depths"),
-        ({"depths": [-1e-5]}, "must be larger than 0"),
-        ({"depths": ["10"]}, "a length such as 20 um"),
-        ({"depths": [2e-5, 1e-5]}, "must increase"),
-        ({"phases": 5}, "an even number"),
-        ({"fatemi_socie": (1, "1000 N")}, "must be a pressure"),
-        ({"fatemi_socie": (1, 0.0)}, "the yield strength positive"),
-        ({"bulk_stress": "80"}, "did you mean '80 MPa'"),
-        ({"whole": True, "crossland": 0.2}, "on the plane y = 0 only"),
-        ({"critical_distance": "0 um"}, "must be larger than 0"),
-        ({"critical_distance": "9 um", "whole": True}, "for the plane y = 0"),
-        ({"whole": True, "phases": 10**8}, "fewer depths or phases"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(worn, options, reason):
-    with pytest.raises(StressError, match=re.escape(reason)):
-        fretwear.stress(worn, **options)
-
-
 def test_worn_stresses_converge_with_the_cell_at_a_depth(worn):
     """Above the edge of stick too, where the pressure of worn elastic bodies is singular."""
     a = float(worn.hertz_radius)
@@ -227,16 +187,6 @@ def test_worn_stresses_converge_with_the_cell_at_a_depth(worn):
     assert (fine < 0.01 * float(worn.hertz_pressure)).all()
 
 
-def test_points_outside_the_window_are_told(worn):
-    end = float(worn.x[-1] + 0.5 * (worn.x[1] - worn.x[0]))
-    inside, beyond = (
-        fretwear.stress(worn, points=[(share * end, 0.0, 2e-5)], phases=2) for share in (0.98, 1.1)
-    )
-    assert "outside" not in inside.warnings
-    assert f"at x = {1.1e6 * end:.3g} µm beyond {1e6 * end:.3g} µm" in beyond.warnings
-    assert np.isfinite(beyond.von_mises).all()
-
-
 def test_datasets_without_a_loop_of_stresses_are_refused(worn):
     still = worn.assign(shear_traction=0.0 * worn.shear_traction)
     stroke = {**json.loads(worn.parameters), "sliding_amplitude": 5e-6}
@@ -249,13 +199,6 @@ def test_datasets_without_a_loop_of_stresses_are_refused(worn):
     ):
         with pytest.raises(StressError, match=reason):
             fretwear.stress(wrong)
-
-
-def test_shallow_depths_and_singular_pressures_are_doubted(worn):
-    assert fretwear.stress(worn, depths=[0.3e-4], phases=2).warnings == ""
-    warnings = fretwear.stress(worn, 1000, depths=[2e-6], phases=2).warnings
-    assert "less than a cell, 5 µm" in warnings
-    assert "singular at the edge of stick" in warnings
 
 
 def test_friction_in_two_directions_shears_planes_of_equal_depth_along_both():

@@ -11,7 +11,6 @@ from fretwear.data.merge import merge_study
 from fretwear.run.simulate import run
 from fretwear.study.reading import load_study
 from fretwear_cracks.figures import crack_figures, fatigue_map
-from fretwear_cracks.report import crack_sections, crack_table
 
 from ..studies import base, write_study
 
@@ -91,27 +90,3 @@ def test_figures_show_who_wins_and_where(cracked):
             expected = merged.isel(displacement_amplitude=0, cycle=cycle)
             place = np.ravel(marks[0].get_data())
             np.testing.assert_allclose(place * 1e-6, [expected.crack_x, expected.crack_depth])
-
-
-def test_a_study_without_any_crack_has_its_map_and_table(cracked, tmp_path):
-    study, folder = cracked
-    content = {**study.content, "vary": {"displacement_amplitude": ["3 um"]}}
-    uncracked = load_study(write_study(tmp_path / "uncracked.yaml", content))
-    merge_study(uncracked, folder / "cases", tmp_path / "summary.nc")
-    with open_summary(tmp_path / "summary.nc") as merged:
-        assert merged["crack_cycle"].isnull().all()
-        (outcome,) = fatigue_map(merged).axes[0].get_images()
-        assert np.asarray(outcome.get_array()).ravel().tolist() == [1.0]
-        assert crack_table(merged).Outcome.tolist() == ["wear wins"]
-
-
-def test_the_report_says_where_the_first_crack_is_expected(cracked):
-    _, folder = cracked
-    with open_summary(folder / "summary.nc") as merged:
-        partial, gross = crack_table(merged).to_dict("records")
-        assert partial["Outcome"].startswith("crack wins, first at cycle ")
-        assert gross["Outcome"] == "wear wins"
-        assert partial["x (µm)"].count("→") == 1
-        (section,) = crack_sections(merged, folder / "cases")
-        assert partial["Outcome"] in section.body
-        assert not [*crack_sections(merged.drop_vars("largest_smith_watson_topper"), folder)]

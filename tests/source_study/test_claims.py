@@ -19,7 +19,7 @@ from fretwear_source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear_source_study.claims import CLAIMS, Verdict, percent, short
+from fretwear_source_study.claims import CLAIMS, Verdict
 from fretwear_source_study.parameters import TITLES
 
 from .conftest import doctored
@@ -37,19 +37,6 @@ def verdict(number, smooth, rough=None):
     """The verdict by one case in the place of all, or by a smooth and a rough one."""
     cases = {title: rough if rough and "rough" in title else smooth for title in TITLES}
     return judged(number, cases).verdict
-
-
-def test_claims_are_numbered_and_each_judges_some_case(cases):
-    assert [claim.number for claim in CLAIMS] == list(range(1, 12))
-    for claim in CLAIMS:
-        findings = claim.judge(cases).findings
-        assert findings
-        for finding in findings.values():
-            assert finding.numbers
-            assert bool(finding.remark) is (finding.answer is not HOLDS)
-    texts = [short(value) for value in (0.0, 1e-9, 0.12345, -12.345, 1234.5, np.nan)]
-    assert texts == ["0", "0", "0.123", "−12.3", "1230", "–"]
-    assert [percent(share) for share in (0.4567, 0.0123, 0.0)] == ["45.7 %", "1.23 %", "0 %"]
 
 
 def test_what_holds_in_a_real_run(cases):

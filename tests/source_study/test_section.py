@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from fretwear_source_study.cases import reference_cases
-from fretwear_source_study.claims import CLAIMS, _ratios, excess_shear, source_sections
+from fretwear_source_study.claims import _ratios, excess_shear, source_sections
 from fretwear_source_study.figures import source_figures
 from fretwear_source_study.parameters import TITLES
 
@@ -28,28 +28,6 @@ def simple(merged):
 
 def words(section):
     return html.unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", section.body)))
-
-
-def test_every_claim_is_told_with_criterion_numbers_and_a_word_for_each_model(
-    sections, cases, simple
-):
-    text = words(sections["claims"])
-    assert "gives no radius of the sphere: these cases have 10 mm." in text
-    for claim in CLAIMS:
-        described, following = claim.judge(simple), claim.judge(cases)
-        verdicts = f"{described.verdict.value} {following.verdict.value}"
-        assert f"{claim.number} {claim.words} {claim.criterion} {verdicts}" in text
-        for finding in [*described.findings.values(), *following.findings.values()]:
-            assert finding.text in text
-
-
-def test_radii_are_compared_where_a_study_has_several(merged):
-    summary = with_radii(merged.summary.isel(slip_model=[0]), 0.01, 0.04)
-    (section,) = source_sections(summary, merged.folder)
-    text = words(section)
-    assert "R = 40 mm, slip that follows the worn shape" in text
-    # Both radii stand for the same files here.
-    assert "differ from the answers at 10 mm are marked (*): there are none." in text
 
 
 def test_models_agree_on_the_unworn_smooth_sphere_and_constant_slip_wears_less(
@@ -136,15 +114,6 @@ def test_every_figure_of_the_source_study_is_there_under_its_number(figures, mer
     summary = merged.summary.isel(slip_model=[0])
     names = [figure.name for figure in source_figures(summary, merged.folder)]
     assert len(names) == len(NUMBERS)
-
-
-@pytest.mark.parametrize("number", [5, 6, 9, 11, 14])
-def test_rough_profiles_are_filled_and_come_with_a_zoom(figures, number):
-    panels = found(figures, number).figure.axes
-    for whole, zoom in zip(panels[::2], panels[1::2], strict=True):
-        assert zoom.get_title(loc="left").endswith("zoom")
-        assert np.ptp(zoom.get_xlim()) < 0.35 * np.ptp(whole.get_xlim())
-        assert len(whole.collections) == len(whole.images) == 1
 
 
 def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(merged, figures):
