@@ -31,7 +31,7 @@ CELLS_PER_SLIDING_RADIUS = {POINT_CONTACT: (8, 16), LINE_CONTACT: (16, 400)}
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
 
-CELLS_ACROSS_TIP = 12.0
+CELLS_ACROSS_TIP = 20.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
 STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
 # Width of cells, over the width that suits a tip, from which on the band that yields counts.
