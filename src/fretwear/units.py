@@ -1,10 +1,8 @@
 """Physical values as people write and read them, and SI floats, as the computation needs them.
 
 Text becomes a number in decimal arithmetic and is rounded to a float once, so that the same value
-in two spellings (``50 N``, ``0.05 kN``) gives the same float.  Units beyond the usual ones are read
-by pint with a small registry of our own: it loads in a few milliseconds, where pint's full one
-takes half a second, and it treats the angle as a dimension, so that a bare number is never taken
-for an angle.
+in two spellings (``50 N``, ``0.05 kN``) gives the same float. pint reads the units by a small
+registry of our own, in which the angle is a dimension: a bare number is never taken for an angle.
 """
 
 from __future__ import annotations
@@ -46,7 +44,6 @@ _UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°⁻-]*|(?:°|1?\s*/)[\w\s*/^().�
 # As tribologists type it: mm3/Nm, mm3 N-1 m-1.
 _POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
-_MAX_LENGTH = 60
 
 
 class QuantityError(ValueError):
@@ -200,7 +197,7 @@ _READABLE = {
 @cache
 def _registry() -> tuple[pint.UnitRegistry[Any], dict[object, Dimension]]:
     """Return pint's reader of units, and the kinds of quantity by dimensionality."""
-    import pint  # takes a fifth of a second, which only unusual units are worth
+    import pint  # takes a fifth of a second, which not every command is worth
 
     registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
     registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
@@ -212,22 +209,10 @@ def _expression(unit: str) -> str:
     return f"1{unit}" if unit.startswith("/") else unit
 
 
-# The units listed here are plain names; pint reads all others.
-_PLAIN_UNITS = {
-    spelled: (Decimal(_DEGREE) if unit in ANGLE.units else Decimal(repr(unit.size)), dimension)
-    for dimension in DIMENSIONS
-    for unit in (Unit(dimension.typed), *dimension.units)
-    for spelled in (unit.typed, unit.name)
-    if spelled
-}
-
-
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> tuple[Decimal, Dimension]:
     """Return the SI value of a unit and its kind."""
-    if text in _PLAIN_UNITS:
-        return _PLAIN_UNITS[text]
-    if len(text) > _MAX_LENGTH or not _UNIT.fullmatch(text) or _STACKED_POWER.search(text):
+    if not _UNIT.fullmatch(text) or _STACKED_POWER.search(text):
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
     registry, dimensions = _registry()
     try:
