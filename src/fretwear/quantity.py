@@ -167,14 +167,6 @@ class Plain(Parameter):
     description: str = field(default="", kw_only=True)
 
 
-class Flag(Plain):
-    """Yes or no."""
-
-    def word_for(self, value: object) -> str:
-        """Return yes or no, also of a number as datasets have it."""
-        return "yes" if value else "no"
-
-
 @dataclass(frozen=True)
 class Quantity(Parameter):
     """A physical quantity or a plain number within a range, with bounds in SI units.
@@ -255,7 +247,8 @@ class Quantity(Parameter):
             return self._read_form(value, folder)
         if self.places and is_list(value):
             if len(value) != len(self.places):
-                rule = f"must be one value, or {len(self.places)}: {self._of_places}"
+                of_places = ", ".join(words.removeprefix("of ") for _, words in self.places)
+                rule = f"must be one value, or {len(self.places)}: [{of_places}]"
                 raise QuantityError(f"{rule}, but is a list of {len(value)}")
             item = self._item
             items = each(value, lambda one: item.read(one, folder))
@@ -264,10 +257,6 @@ class Quantity(Parameter):
             return self.record(items)
         number = self._read_number(value, folder is not None)
         return (number, number) if self.places is AXES else number
-
-    @property
-    def _of_places(self) -> str:
-        return f"[{', '.join(words.removeprefix('of ') for _, words in self.places)}]"
 
     @property
     def single(self) -> Quantity:
@@ -314,16 +303,12 @@ class Quantity(Parameter):
     def _parsed(self, value: object, units_required: bool) -> float:
         if type(value) in (int, float) and value == 0 and 0.0 in (self.gt, self.ge):
             return 0.0  # nothing is nothing in any unit
+        if isinstance(value, FloatWithUnit):
+            return value
         per_length = self.in_frame(LINE_CONTACT)
-        if per_length is self or isinstance(value, FloatWithUnit):
-            return (
-                parse_quantity(value, self.dimension, units_required=units_required)
-                if not (isinstance(value, FloatWithUnit))
-                else value
-            )
-        # A force tells by its unit which contact it loads, or by none.
-        if not isinstance(value, str):
+        if per_length is self or not isinstance(value, str):
             return parse_quantity(value, self.dimension, units_required=units_required)
+        # A force tells by its unit which contact it loads, or by none.
         with suppress(QuantityError):
             return FloatWithUnit(parse_quantity(value, per_length.dimension), per_length.si_unit)
         number = parse_quantity(value, self.dimension, units_required=units_required)
@@ -466,16 +451,15 @@ class PartOf(Parameter):
 
     def named(self, parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
         """Parameters of a kind by name; their words mention a second part of the family."""
-        named = dict(parameters)
-        for name, about in parameters.items() if self.is_second else ():
-            words = about.words.replace("roughness", self.words).replace("surface", self.words)
-            words = words if self.words in words else f"{words} of the {self.words}"
-            named[name] = about.renamed(words)
-        return named
+        if not self.is_second:
+            return dict(parameters)
+        words = f"of the {self.words}"
+        return {n: about.renamed(f"{about.words} {words}") for n, about in parameters.items()}
 
     def canonical(self, value: Any) -> object:
         """Return the mapping, or the name of a kind without fields; None without a part."""
-        return None if value is None else value.under_key
+        content = None if value is None else value.canonical()
+        return content["kind"] if content and len(content) == 1 else content
 
     def coordinates(self, name: str, value: Part | None) -> Coordinates:
         """Yield the coordinates of the fields; zero without a part."""
@@ -650,12 +634,6 @@ class Part:
         """Yield the coordinates of the fields of a part without kinds."""
         for key, about in self.parameters().items():
             yield from about.coordinates(f"{name}_{key}", vars(self)[key])
-
-    @cached_property
-    def under_key(self) -> object:
-        """What stands under the key of a part: a mapping, or the name of a kind without fields."""
-        content = self.canonical()
-        return content if len(content) > 1 else content["kind"]
 
 
 class MisspeltError(QuantityError):

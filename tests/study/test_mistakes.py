@@ -57,7 +57,7 @@ base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: 
 base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 1: is not known
 base/cell: 40 um || too coarse for the contact
 base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values
-base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | radius, a key that a block cannot change
+base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius = 9 mm: is not known
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
 base/material: alumina || has no effect
@@ -147,7 +147,7 @@ def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studi
     (first,) = studies.error(content).problems
     assert first.key == "base.tangential_load"
     assert "gross sliding" in first.rule
-    assert "at load = 10 N, friction = 0.5 (and at 4 more points)" in first.rule
+    assert "(at load = 10 N, friction = 0.5 and at 4 more points)" in first.rule
     kept = studies.load(content | {"invalid": "skip"})
     assert [point.values["load"] for point in kept.points() if point.case] == [20.0, *[50.0] * 3]
     assert "gross sliding" in kept.points()[0].problem

@@ -6,9 +6,17 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import Annotated, Any, Self
+from itertools import groupby
+from typing import Annotated, Any, Self, get_type_hints
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    create_model,
+)
 from pydantic_core import core_schema
 
 import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
@@ -19,24 +27,24 @@ from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip.loading import Loading, SlidingDistance
 from fretwear.mechanics.slip.models import Cerruti
+from fretwear.mechanics.surfaces.materials import Friction
+from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import (
     AXES,
     Coordinates,
-    Flag,
     Inline,
     Parameter,
+    Part,
     PartOf,
     Plain,
     Quantity,
     Schema,
     declared,
-    each,
-    is_list,
     whole_number,
 )
 from fretwear.study.keys import Keys
 from fretwear.theory import HertzContact
-from fretwear.units import LINE_CONTACT, QuantityError
+from fretwear.units import LINE_CONTACT
 
 MAX_CYCLES = 10**9
 PARTS_OF_A_DISTANCE = 1000
@@ -45,6 +53,7 @@ _SNAPSHOTS = 8
 _SNAPSHOT = whole_number("$N$", "cycle", 0, MAX_CYCLES, 1000)
 _CYCLES = whole_number("$N$", "number of cycles", 1, MAX_CYCLES, 30000)
 _IN_BLOCKS = "normal", "loading", "friction_law"
+_CHANGEABLE: tuple[type[Part], ...] = (Normal, Loading, Friction)
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
 
@@ -79,70 +88,47 @@ Snapshots = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(BaseModel):
     """A number of cycles with other values of some parameters, in SI units."""
 
-    cycles: int
-    values: tuple[tuple[str, object], ...] = ()
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    cycles: Annotated[int, _CYCLES]
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values that it changes, by the names of their keys."""
+        given = self.model_fields_set - {"cycles"}
+        return {name: value for name, value in vars(self).items() if name in given}
+
+
+def _changeable() -> dict[str, Any]:
+    """The types of the parameters that a block may change, by name."""
+    kinds = (kind for family in _CHANGEABLE for kind in family.kinds().values())
+    hints = ((kind, get_type_hints(kind, include_extras=True)) for kind in kinds)
+    return {name: types[name] for kind, types in hints for name in kind.parameters()}
 
 
 class Blocks(Plain):
-    """A list of blocks; consecutive blocks with the same values are merged."""
+    """A list of blocks."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        del source, handler
-        return core_schema.with_info_plain_validator_function(
-            lambda value, info: self.read(value, info.context)
-        )
+        fields: dict[str, Any] = {name: (hint, None) for name, hint in _changeable().items()}
+        block = create_model("Block", __base__=Block, **fields)
+        return handler.generate_schema(tuple[block, ...])  # type: ignore[valid-type]
 
     @property
     def fields(self) -> dict[str, Parameter]:
         """The parameters that a block may have, by name."""
-        changed = (members()[name] for name in _IN_BLOCKS)
-        keys = (part.keys for part in changed if isinstance(part, Inline))
-        return {name: about for of_part in keys for name, about in of_part.items()}
-
-    def read(self, value: object, folder: object = None) -> tuple[Block, ...]:
-        """Return the blocks; the error lists all problems."""
-        if not is_list(value) or not value:
-            raise QuantityError("must be a list of blocks", self.example)
-
-        def block(given: object) -> Block:
-            if isinstance(given, Block):
-                return given
-            if not isinstance(given, Mapping) or "cycles" not in given:
-                raise QuantityError("must be a block", "such as {cycles: 2000, load: 50 N}")
-            names, known, keys = [*given], self.fields, case_keys()
-            if wrong := [name for name in names if name not in ("cycles", *known)]:
-                raise QuantityError(f"has {wrong[0]}, a key that a block cannot change")
-            values = each(names, lambda name: keys[str(name)].read(given[name], folder))
-            read = dict(zip(names, values, strict=True))
-            return Block(read.pop("cycles"), tuple(sorted(read.items())))
-
-        blocks = list[Block]()
-        for one in each(value, block):
-            same = blocks and blocks[-1].values == one.values
-            earlier = blocks.pop().cycles if same else 0
-            blocks.append(Block(earlier + one.cycles, one.values))
-        return tuple(blocks)
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
-        fields = {name: case_keys().value_schema(name) for name in ("cycles", *self.fields)}
-        block = {"type": "object", "additionalProperties": False, "properties": fields}
-        block["required"] = ["cycles"]
-        return {"type": "array", "minItems": 1, "items": block, **self.described}
+        return {n: about for family in _CHANGEABLE for n, about in Inline(family).keys.items()}
 
     def canonical(self, value: Sequence[Block]) -> object:
         """Return a list of mappings."""
         fields = self.fields
         return [
-            {"cycles": block.cycles, **{n: fields[n].canonical(v) for n, v in block.values}}
+            {"cycles": block.cycles, **{n: fields[n].canonical(v) for n, v in block.values.items()}}
             for block in value
         ]
 
@@ -158,7 +144,9 @@ class Blocks(Plain):
         fields = self.fields
         return ", then ".join(
             f"{block.cycles} cycles"
-            + "".join(f", {fields[n].symbol} = {fields[n].text(v)}" for n, v in block.values)
+            + "".join(
+                f", {fields[n].symbol} = {fields[n].text(v)}" for n, v in block.values.items()
+            )
             for block in value
         ).replace("$", "")
 
@@ -191,7 +179,7 @@ class FrettingContact(Setup):
     ] = ()
     error_estimate: Annotated[
         bool,
-        Flag("", "estimate of errors", "false"),
+        Plain("", "estimate of errors", "false"),
         "Whether a run on cells twice as wide estimates the error of every result.",
     ] = True
     accuracy: Annotated[
@@ -228,8 +216,14 @@ class FrettingContact(Setup):
         # What a case has derived from its members is not one of them.
         values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
         if blocks := case.blocks:
-            values["cycles"] = sum(block.cycles for block in blocks)
-            values["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+            alike = [[*same] for _, same in groupby(blocks, lambda block: block.values)]
+            cycles = [sum(block.cycles for block in same) for same in alike]
+            merged = [
+                same[0].model_copy(update={"cycles": number})
+                for same, number in zip(alike, cycles, strict=True)
+            ]
+            values["cycles"] = sum(cycles)
+            values["blocks"] = tuple(merged) if merged[1:] or merged[0].values else ()
         estimated = values.get("error_estimate", True) or "accuracy" in assembled
         if values.get("cell") is not None or not estimated:
             values["accuracy"] = math.inf
@@ -349,14 +343,14 @@ class FrettingContact(Setup):
     def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
         """Each block as a case (None if it is not valid), with the cycle at which it ends."""
         end = 0
-        for block in self.blocks or (Block(self.cycles),):
+        for block in self.blocks or (Block(cycles=self.cycles),):
             end += block.cycles
             changed: dict[str, object] = {"blocks": ()}
             for member in _IN_BLOCKS:
                 about = members()[member]
                 assert isinstance(about, Inline)
                 keys = about.keys
-                if given := {name: value for name, value in block.values if name in keys}:
+                if given := {name: value for name, value in block.values.items() if name in keys}:
                     changed[member] = about.changed(getattr(self, member), given)
             yield end, None if None in changed.values() else self.changed(**changed)
 

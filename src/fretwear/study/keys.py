@@ -221,7 +221,7 @@ class Keys:
         """The part of the kind that the keys decide."""
         known = about.keys
         if (kind := about.kind_of(keys)) is None and blocks:
-            in_blocks = [{n: v for n, v in block.values if n in known} for block in blocks]
+            in_blocks = [{n: v for n, v in block.values.items() if n in known} for block in blocks]
             kinds = [about.kind_of(keys.keys() | one.keys()) for one in in_blocks]
             if None not in kinds and (kind := kinds[0]) is not None:
                 # Only required values are completed: a block may lack an optional one.

@@ -331,8 +331,9 @@ def _try_points(
     `visit` is called with each point that breaks none, in order, while its case exists; without
     `skip`, no longer than all points are valid. A broken rule is told once, for the first point.
     """
-    broken: dict[tuple[str, str], list[Problem]] = {}
-    for point in study.points(*points):
+    broken: dict[tuple[str, str], list[tuple[Problem, str]]] = {}
+    tried = study.points(*points)
+    for point in tried:
         wrong = Problems()
         # It is held until all of its rules are tried.
         case = study.case(point.index, wrong)
@@ -341,18 +342,20 @@ def _try_points(
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:
             for problem in wrong:
-                placed = _placed(problem, point)
+                placed, where = _placed(problem, point)
                 kind = placed.key.partition("[")[0], re.sub(r"[\d.e+-]+", "#", problem.rule)
-                broken.setdefault(kind, []).append(placed)
+                broken.setdefault(kind, []).append((placed, where))
         elif visit is not None and not broken and not problems:
             visit(point)
-    for first, *others in broken.values():
-        more = f" (and at {len(others)} more points)" if others else ""
-        problems.append(replace(first, rule=f"{first.rule}{more}"))
+    for (first, where), *others in broken.values():
+        more = f" and at {len(others)} more points" if others else ""
+        is_everywhere = not where or len(others) + 1 == len(tried)
+        rule = first.rule if is_everywhere else f"{first.rule} (at {where}{more})"
+        problems.append(replace(first, rule=rule))
 
 
-def _placed(problem: Problem, point: Point) -> Problem:
-    """The problem of a point at the key of the file that has the value, with other values."""
+def _placed(problem: Problem, point: Point) -> tuple[Problem, str]:
+    """The problem of a point at the key of the file that has the value, and the other values."""
     name = problem.key.removeprefix("base.")
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
     others = []
@@ -361,8 +364,7 @@ def _placed(problem: Problem, point: Point) -> Problem:
             key = f"vary.{axis.name}" + (f"[{position}]" if axis.drawn_from is None else "")
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
-    where = f" at {', '.join(others)}" if others else ""
-    return replace(problem, key=key, rule=f"{problem.rule}{where}")
+    return replace(problem, key=key), ", ".join(others)
 
 
 def _in_order(

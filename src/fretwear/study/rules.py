@@ -179,7 +179,7 @@ def _of_bulk_stress(case: FrettingContact) -> Iterator[Problem]:
 
 def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Problem]:
     if not case.error_estimate and math.isfinite(case.accuracy):
-        yield Problem("error_estimate", False, "leaves out the estimates that an accuracy needs")
+        yield Problem("error_estimate", False, "leaves out the error estimates of an accuracy")
     if case.frequency is None and case.wear_law.needs_frequency:
         rule = f"is missing, on which the {case.wear_law.kind} law of wear depends"
         yield Problem("frequency", None, rule, "such as frequency: 5 Hz")
