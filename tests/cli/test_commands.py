@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.study.reading import load_study, select_case
+from fretwear.study.reading import load_study, select_point
 
 from ..run.conftest import read_until
 from ..studies import WAVES, base
@@ -23,7 +23,7 @@ FRETWEAR = (sys.executable, "-m", "fretwear")
 
 @pytest.mark.parametrize("beginning", [4, None])
 def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk, beginning):
-    case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
+    case_id = select_point(load_study("tiny.yaml", ["load=25 N"])).id
     Path("out").mkdir()
     result = desk.call("run", "tiny.yaml", "--case", case_id[:beginning], "-o", "out/one.nc")
     assert result.stdout.startswith("out/one.nc: ")
@@ -34,7 +34,7 @@ def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk,
 
 def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
     desk.call("run", "tiny.yaml", "--set", "load=30 N", "--set", "cycles=50")
-    case = select_case(desk.folder / "tiny.yaml", None, ["load=30 N", "cycles=50"])
+    case = select_point(load_study(desk.folder / "tiny.yaml", ["load=30 N", "cycles=50"])).case
     computed = fretwear.simulate(case, quarter=True)
     with fretwear.open_case(f"{case.case_id}.nc") as stored:
         command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
@@ -141,7 +141,7 @@ def test_a_step_without_what_it_needs_fails_with_a_message(desk, command, needed
 
 def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_file):
     *lines, mark, explanation = desk.call("show", case_file).stdout.splitlines()
-    case = select_case("tiny.yaml", None, ["load=50 N"])
+    case = select_point(load_study("tiny.yaml", ["load=50 N"])).case
     rows = {line[2:].split("  ")[0]: line.split("  ") for line in lines}
     assert case.case_id in lines[0]
     assert rows["normal load"][-1].strip() == "50 N"

@@ -187,7 +187,12 @@ MISTAKES = {
     "a study without its folder": ("run tiny.yaml", "did you mean 'studies/tiny.yaml'?"),
     "no unit": ("plan unit.yaml", "base.radius = 10 ", "did you mean '10 mm'?"),
     "no choice of a case": ("run studies/tiny.yaml", "give --case ID, one of", "P25N-", "P50N-"),
-    "a beginning of several ids": ("run studies/tiny.yaml --case P", "2 ids", "P25N-", "P50N-"),
+    "a beginning of several ids": (
+        "run studies/tiny.yaml --case P",
+        "2 of the 2 cases",
+        "P25N-",
+        "P50N-",
+    ),
     "a misspelt command": ("rum studies/tiny.yaml", "Did you mean 'run'?"),
     "a change without unit": ("plan studies/tiny.yaml --set load=3", "did you mean '3 N'?"),
     "sliding": (

@@ -10,7 +10,7 @@ from scipy.stats import qmc
 from fretwear.study.designs import LatinHypercube
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.problems import StudyError
-from fretwear.study.reading import override, select_case
+from fretwear.study.reading import override, select_point
 
 from ..studies import SELF_AFFINE, WAVES
 
@@ -143,29 +143,31 @@ def test_a_wrong_assignment_is_refused_in_its_own_words(studies, content):
 
 
 def test_a_case_is_chosen_by_its_id_which_the_only_one_does_not_need(studies, content):
-    file = studies.write(content)
-    cases = studies.load(content).cases()
+    study = studies.load(content)
+    cases = study.cases()
     with pytest.raises(StudyError) as caught:
-        select_case(file)
+        select_point(study)
     for case_id, case in cases.items():
         assert case_id in str(caught.value)
-        assert select_case(file, case_id) == case
+        assert select_point(study, case_id).case == case
         with pytest.raises(StudyError, match=f"did you mean '{case_id}'"):
-            select_case(file, f"{case_id[:-2]}00")
-    assert select_case(file, None, ["load=30 N"]).load == 30.0
+            select_point(study, f"{case_id[:-2]}00")
+    assert select_point(studies.load(content, ["load=30 N"])).case.load == 30.0
 
 
 def test_a_chosen_case_can_be_changed_without_losing_a_bit_of_the_rest(studies, content):
     content["base"]["roughness"] = WAVES
     content["vary"] = {"roughness.amplitude": ["0.1 um", "0.2 um"], "load": ["25 N", "50 N"]}
-    file, chosen = studies.write(content), studies.load(content).points()[1]
-    changed = select_case(file, chosen.id, ["friction=0.7"])
+    study = studies.load(content)
+    chosen = study.points()[1]
+    changed = select_point(study, chosen.id, ["friction=0.7"]).case
     assert (changed.friction, changed.load, changed.roughness.amplitude) == (0.7, 50.0, 1e-7)
     assert changed.case_id != chosen.id
     content["design"] = {"kind": "sobol", "points": 4}
     content["vary"] = {"load": {"from": "10 N", "to": "20 N"}}
-    file, chosen = studies.write(content), studies.load(content).points()[2]
-    assert select_case(file, chosen.id, ["friction=0.7"]).load == chosen.case.load
+    study = studies.load(content)
+    chosen = study.points()[2]
+    assert select_point(study, chosen.id, ["friction=0.7"]).case.load == chosen.case.load
     # Setting all that is sampled leaves one case.
     assert len(studies.load(content, ["load=30 N"]).cases()) == 1
 

@@ -6,7 +6,7 @@ import json
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -31,6 +31,9 @@ from fretwear.cli.common import (
     study_and_results,
     typed,
 )
+
+if TYPE_CHECKING:
+    from fretwear.study.study import Study
 
 _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
@@ -207,23 +210,28 @@ def run_case(
 
     An interrupted run resumes from its checkpoint beside the file.
     """
-    from fretwear.study.reading import select_case
+    from fretwear.study.reading import load_study, select_point
 
-    if output is not None and (output.is_dir() or output.suffix != ".nc"):
-        _run_to_folder(file, case or [], set_ or [], output, keep_older)
-        return
-    if case and len(case) > 1:
+    names, assigned = case or [], set_ or []
+    folder = output if output and (output.is_dir() or output.suffix != ".nc") else None
+    if folder:
+        check_writable(folder)
+    elif names[1:]:
         raise CommandError("several cases need a folder, such as -o cases/")
-    chosen = select_case(file, case[0] if case else None, set_ or ())
+    study = load_study(file, () if names else assigned)
+    if folder:
+        _run_to_folder(study, names, assigned, folder, keep_older)
+        return
+    point = select_point(study, names[0] if names else None, assigned)
+    chosen = point.case
+    assert chosen is not None
     path = check_output(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
     from fretwear.cli.progress import progress
     from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_file
-    from fretwear.study.study import as_mapping
-    from fretwear.study.yamlfile import read_document
 
-    about = study_attributes(as_mapping(read_document(file).data))
+    about = study_attributes(point.study.content)
     with progress(chosen) as observer:
         steps = simulate_to_file(
             chosen,
@@ -237,26 +245,22 @@ def run_case(
 
 
 def _run_to_folder(
-    file: Path, names: Sequence[str], assignments: Sequence[str], folder: Path, keep_older: bool
+    study: Study, names: Sequence[str], assignments: Sequence[str], folder: Path, keep_older: bool
 ) -> None:
     """Run the named cases of a study, or all."""
-    from fretwear.study.reading import load_study, select_case
+    from fretwear.study.reading import select_point
 
-    check_writable(folder)
-    study = load_study(file, () if names else assignments)
     cases = study.cases()
-    if not cases.keys() >= set(names) or (names and assignments):
-        chosen = [select_case(file, name, assignments) for name in names]
-        cases = {case.case_id: case for case in chosen}
-    elif names:
-        cases = {name: cases[name] for name in names}
+    if names:
+        points = [select_point(study, name, assignments) for name in names]
+        cases = {point.id: point.case for point in points if point.case is not None}
 
     from fretwear.cli.progress import progress
     from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_folder
 
     about = study_attributes(study.content)
-    command = shlex.join(["fretwear", "run", str(file), "--case"])
+    command = shlex.join(["fretwear", "run", str(study.file), "--case"])
     failed = simulate_to_folder(
         cases,
         folder,

@@ -109,36 +109,29 @@ def load_plan(path: str | Path, assignments: Sequence[str] = ()) -> Plan:
     return Plan(load_study(path, assignments, visit=planned.add), planned)
 
 
-def select_case(
-    path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
-) -> Case:
-    """Return one case of a study file, changed by assignments ``name=value``.
+def select_point(
+    study: Study, case_id: str | None = None, assignments: Sequence[str] = ()
+) -> Point:
+    """Return the point of a case, changed by assignments ``name=value``.
 
-    An id, or the beginning of exactly one id, chooses a case of the unchanged study, to which the
-    assignments are then applied.  Without an id the changed study must have a single case.  Raises
-    `StudyError` if the study or the case is invalid, or there is no such case.
+    An id, or the beginning of exactly one id, chooses the case, to which the assignments are then
+    applied. Without an id the study must have a single case. Raises `StudyError` if the changed
+    case is invalid, or there is no such case.
     """
-    study = load_study(path, () if case_id else assignments)
     points = {point.id: point for point in study.points() if point.id}
     matching = [n for n in points if n.startswith(case_id or "")]
     if case_id in points:
         matching = [case_id]
     if len(matching) != 1:
-        listed = "".join(f"\n    {line}" for line in few_of(matching))
-        rule = f"is the beginning of {len(matching)} ids"
-        hint = f"give more of it, to choose one of{listed}"
-        if not case_id:
-            rule = f"has {len(points)} cases, and one must be chosen"
-            hint = f"give --case ID, one of{listed}"
-        elif not matching:
-            rule = f"is not one of the {len(points)} cases of this study"
+        rule = f"chooses {len(matching)} of the {len(points)} cases of this study"
+        hint = "".join(["give --case ID, one of", *(f"\n    {n}" for n in few_of(matching))])
+        if not matching:
             hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-        raise StudyError(study.file, [Problem("--case" if case_id else "", case_id, rule, hint)])
+        raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
     point = points[matching[0]]
     if case_id and assignments:
-        point = _checked(study.file, content_of(point), assignments).points()[0]
-    assert point.case is not None
-    return point.case
+        (point,) = _checked(study.file, content_of(point), assignments).points()
+    return point
 
 
 def content_of(point: Point) -> dict[str, Any]:
