@@ -12,9 +12,8 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 import fretwear
 
-# Embedded fonts and animations are logged at length.
-for library in ("fontTools", "matplotlib.animation"):
-    logging.getLogger(library).setLevel(logging.WARNING)
+# Embedded fonts are logged at length.
+logging.getLogger("fontTools").setLevel(logging.WARNING)
 
 project = "fretwear"
 author = "The fretwear developers"

@@ -1,15 +1,14 @@
 """Sphinx extension: the gallery, from the scripts that draw its figures.
 
 Each script in ``docs/gallery/`` begins with a docstring, of which the first line becomes the title,
-and leaves its figure under the name ``figure``, or saves a moving one as a GIF. The studies that
-they read, the YAML files beside them, are run first.
+and leaves its figure under the name ``figure``. The studies that they read, the YAML files beside
+them, are run first.
 """
 
 from __future__ import annotations
 
 import ast
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -46,12 +45,6 @@ def run_study(file: Path, results: Path) -> None:
     merge_study(study, results / "cases", results / "summary.nc")
 
 
-def moving_picture(source: str) -> str:
-    """File of the animation that a script saves; empty without one."""
-    match = re.search(r"""save\("([^"]+\.gif)"\)""", source)
-    return match[1] if match else ""
-
-
 def draw(script: Path, place: Path, folder: Path) -> None:
     """Run a script in a folder with the results of its study, and keep its picture."""
     source = script.read_text(encoding="utf-8")
@@ -63,14 +56,9 @@ def draw(script: Path, place: Path, folder: Path) -> None:
     finally:
         os.chdir(before)
     small = folder / f"{script.stem}.png"
-    if moving := moving_picture(source):
-        shutil.copy(place / moving, folder / f"{script.stem}.gif")
-        picture: Image.Image = Image.open(place / moving)
-    else:
-        save_as(names["figure"], folder / f"{script.stem}.svg")
-        names["figure"].savefig(small, dpi=100)
-        picture = Image.open(small)
-    picture = picture.convert("RGB")
+    save_as(names["figure"], folder / f"{script.stem}.svg")
+    names["figure"].savefig(small, dpi=100)
+    picture = Image.open(small).convert("RGB")
     picture.thumbnail(THUMBNAIL)
     picture.save(small, optimize=True)
     plt.close("all")
@@ -97,10 +85,9 @@ def section(script: Path) -> str:
     source = script.read_text(encoding="utf-8")
     title, text = said(script)
     code = source.split('"""\n', 2)[-1].strip()
-    ending = "gif" if moving_picture(source) else "svg"
     return (
         f"## {title}\n\n{text}\n\n"
-        f"![{title}](../generated/gallery/{script.stem}.{ending})\n\n```python\n{code}\n```\n"
+        f"![{title}](../generated/gallery/{script.stem}.svg)\n\n```python\n{code}\n```\n"
     )
 
 

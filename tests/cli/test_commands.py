@@ -1,4 +1,4 @@
-"""What the commands do: run, plan, merge, show, compare, plot, animate; how they are stopped."""
+"""What the commands do: run, plan, merge, show, compare, plot; how they are stopped."""
 
 import json
 import re
@@ -225,14 +225,3 @@ def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     assert struct.unpack(">II", content[16:24]) > (1000, 600)
     desk.call("plot", case_file, "-o", "a.svg")
     assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
-
-
-def test_animate_writes_a_gif_beside_the_case(desk, case_file, monkeypatch):
-    shutil.copy(case_file, "mine.nc")
-    result = desk.call("animate", "mine.nc", "--dpi", "50")
-    assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
-    assert result.stdout.startswith("mine.gif: 3 pictures, ")
-    monkeypatch.setenv("PATH", str(desk.folder))
-    result = desk.call("animate", case_file, "-o", "a.mp4", status=2)
-    assert "needs the program ffmpeg" in result.stderr
-    assert not Path("a.mp4").exists()

@@ -30,7 +30,7 @@ def assert_reads_well(text):
 def test_all_commands_are_listed_and_the_program_alone_prints_its_help(desk):
     text = desk.call("--help").stdout
     assert_reads_well(text)
-    assert {"run", "plan", "show", "plot", "compare", "animate"} <= set(COMMANDS)
+    assert {"run", "plan", "show", "plot", "compare"} <= set(COMMANDS)
     for command in COMMANDS:
         assert f"│ {command} " in text
     result = desk.call(status=2)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
 import fretwear
 from fretwear import figures
@@ -134,20 +133,6 @@ def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
     check_texts(figure)
     with pytest.raises(ValueError, match="takes two cases, not 1"):
         figures.compare_cases({"A": smooth})
-
-
-def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth, tmp_path):
-    film = figures.animation(smooth, cycles=[0, 10, 1000])
-    assert film.cycles == (0, 10, 1000)
-    assert film.seconds[-1] == max(film.seconds)
-    path = film.save(tmp_path / "wear.gif", dots_per_inch=40)
-    with Image.open(path) as picture:
-        assert picture.n_frames == 3
-    line = film.show(10).axes[0].get_lines()[-1]
-    whole = mirrored(smooth[["pressure"]].sel(cycle=10))["pressure"]
-    np.testing.assert_allclose(line.get_ydata(), 1e-6 * line_near_the_middle(whole), rtol=1e-6)
-    with pytest.raises(ValueError, match=r"in .gif or .mp4"):
-        film.save(tmp_path / "wear.avi")
 
 
 def test_anything_but_a_dataset_with_these_fields_and_cycles_is_refused(smooth_run, small_study):

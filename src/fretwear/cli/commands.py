@@ -44,8 +44,6 @@ _CASE = (
 )
 _OUTPUT = "File to write, or the folder for files named by the ids, where finished cases are kept."
 _FIGURE = "File to write: .png, .svg or .pdf."
-_FILM = "File to write: .gif, or .mp4 if the program ffmpeg is installed."
-_DOTS = "Dots per inch; the pictures are 190 mm wide, or 897 pixels at 120 dpi."
 _FOLDER = typer.Argument(
     metavar="[FOLDER]", help="Folder, created if necessary.", show_default="here"
 )
@@ -371,29 +369,3 @@ def plot(
 
         save_as(overview(case, history), path)
     say(str(path))
-
-
-def animate(
-    file: CaseFile,
-    output: Annotated[Path | None, option("-o/--output", "WEAR.gif", _FILM, "OUT.gif")] = None,
-    dots: Annotated[
-        float, typer.Option("--dpi", metavar="NUMBER", min=30.0, max=600.0, help=_DOTS)
-    ] = 120.0,
-) -> None:
-    """Animate pressure, wear depth and contact zones of a case over its cycles.
-
-    It shows the snapshots in the case file, each for a time that grows with the distance to the
-    next on a logarithmic axis. About thirty snapshots give a smooth animation: 'output: {cycles:
-    [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
-    """
-    with opened(file) as (case, history):
-        path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
-
-        from fretwear.figures import animation
-
-        moving = animation(case, history)
-        try:
-            moving.save(path, dots_per_inch=dots)
-        except ValueError as error:
-            raise CommandError(str(error)) from error
-    say(f"{path}: {len(moving.cycles)} pictures, {path.stat().st_size / 1e6:.2f} MB")

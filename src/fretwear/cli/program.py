@@ -105,7 +105,6 @@ add_command(app, commands.run_case, "fretwear run studies/demo.yaml --case ID --
 add_command(app, show, "fretwear show results/demo/cases/ID.nc")
 add_command(app, commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 add_command(app, compare, "fretwear compare A.nc B.nc -o comparison.png")
-add_command(app, commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
 add_command(app, export, "fretwear export results/demo/cases/ID.nc --to vtk")
 add_command(app, commands.schema, "fretwear schema > study.schema.json")
 add_command(app, commands.coefficients, "fretwear coefficients Ti-6Al-4V")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HOMES = {
-    "cases": "CaseAnimation animation compare_cases overview",
+    "cases": "compare_cases overview",
     "history": "scalar_history",
     "maps": "compare_wear_maps fretting_map wear_map",
     "profiles": "bearing_area compare_profiles field_profiles fretting_loops scars",

@@ -1,40 +1,27 @@
-"""One case on a page or moving over its cycles, and two cases superimposed."""
+"""One case on a page, and two cases superimposed."""
 
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from os import PathLike
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib.animation import FFMpegWriter
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from PIL import Image
 
-from fretwear.data.atomic import atomic_path
-from fretwear.data.dataset import compared_cycles, different_parameters, mirrored
+from fretwear.data.dataset import compared_cycles, different_parameters
 from fretwear.figures.axes import ValueAxis, add_scale, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
-    available_cycles,
     history_of,
     profiles_of,
-    snapshots,
     variable_of,
     width_names,
 )
-from fretwear.figures.maps import depth_scale, draw_map, draw_wear_map, take_wear_map
+from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
-    ZONE_COLORS,
-    ZONES,
     cycle_colours,
     cycle_key,
     draw_filled,
@@ -47,13 +34,11 @@ from fretwear.figures.style import (
     CATEGORICAL,
     INK,
     LINE_STYLES,
-    MUTED,
     JournalFigure,
     LineLook,
-    style_context,
     styled,
 )
-from fretwear.results import RESULTS, ContactState
+from fretwear.results import RESULTS
 from fretwear.study.contact import case_keys
 from fretwear.study.keys import coordinate
 from fretwear.study.parameters import symbol_text
@@ -69,12 +54,6 @@ _COMPARED = ("pressure", "shear_traction", "wear_depth", "wear_rate")
 _DERIVED = {"hertz_radius", "hertz_pressure", "tangential_load", "cell_x", "cell_y"}
 _DERIVED |= {"roughness_slope_x", "roughness_slope_y"}
 _MOST_TOLD = 4
-
-_MOVING = ("pressure", "wear_depth", "contact_state")
-_BEYOND_CONTACT = 1.1
-_SECONDS_PER_DECADE = 1.2
-_SHORTEST, _LONGEST, _LAST = 0.25, 1.2, 2.5
-_FRAMES_PER_SECOND = 4
 
 
 @styled
@@ -193,120 +172,3 @@ def compare_cases(
     compared = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
     figure.suptitle(f"Profiles at cycle {compared}", fontsize=7.5, x=0.99, ha="right")
     return figure
-
-
-class CaseAnimation:
-    """The snapshots of a case as pictures, one after the other; nothing is interpolated.
-
-    `fretwear.figures.animation` returns it.
-
-    Attributes
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure, which shows one snapshot at a time; at first the last one.
-    cycles : tuple of int
-        The cycles shown.
-    seconds : tuple of float
-        How long each is shown: in proportion to the distance to the next one on a logarithmic axis
-        of cycles, within bounds; the last one longest.
-    """
-
-    @styled
-    def __init__(self, shown: xr.Dataset, history: xr.Dataset) -> None:
-        self.cycles = tuple(int(cycle) for cycle in shown["cycle"].values)
-        apart = _SECONDS_PER_DECADE * np.diff(np.log10(1.0 + np.array(self.cycles)))
-        self.seconds = (*np.clip(apart, _SHORTEST, _LONGEST).tolist(), _LAST)
-        self._updates: list[Callable[[int], None]] = []
-        whole = mirrored(shown)
-        reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
-        self.figure: Figure = JournalFigure(2, 104.0)
-        (pressure, zones), (wear, widths) = self.figure.subplots(
-            2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.25, 1.0)
-        )
-        title = self.figure.suptitle("", fontsize=9, x=0.006, ha="left")
-        words = [f"Cycle {cycle_text(n)}    {_headline(shown)}" for n in self.cycles]
-        self._updates.append(lambda index: title.set_text(words[index]))
-        for axes, name in ((pressure, "pressure"), (wear, "wear_depth")):
-            profiles = profiles_of(whole, name, self.cycles, both_sides=True)
-            frame = replace(frame_of([profiles]), left=-reach, right=reach)
-            self._updates.append(draw_filled(axes, profiles, frame))
-            axes.set_xlabel("x (µm), direction of slip")
-        pressure.tick_params(labelbottom=False)
-        pressure.set_xlabel("")
-        if "y" in whole.dims:
-            states = whole["contact_state"].transpose("cycle", "x", "y").values
-            x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
-            scale = Normalize(min(ContactState), max(ContactState))
-            image = draw_map(zones, x, y, states[0], reach, scale, ZONES)
-            zones.set_facecolor(ZONE_COLORS[ContactState.OPEN])
-            self._updates.append(lambda index: image.set_data(states[index].T))
-        else:
-            zones.remove()
-        _draw_zone_widths(widths, history)
-        widths.legend()
-        now = widths.axvline(self.cycles[-1], color=MUTED, lw=0.8)
-        self._updates.append(lambda index: now.set_xdata([self.cycles[index]] * 2))
-        zone_key(self.figure, [profiles], "outside lower left")
-        self.show(self.cycles[-1])
-
-    def show(self, cycle: int) -> Figure:
-        """Show the snapshot at a cycle, and return the figure; a ValueError if there is none."""
-        if cycle not in self.cycles:
-            raise ValueError(f"cycle = {cycle}: this animation shows {list(self.cycles)}.")
-        for update in self._updates:
-            update(self.cycles.index(cycle))
-        return self.figure
-
-    def save(self, path: str | PathLike[str], *, dots_per_inch: float = 120.0) -> Path:
-        """Write the animation as GIF or, if the program ffmpeg is installed, as MP4.
-
-        The suffix of `path` decides; the file appears only when it is complete. The figure is
-        190 mm wide, which 120 `dots_per_inch` make 897 pixels. Raises a `ValueError` for other
-        suffixes and for MP4 without ffmpeg, a `DataFileError` if the file cannot be written.
-        """
-        path = Path(path)
-        check_format(path)
-        with style_context(), atomic_path(path) as temporary:
-            self.figure.set_dpi(dots_per_inch)
-            (self._write_gif if path.suffix.lower() == ".gif" else self._write_mp4)(temporary)
-        return path
-
-    def _write_gif(self, path: Path) -> None:
-        canvas, pictures = FigureCanvasAgg(self.figure), []
-        for cycle in self.cycles:
-            self.show(cycle)
-            pixels, size = canvas.print_to_buffer()  # type: ignore[no-untyped-call]
-            pictures.append(Image.frombytes("RGBA", size, bytes(pixels)).convert("RGB"))
-        first, *others = (picture.quantize(128, dither=Image.Dither.NONE) for picture in pictures)
-        times = [round(1000.0 * time) for time in self.seconds]
-        first.save(path, "GIF", save_all=True, append_images=others, duration=times, loop=0)
-
-    def _write_mp4(self, path: Path) -> None:
-        options = ["-f", "mp4", "-pix_fmt", "yuv420p"]
-        movie = FFMpegWriter(fps=_FRAMES_PER_SECOND, codec="libx264", extra_args=options)
-        with movie.saving(self.figure, str(path), self.figure.dpi):
-            for cycle, seconds in zip(self.cycles, self.seconds, strict=True):
-                self.show(cycle)
-                for _ in range(round(_FRAMES_PER_SECOND * seconds)):
-                    movie.grab_frame()
-
-
-def animation(
-    dataset: xr.Dataset, history: xr.Dataset | None = None, cycles: Sequence[int] | None = None
-) -> CaseAnimation:
-    """Animate a case: pressure, wear depth and contact zones, snapshot after snapshot.
-
-    `cycles` are all snapshots by default; about thirty, evenly spaced on a logarithmic axis, make a
-    smooth animation. The widths over the cycles come from the `history`, by default that of the
-    file. Save it by ``fretwear.figures.animation(case).save("wear.gif")``.
-    """
-    shown = snapshots(dataset, available_cycles(dataset) if cycles is None else cycles, *_MOVING)
-    return CaseAnimation(shown, history_of(dataset) if history is None else history)
-
-
-def check_format(path: Path) -> None:
-    """Raise a `ValueError` if a name ends in neither .gif nor .mp4, or if MP4 lacks ffmpeg."""
-    if path.suffix.lower() not in (".gif", ".mp4"):
-        raise ValueError(f"{path.name}: end the name of an animation in .gif or .mp4.")
-    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise ValueError(f"{path.name}: .mp4 needs the program ffmpeg; .gif needs nothing else.")

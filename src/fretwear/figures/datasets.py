@@ -49,13 +49,11 @@ def profiles_of(
     dataset: xr.Dataset,
     field: Variable | str,
     cycles: Cycles = None,
-    *,
-    both_sides: bool = False,
 ) -> Profiles:
     """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
-    `both_sides` of a whole contact are kept even so. Raises the errors of `snapshots`, and a
-    `ValueError` if a dataset varies in more than cycle, x and y.
+    Raises the errors of `snapshots`, and a `ValueError` if a dataset varies in more than cycle, x
+    and y.
     """
     field = field_of(field)
     picked = snapshots(dataset, cycles, stored_name(dataset, field.name))
@@ -68,7 +66,7 @@ def profiles_of(
         values = np.where(zones == ContactState.OPEN, math.nan, values)
     tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
     is_even = np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True)
-    if x[0] < 0.0 and is_even and not both_sides:
+    if x[0] < 0.0 and is_even:
         x, values, zones = x[x > 0.0], values[:, x > 0.0], zones[:, x > 0.0]
     contact, stick = (
         picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")

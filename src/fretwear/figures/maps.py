@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, Normalize, PowerNorm
+from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
@@ -140,34 +140,25 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 
 
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
-    """Draw a scar into axes; `scale` is in `unit`."""
-    values = unit.of(scar.depth)
-    image = draw_map(axes, scar.x, scar.y, values, scar.reach, scale, depth_colormap())
-    x, y = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y)
+    """Draw a scar into axes, to scale, over a square; the `scale` of colours is in `unit`."""
+    x, y, limit = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y), MICROMETRE.of(scar.reach)
+    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
+    extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
+    image = axes.imshow(
+        unit.of(scar.depth).T,
+        depth_colormap(),
+        scale,
+        aspect="equal",
+        origin="lower",
+        extent=extent,
+    )
     for name, color in _EDGES.items():
         part = scar.fractions[name]
         if part.min() < 0.5 < part.max():
             width = 1.0 if scar.is_smooth else 0.5
             axes.contour(x, y, part.T, [0.5], colors=[color], linewidths=width)
-    axes.set_xlabel("x (µm), direction of slip")
-    return image
-
-
-def draw_map(
-    axes: Axes,
-    x: Array,
-    y: Array,
-    values: NDArray[np.generic],
-    reach: float,
-    scale: Normalize,
-    colors: Colormap,
-) -> AxesImage:
-    """Draw values of shape (nx, ny) over a square of half-length `reach`, to scale; all in m."""
-    x, y, limit = MICROMETRE.of(x), MICROMETRE.of(y), MICROMETRE.of(reach)
-    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
-    extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
-    image = axes.imshow(values.T, colors, scale, aspect="equal", origin="lower", extent=extent)
-    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="x (µm)", ylabel="y (µm)")
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
+    axes.set(xlabel="x (µm), direction of slip", ylabel="y (µm)")
     return image
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -239,35 +239,22 @@ def draw_profiles(
     return curves
 
 
-def draw_filled(
-    axes: Axes, profiles: Profiles, frame: Frame | None = None
-) -> Callable[[int], None]:
-    """Draw the last profile, filled, over a strip of its zones and before the line of the first.
-
-    Return a function that shows another one of the profiles, given by its place.
-    """
+def draw_filled(axes: Axes, profiles: Profiles, frame: Frame | None = None) -> None:
+    """Draw the last profile, filled, over a strip of its zones and before the line of the first."""
     frame = frame or frame_of([profiles])
     x, values = MICROMETRE.of(profiles.x), frame.unit.of(profiles.values)
     if len(values) > 1 and profiles.values[0].any():
         axes.plot(x, values[0], color=CATEGORICAL[1], lw=_FIRST_WIDTH, label="_first")
-    fill = axes.fill_between(x, 0.0, 0.0, color=_FILL, lw=0)
-    (line,) = axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
+    axes.fill_between(x, 0.0, values[-1], color=_FILL, lw=0)
+    axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
     below, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
     extent = (float(x[0]) - half, float(x[-1]) + half, below, 0.0)
-    strip = axes.imshow(
+    axes.imshow(
         profiles.zones[-1:], ZONES, aspect="auto", extent=extent, vmin=0, vmax=len(ZONE_COLORS) - 1
     )
     write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
     axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
-
-    def update(place: int) -> None:
-        line.set_ydata(values[place])
-        fill.set_data(x, 0.0, values[place])
-        strip.set_data(profiles.zones[place : place + 1])
-
-    update(-1 % len(values))
-    return update
 
 
 def zone_key(
