@@ -110,7 +110,7 @@ def test_nothing_that_is_read_can_run():
 COMPUTING = ("mechanics/contact/problem.py", "theory/__init__.py", "quantity.py", "tables.py")
 DRIVERS = (
     "study/case.py",
-    "study/contact.py",
+    "study/cycles.py",
     "study/spacing.py",
     "run/simulate.py",
     "data/labels.py",

@@ -415,6 +415,26 @@ def whole_number(symbol: str, words: str, ge: int, le: int, usual: int) -> Quant
     return Quantity("1", symbol, words, like=str(usual), ge=ge, le=le, is_whole=True)
 
 
+class Automatic:
+    """Annotates an optional value, which study files call ``auto`` where it is None."""
+
+    def __init__(self, schema: Schema) -> None:
+        self.schema = schema
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.no_info_before_validator_function(
+            lambda value: None if value == "auto" else value, handler(source)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Schema:
+        described = {"description": handler(schema).get("description", "")}
+        return {"default": "auto", "anyOf": [{"const": "auto"}, self.schema], **described}
+
+
 @dataclass(frozen=True)
 class PartOf(Parameter):
     """A part under its own key: a mapping ``{kind: ..., ...}``, or the name of a kind."""

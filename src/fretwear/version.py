@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fretwear.study.contact import FrettingContact
+    from fretwear.study.case import Case
 
 __version__ = "0.1.0"
 
 SOURCES = (
     *("mechanics", "theory", "quantity.py", "tables.py", "results.py", "data/labels.py"),
-    *("study/case.py", "study/contact.py", "study/keys.py", "study/spacing.py"),
+    *("study/case.py", "study/cycles.py", "study/keys.py", "study/spacing.py"),
     *("run/accuracy.py", "run/simulate.py"),
 )
 """Sources that turn the parameters of a case into the numbers in its file.
@@ -57,7 +57,7 @@ def code_digest(*packages: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def case_digest(case: FrettingContact) -> str:
+def case_digest(case: Case) -> str:
     """Return the digest of the code that computes a case, and of measured heights that it reads.
 
     Another version of the library that reads them may find other heights in the same file.

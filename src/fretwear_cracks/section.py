@@ -14,7 +14,7 @@ from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity
 from fretwear.results import CYCLE, FATIGUE, Variable
 from fretwear.study.case import Case
-from fretwear.study.contact import Snapshots
+from fretwear.study.cycles import Snapshots
 from fretwear_cracks import StressError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import fretwear
 from fretwear.cli.program import app
 from fretwear.run.workflow import workspace
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study
 

@@ -9,8 +9,7 @@ from typer.testing import CliRunner
 
 from fretwear.cli.program import app
 from fretwear.quantity import QuantityError
-from fretwear.study.case import Case, CaseError
-from fretwear.study.contact import case_keys
+from fretwear.study.case import Case, CaseError, case_keys
 from fretwear.study.materials import material_table, read_table
 from fretwear.study.reading import study_schema
 

@@ -101,7 +101,7 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and an example value once only one is left."""
-    from fretwear.study.contact import case_keys
+    from fretwear.study.case import case_keys
 
     others = ["output.cycles", "title"]
     valid = [*case_keys().all_names, *others]

@@ -167,6 +167,20 @@ class Setup:
         """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.composite_modulus)
 
+    @property
+    def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
+        """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
+
+        For an elliptical contact, it is the radius of a circle of the same area. It also sets the
+        scale of contacts outside Hertz's theory, but is not among their coordinates.
+        """
+        return self.hertz.contact_radius
+
+    @property
+    def hertz_pressure(self) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
+        """Peak pressure p0 of the smooth elastic contact in Pa."""
+        return self.hertz.peak_pressure
+
     @cached_property
     def small_stroke(self) -> float:
         """Sliding amplitude, m, up to which bodies need not be seen to move.
@@ -236,6 +250,38 @@ class Setup:
     def flexibility(self) -> float:
         """Flexibility in series with the contact, m/N."""
         return self.loading.flexibility(self.hertz)
+
+    @property
+    def tangential_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
+        """X = Q/(µP); for the unworn smooth contact if a displacement is imposed."""
+        return self.loading.ratio(*self._unworn)
+
+    @property
+    def tangential_load(
+        self,
+    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
+        """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
+        return self.loading.amplitude(*self._unworn)
+
+    @property
+    def displacement_amplitude(
+        self,
+    ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
+        """Amplitude U of the imposed displacement, m, however it was given."""
+        return self.loading.displacement(*self._unworn)
+
+    @property
+    def displacement_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
+        """U over that at which the unworn smooth contact begins to slide as a whole."""
+        return self.displacement_amplitude / self.loading.transition(*self._unworn)
+
+    @property
+    def _unworn(self) -> tuple[float, float, HertzContact]:
+        return self.friction_law.coefficient, self.coupling, self.hertz
 
     @property
     def unworn_sliding(self) -> Sliding:

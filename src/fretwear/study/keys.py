@@ -178,7 +178,7 @@ class Keys:
     ) -> dict[str, Any]:
         """Return the members of a case by values of keys, and report what is missing or too much.
 
-        Keys that were given, valid or not, count. Keys that all blocks give may be missing.
+        Keys that were given, valid or not, count. Keys that the first block gives may be missing.
         """
         names = self.names
         given = {name if name in names else nearest(name, names) for name in given}
@@ -221,11 +221,8 @@ class Keys:
         """The part of the kind that the keys decide."""
         known = about.keys
         if (kind := about.kind_of(keys)) is None and blocks:
-            in_blocks = [{n: v for n, v in block.values.items() if n in known} for block in blocks]
-            kinds = [about.kind_of(keys.keys() | one.keys()) for one in in_blocks]
-            if None not in kinds and (kind := kinds[0]) is not None:
-                # Only required values are completed: a block may lack an optional one.
-                keys |= {name: in_blocks[0][name] for name in required(kind) - keys.keys()}
+            keys = {n: v for n, v in blocks[0].values.items() if n in known} | keys
+            kind = about.kind_of(keys)
         if kind is not None and not given & (known.keys() - keys.keys()):
             part = kind.unchecked(**keys)
             if part.problem is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from fretwear.mechanics.slip.loading import (
     Displacement,
@@ -16,7 +17,6 @@ from fretwear.mechanics.slip.loading import (
     TangentialRatio,
 )
 from fretwear.mechanics.slip.models import Jaeger
-from fretwear.study.contact import FrettingContact
 from fretwear.study.problems import Problem
 from fretwear.units import (
     BY_SI_UNIT,
@@ -26,6 +26,9 @@ from fretwear.units import (
     FloatWithUnit,
     format_quantity,
 )
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
@@ -39,14 +42,14 @@ GREATEST_CONTACT = 0.2
 LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 
-Rules = Callable[[FrettingContact], Iterator[Problem]]
+Rules = Callable[["Case"], Iterator[Problem]]
 
 
 def _length(value: float, digits: int = 3) -> str:
     return format_quantity(value, LENGTH, digits)
 
 
-def _force(case: FrettingContact, load: float) -> str:
+def _force(case: Case, load: float) -> str:
     dimension = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     # N/µm suits only the stiffness of a rig.
     usual = tuple(unit for unit in dimension.units if unit.size < 1e6)
@@ -58,7 +61,7 @@ def cell_text(cell: tuple[float, ...]) -> str:
     return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
 
 
-def _units_of_loads(case: FrettingContact) -> Iterator[Problem]:
+def _units_of_loads(case: Case) -> Iterator[Problem]:
     """Line contacts carry forces per length."""
     load = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     for part in (case.normal, case.loading):
@@ -70,7 +73,7 @@ def _units_of_loads(case: FrettingContact) -> Iterator[Problem]:
                 yield Problem(name, about.text(value), rule, f"such as {name}: {load.example}")
 
 
-def _of_theory(case: FrettingContact) -> Iterator[Problem]:
+def _of_theory(case: Case) -> Iterator[Problem]:
     """What closed forms of the unworn contact do not know cannot be given."""
     normal, loading, kind, model = case.normal, case.loading, case.indenter.kind, case.slip_model
     is_closed, is_line = case.indenter.has_closed_form, not case.frame.has_depth
@@ -94,7 +97,7 @@ def _of_theory(case: FrettingContact) -> Iterator[Problem]:
         yield Problem("slip_model", model.kind, rule)
 
 
-def _of_stroke(case: FrettingContact) -> Iterator[Problem]:
+def _of_stroke(case: Case) -> Iterator[Problem]:
     indenter, loading, law = case.indenter, case.loading, case.wear_law
     travel, is_line = loading.travel, "y" not in case.frame.axes
     if loading.stroke and not case.normal.holds_load and case.frame.has_depth:
@@ -133,7 +136,7 @@ def _of_stroke(case: FrettingContact) -> Iterator[Problem]:
             yield Problem(name, part.kind, rule)
 
 
-def _of_pulsating_load(case: FrettingContact) -> Iterator[Problem]:
+def _of_pulsating_load(case: Case) -> Iterator[Problem]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
     least, ratio = case.normal.pulsating_load, case.tangential_ratio
     slides = case.loading.is_force and ratio >= 1.0
@@ -159,7 +162,7 @@ def _of_pulsating_load(case: FrettingContact) -> Iterator[Problem]:
     yield Problem("pulsating_load", f"{least:g}", rule)
 
 
-def _of_bulk_stress(case: FrettingContact) -> Iterator[Problem]:
+def _of_bulk_stress(case: Case) -> Iterator[Problem]:
     """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
     if not case.bulk_stress:
         return
@@ -177,7 +180,7 @@ def _of_bulk_stress(case: FrettingContact) -> Iterator[Problem]:
             yield Problem("bulk_stress", given, rule)
 
 
-def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Problem]:
+def _of_pairs_of_keys(case: Case) -> Iterator[Problem]:
     if not case.error_estimate and math.isfinite(case.accuracy):
         yield Problem("error_estimate", False, "leaves out the error estimates of an accuracy")
     if case.frequency is None and case.wear_law.needs_frequency:
@@ -191,7 +194,7 @@ def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Problem]:
         yield Problem("counterface.body", second, "is also the body of roughness")
 
 
-def _of_partial_slip(case: FrettingContact) -> Iterator[Problem]:
+def _of_partial_slip(case: Case) -> Iterator[Problem]:
     """Under a force Q ≥ µP all slides, without a stick zone; too small a Q slips nowhere."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     ratio, hint = case.tangential_ratio, "for gross slip write sliding_amplitude"
@@ -208,7 +211,7 @@ def _of_partial_slip(case: FrettingContact) -> Iterator[Problem]:
         yield Problem(loading.kind, None, f"{rule} {LEAST_LOAD_RATIO:g}")
 
 
-def _largest_contact(case: FrettingContact) -> tuple[float, str]:
+def _largest_contact(case: Case) -> tuple[float, str]:
     """Half-width, m, up to which a contact can be described, and the reason."""
     radius, end = case.indenter.curvature_radius, case.indenter.end
     if math.isfinite(end):
@@ -217,7 +220,7 @@ def _largest_contact(case: FrettingContact) -> tuple[float, str]:
     return GREATEST_CONTACT * radius, reason
 
 
-def _of_size(case: FrettingContact) -> Iterator[Problem]:
+def _of_size(case: Case) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
@@ -244,7 +247,7 @@ def _of_size(case: FrettingContact) -> Iterator[Problem]:
         yield Problem("junction_growth", f"{case.junction_growth:.6g}", rule)
 
 
-def _of_cell(case: FrettingContact) -> Iterator[Problem]:
+def _of_cell(case: Case) -> Iterator[Problem]:
     """Waves and edges of the surfaces, contact, stick zone and slip annulus need enough cells."""
     if case.cell is None:
         return
@@ -290,7 +293,7 @@ _RULES: tuple[Rules, ...] = (
 )
 
 
-def _of_blocks(case: FrettingContact) -> Iterator[Problem]:
+def _of_blocks(case: Case) -> Iterator[Problem]:
     """The first problem of the blocks that the base has not too, under its own key."""
     if not case.blocks:
         return
@@ -317,7 +320,7 @@ def _of_blocks(case: FrettingContact) -> Iterator[Problem]:
                 return
 
 
-def findings(case: FrettingContact) -> list[Problem]:
+def findings(case: Case) -> list[Problem]:
     """Return the problems of a case, each of whose values is valid by itself."""
     broken = [problem for rules in _RULES for problem in rules(case)]
     if beyond := [str(cycle) for cycle in case.output_cycles if cycle > case.cycles]:

@@ -10,8 +10,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from fretwear.plugins import StudySection
-from fretwear.study.case import Case
-from fretwear.study.contact import case_keys
+from fretwear.study.case import Case, case_keys
 from fretwear.study.designs import Axis, Design, Sobol
 from fretwear.study.problems import Problems, in_words
 
