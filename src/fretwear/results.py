@@ -226,12 +226,16 @@ slip_x | m | $s_x$ | | slip amplitude along x || from zero tangential load to +Q
 slip_y | m | $s_y$ | | slip amplitude along y | odd | from zero tangential load to +Q
 shear_traction_y | Pa | $q_y$ | MPa | shear traction along y | odd | at the tangential load +Q; at
     -Q it has the opposite sign
+friction_coefficient | 1 | $µ(x,y)$ | 1 | coefficient of friction | | where it follows slip
 """,
     "float32",
 )
-FIELDS, BODY_FIELDS, VECTOR_FIELDS = _FIELDS[:-5], _FIELDS[-5:-3], _FIELDS[-3:]
+FIELDS, BODY_FIELDS, VECTOR_FIELDS = _FIELDS[:-6], _FIELDS[-6:-4], _FIELDS[-4:-1]
 """Fields of every case, fields of each body, which need a wear coefficient for each, and fields of
 friction in two directions."""
+
+FRICTION_FIELD = _FIELDS[-1]
+"""The field of cases whose friction follows slip."""
 
 _SCALARS = _rows(
     r"""
@@ -280,9 +284,12 @@ dissipated_energy       | J  | $E_\mathrm{d}$ | | dissipated energy per cycle | 
 wear_volume_indenter | m3 | $V_1$ || wear volume of the indenter | log |
     since cycle 0
 wear_volume_flat | m3 | $V_2$ || wear volume of the flat | log | since cycle 0
+mean_slip_friction | 1 | $\bar{µ}$ | 1 | mean coefficient of friction in the slip zone | |
+    weighted by pressure
 """
 )
-SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
+SCALARS, OPTIONAL_SCALARS, FRICTION_SCALAR = _SCALARS[:-3], _SCALARS[-3:], _SCALARS[-1]
+"""Scalars of every case, those of each body and of friction that follows slip, and the latter."""
 
 AT_SNAPSHOTS = ("sliding_criterion",)
 """Scalars absent from the history of all steps, because each value takes a contact solution."""
@@ -417,7 +424,7 @@ FORCES = {
 """Results reported as well if the parameter of this name is not given."""
 
 RESULTS: dict[str, Variable] = {
-    variable.name: variable for variable in (*_FIELDS, *SCALARS, *BODY_SCALARS)
+    variable.name: variable for variable in (*_FIELDS, *SCALARS, *OPTIONAL_SCALARS)
 }
 """Every field and scalar by name."""
 

@@ -156,6 +156,11 @@ _WEAR = (
     Unit("mm³/J", 1e-9, "mm^3/J"),
 )
 _LINE = (Unit("N/m"), Unit("N/mm", 1e3), Unit("N/µm", 1e6, "N/um"))
+_ENERGIES_PER_AREA = (
+    Unit("J/m²", 1.0, "J/m^2"),
+    Unit("mJ/mm²", 1e3, "mJ/mm^2"),
+    Unit("J/mm²", 1e6, "J/mm^2"),
+)
 _AREAS = (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W"))
 
 LENGTH = Dimension("a length", "m", "m", "0.2 um", _LENGTHS)
@@ -175,9 +180,11 @@ DIMENSIONS = (
     Dimension("an area", "m2", "m^2", "0.5 mm^2", (Unit("mm²", 1e-6, "mm^2"),)),
     Dimension("a volume", "m3", "m^3", "1.2e-3 mm^3", (Unit("mm³", 1e-9, "mm^3"),)),
     Dimension("an energy", "J", "J", "2 mJ", (Unit("mJ", 1e-3), Unit("J"))),
+    Dimension("an energy per area", "J m-2", "J/m^2", "2 mJ/mm^2", _ENERGIES_PER_AREA),
 )
 """Every kind of quantity that a parameter or a measured value may be, except plain numbers."""
 
+_SAME = {"J m-2": "N m-1"}  # kinds of the same units as another kind
 BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
 
 _PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
@@ -201,7 +208,8 @@ def _registry() -> tuple[pint.UnitRegistry[Any], dict[object, Dimension]]:
 
     registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
     registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
-    units = {kind: registry.parse_units(_expression(kind.typed)) for kind in DIMENSIONS}
+    kinds = (kind for kind in DIMENSIONS if kind.si_unit not in _SAME)
+    units = {kind: registry.parse_units(_expression(kind.typed)) for kind in kinds}
     return registry, {unit.dimensionality: kind for kind, unit in units.items()}
 
 
@@ -283,7 +291,7 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
         hint = did_you_mean(unit, valid, cutoff=0.5)
         raise QuantityError(f"{dimension.expectation}, but {error.rule}", hint) from error
-    if given_dimension.si_unit != dimension.si_unit:
+    if given_dimension.si_unit != _SAME.get(dimension.si_unit, dimension.si_unit):
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {given_dimension.name}")
     return _finite(float(Decimal(given) * factor), dimension)
 

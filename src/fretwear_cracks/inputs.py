@@ -15,7 +15,7 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.setup import block_at
 from fretwear.mechanics.slip.models import Cerruti
-from fretwear.results import CYCLE, SYMMETRIES, X, Y
+from fretwear.results import CYCLE, FRICTION_FIELD, SYMMETRIES, X, Y
 from fretwear.study.case import Case
 from fretwear.theory import LineContact
 from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
@@ -70,8 +70,10 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
             "began: its stresses are not known"
         )
     across = [name for name in ("shear_traction_y",) if name in snapshot]
-    fields = [np.asarray(snapshot[name].values, np.float64) for name in (*_FIELDS, *across)]
-    signs = (*[1.0] * len(_FIELDS), -1.0)
+    friction = [name for name in (FRICTION_FIELD.name,) if name in snapshot]
+    names = (*_FIELDS, *across, *friction)
+    fields = [np.asarray(snapshot[name].values, np.float64) for name in names]
+    signs = [-1.0 if name in across else 1.0 for name in names]
     even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
     axes = case.frame.axes
     if Y.name not in axes:
@@ -81,7 +83,7 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     for axis in range(len(axes)):
         if not even[axis] and all(
             np.array_equal(f, sign * np.flip(f, axis))
-            for f, sign in zip(fields, signs, strict=False)
+            for f, sign in zip(fields, signs, strict=True)
         ):
             fields = [np.split(field, 2, axis)[1] for field in fields]
             even[axis] = True
@@ -90,7 +92,7 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     least = setup.unworn_sliding.of_smooth(hertz)[0]
     stuck = hertz.with_load(least) if least > 0.0 else None
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
-    pressure, shear, gap, slip, *of_y = fields
+    pressure, shear, gap, slip, *others = fields
     # The case has lost its roughness.
     given = json.loads(snapshot.attrs["parameters"])
     rough = any(given.get(name) is not None for name in ("roughness", "counterface"))
@@ -105,10 +107,11 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         poisson_ratio=float(flat),
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
         unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
-        across=of_y[0] if of_y else None,
+        across=others[0] if across else None,
         coupling=setup.bodies.coupling,
         is_directed=isinstance(setup.slip_model, Cerruti) and (rough or case.geometry is Grid),
         tilt=setup.tilt,
+        ratio=others[-1] / setup.friction_law.coefficient if friction else 1.0,
     )
     return surface, slip
 

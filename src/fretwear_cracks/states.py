@@ -41,7 +41,7 @@ class LoadedSurface:
     gap: Array  #: m
     spacing: tuple[float, float]  #: cell size along x and y, m
     even: Even  #: whether it is even along x and along y
-    friction: float  #: coefficient µ
+    friction: float  #: coefficient µ, of places that have not slipped if it follows slip
     composite_modulus: float  #: E*, Pa
     poisson_ratio: float  #: of the flat
     #: Distance at which displacements of a line contact are zero, m; None of a point contact.
@@ -54,6 +54,15 @@ class LoadedSurface:
     #: Whether slip follows from the influence of tractions along x, as of `Cerruti`.
     is_directed: bool = False
     tilt: float = 0.0  #: slope along x of the reduced contact at +Q, due to a bulk stress
+    ratio: Array | float = 1.0  #: µ of each cell over the coefficient
+
+    @property
+    def friction_at_edge(self) -> float:
+        """µ at the end of contact on the plane y = 0."""
+        row = 0 if self.even[1] or self.plane_strain else self.pressure.shape[1] // 2
+        loaded = np.flatnonzero(self.pressure[:, row])
+        ratio = np.broadcast_to(self.ratio, self.pressure.shape)
+        return self.friction * float(ratio[loaded[-1], row])
 
     @property
     def plane_strain(self) -> bool:
@@ -121,18 +130,19 @@ class LoadedSurface:
         if self.unworn is not None:
             shears[1:] = self.shear * (1.0 - 2.0 * self._reversed(steps))
             return shears
-        limit, below = self.friction * self.pressure, self.pressure
+        full = below = self.ratio * self.pressure
+        limit = self.friction * full
         for step, part in enumerate(steps, 1):
             below = self.reduced(part, below).pressure
-            fallen = 2.0 * self.friction * (self.pressure - below)
+            fallen = 2.0 * self.friction * (full - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
         return shears
 
     def reduced(self, part: float, start: Array) -> ReducedContact:
         """The reduced contact after part of the way from +Q to −Q; at 1 it is that of +Q itself."""
-        geometry = self.half_space.geometry
-        load = geometry.integral(self.pressure - self.shear / self.friction * part)
-        shape = self.gap - self.sheared.displacement(self.pressure)
+        geometry, full = self.half_space.geometry, self.ratio * self.pressure
+        load = geometry.integral(full - self.shear / self.friction * part)
+        shape = self.gap - self.sheared.displacement(full)
         shape += part * self.tilt * geometry.x[:, None]
         start = start * (load / geometry.integral(start))
         return contact_under(self.sheared, shape, load, None, start, _TOLERANCE)
@@ -222,7 +232,7 @@ class StressHistory:
             edge = stresses_at_edge(
                 pressure[0, ::-side],
                 shears[:, ::-side],
-                surface.friction,
+                surface.friction_at_edge,
                 surface.spacing,
                 surface.poisson_ratio,
                 plane_strain=tractions.plane_strain,

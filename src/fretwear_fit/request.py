@@ -36,7 +36,7 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
-from fretwear.results import BODY_SCALARS, SCALARS, Variable, Y
+from fretwear.results import OPTIONAL_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import MAX_CYCLES
 from fretwear.study.problems import Problems
@@ -61,7 +61,7 @@ MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 BASELINE = ("offset", "tilt", "shift")
 """What is free of the base line of a profile: height and slope, and its place along the line."""
 _LOOPS = "loop"
-_NUMBERS = {result.name: result for result in (*SCALARS, *BODY_SCALARS)}
+_NUMBERS = {result.name: result for result in (*SCALARS, *OPTIONAL_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
 _OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")

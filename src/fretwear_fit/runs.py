@@ -15,7 +15,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.data.atomic import write_text
 from fretwear.data.dataset import line_near_the_middle, mirrored
-from fretwear.results import BODY_SCALARS, CYCLE, X, Y, scalars_of
+from fretwear.results import CYCLE, OPTIONAL_SCALARS, X, Y, scalars_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
 from fretwear.version import case_digest, code_digest
@@ -59,7 +59,7 @@ class Prediction:
         dataset, loops = result.dataset, result.loops
         fields = {name for name, _ in profiles}
         whole = mirrored(dataset[[*fields]]) if fields else dataset
-        names = [scalar.name for scalar in (*scalars_of(case.frame), *BODY_SCALARS)]
+        names = [scalar.name for scalar in (*scalars_of(case.frame), *OPTIONAL_SCALARS)]
         numbers = {name: dataset[name].values for name in names if name in dataset}
         estimates = {name: f"{name}_error" for name in numbers}
         errors = {n: dataset[error].values for n, error in estimates.items() if error in dataset}

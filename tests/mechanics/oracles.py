@@ -200,7 +200,7 @@ class Worn:
 
 
 def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int) -> Worn:
-    """Euler's method for dW/dN = β p g* on a window that the contact never leaves.
+    """Euler's method for dW/dN = β p g* − K e_t/µ ≥ 0 on a window that the contact never leaves.
 
     Before each step the bodies yield where the pressure reaches its limit, for good, and the
     contact at the reduced load is solved on the shape of that moment. Loads are forces, which may
@@ -238,7 +238,10 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
                 mean = window.integral(pressure * slip) / contact_load
                 density = 4.0 * now.friction_law.coefficient * contact_load * mean / area
                 now = now.under(Means(density, contact_load / area, mean))
-            worn = now.wear_growth * cycles / steps * pressure * gap
+            friction = now.friction_law.coefficient
+            withheld = now.combined_wear_coefficient * now.wear_threshold / friction
+            rate = now.wear_growth * pressure * gap - withheld
+            worn = cycles / steps * np.maximum(rate, 0.0)
             wear = wear + worn
             gap = gap + worn
     return Worn(wear, plastic, pressure, gap)

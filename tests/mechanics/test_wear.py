@@ -369,10 +369,10 @@ class TroubledSlip(Jaeger):
     longest: float = math.inf
     deepest: float = math.inf
 
-    def wear_layer(self, wear, gap, shift, exponent, rate):
+    def wear_layer(self, wear, gap, shift, exponent, rate, withheld=0.0):
         if rate * P0 > self.longest or wear.max() > self.deepest:
             raise ContactError("the slip model does not go that far: residual 1.0e+00")
-        return super().wear_layer(wear, gap, shift, exponent, rate)
+        return super().wear_layer(wear, gap, shift, exponent, rate, withheld)
 
 
 @dataclass(frozen=True)

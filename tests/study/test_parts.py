@@ -136,6 +136,7 @@ def examples():
     worn_apart = ["1.9e-14 / Pa", "2.9e-14 / Pa"]
     held = {"displacement_amplitude": "1 um", "load": None, "indentation": "2 um"}
     others = {"debris_fraction": 0.85, "frequency": "5 Hz", "bulk_stress": "80 MPa", "budget": 20}
+    others["wear_threshold"] = "2 mJ/mm^2"
     changes = [
         {},
         {**no_load, "tangential_ratio": 0.8},

@@ -18,13 +18,14 @@ from numpy.typing import ArrayLike
 
 from fretwear.results import (
     BODY_FIELDS,
-    BODY_SCALARS,
     CODE_DIGEST,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
     FIELDS,
+    FRICTION_FIELD,
     LOOP,
+    OPTIONAL_SCALARS,
     PHASE,
     STEP,
     VECTOR_FIELDS,
@@ -73,13 +74,13 @@ def case_dataset(
     The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
     `y` are cell centres in m, increasing, and all positive along axes in which the contact is even
     by `symmetry`; a line contact has no `y`. `cycles`, of shape (ncycles,), increase from 0.
-    `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the available `BODY_FIELDS` and
-    `VECTOR_FIELDS`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for the whole contact,
-    and the available `BODY_SCALARS`; all in SI units. `errors` are estimated errors by the names of
-    the scalars, or empty; `trouble`
-    says why they are missing although the case asks for them, and `beyond_friction` is the share of
-    the stick zone in which shear had to be cut. A case that asks for an accuracy was `computed` on
-    cells of its own, and may not have reached it.
+    `fields`, of shape (ncycles, nx, ny), are all of `FIELDS` and the available `BODY_FIELDS`,
+    `VECTOR_FIELDS` and `FRICTION_FIELD`; `scalars`, of shape (ncycles,), are all of `SCALARS`, for
+    the whole contact, and the available `OPTIONAL_SCALARS`; all in SI units. `errors` are estimated
+    errors by the names of the scalars, or empty; `trouble` says why they are missing although the
+    case asks for them, and `beyond_friction` is the share of the stick zone in which shear had to
+    be cut. A case that asks for an accuracy was `computed` on cells of its own, and may not have
+    reached it.
 
     A KeyError names a variable that is missing, a ValueError one with values that
     `Variable.allows` refuses.
@@ -87,9 +88,10 @@ def case_dataset(
     dims, errors = case.frame.dims, errors or {}
     along = dict(zip(dims, (cycles, x, y), strict=False))
     coordinates = _variables((CYCLE, X, Y)[: len(dims)], along)
-    optional = (field for field in (*BODY_FIELDS, *VECTOR_FIELDS) if field.name in fields)
-    of_bodies = (s.in_frame(case.frame) for s in BODY_SCALARS if s.name in scalars)
-    of_scalars = (*scalars_of(case.frame), *of_bodies)
+    may_be = (*BODY_FIELDS, *VECTOR_FIELDS, FRICTION_FIELD)
+    optional = (field for field in may_be if field.name in fields)
+    of_some = (s.in_frame(case.frame) for s in OPTIONAL_SCALARS if s.name in scalars)
+    of_scalars = (*scalars_of(case.frame), *of_some)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {

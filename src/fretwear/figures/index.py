@@ -7,18 +7,20 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fretwear.data.atomic import DataFileError
-from fretwear.results import BODY_FIELDS, BODY_SCALARS, FIELDS, SCALARS
+from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, OPTIONAL_SCALARS, SCALARS
 
 INDEX_NAME = "index.json"
 
 _SHORT = {"shear_traction": "shear", "wear_depth": "wear"}
 PROFILES = {
     f"{_SHORT.get(field.name, field.name)}_profiles": field.name
-    for field in (*FIELDS, *BODY_FIELDS)
+    for field in (*FIELDS, *BODY_FIELDS, FRICTION_FIELD)
     if not field.flags
 }
 """The fields drawn along x, by the names of their figures."""
-HISTORIES = {scalar.name.removesuffix("_x"): scalar.name for scalar in (*SCALARS, *BODY_SCALARS)}
+HISTORIES = {
+    scalar.name.removesuffix("_x"): scalar.name for scalar in (*SCALARS, *OPTIONAL_SCALARS)
+}
 """The results drawn over the cycles, by the names of their figures."""
 
 

@@ -107,6 +107,12 @@ class Setup:
         Quantity("1", "$γ$", "debris fraction", like="0.85", ge=0.0, le=1.0),
         "Part γ of the worn material that stays between the bodies and carries load.",
     ] = 0.0
+    wear_threshold: Annotated[
+        float,
+        Quantity("J m-2", "$e_t$", "wear threshold", "mJ/mm^2", like="2 mJ/mm^2", ge=0.0),
+        "Energy per area and cycle up to which friction wears nothing; what a place dissipates "
+        "beyond it wears.",
+    ] = 0.0
     bulk_stress: Annotated[
         float,
         Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", "80 MPa", ge=0.0),
@@ -139,6 +145,11 @@ class Setup:
         """The setup with other parts."""
         changes: dict[str, Any] = {**parts}
         return dataclasses.replace(self, **changes)
+
+    def slipped(self, energy: Array | None) -> Self:
+        """The setup with the friction of places that have dissipated an energy per area, J/m²."""
+        law = self.friction_law.after(energy)
+        return self if law is self.friction_law else self.changed(friction_law=law)
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -312,6 +323,7 @@ class Setup:
     def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
         """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone.
 
+        Where friction follows slip, the pressure is ψp, and µ is the coefficient.
         It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
         the p* of a slip model that knows another surface may be more than twice p.
         """
@@ -390,6 +402,23 @@ class Setup:
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling
+
+    @cached_property
+    def withheld_depth(self) -> float | Array:
+        """Depth per cycle, m, that the energy up to the threshold would wear: K e_t/µ."""
+        law = self.friction_law
+        threshold = self.wear_threshold / law.coefficient
+        return self.combined_wear_coefficient * threshold * (self.wear_ratio / law.ratio)
+
+    @property
+    def wear_ratio(self) -> float | Array:
+        """K of each place over `combined_wear_coefficient`, where friction follows slip."""
+        return self.friction_law.ratio if self.wear_law.follows_friction else 1.0
+
+    @property
+    def local_wear_growth(self) -> float | Array:
+        """β of each place, 1/Pa per cycle."""
+        return self.wear_growth * self.wear_ratio
 
 
 _MEMBERS = tuple(field.name for field in dataclasses.fields(Setup))

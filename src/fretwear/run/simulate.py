@@ -27,6 +27,7 @@ from fretwear.mechanics.wear.measures import (
     NextTips,
     fractions,
     loop,
+    mean_slip_friction,
     measure,
     next_tips,
     scatter,
@@ -39,6 +40,8 @@ from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.results import (
     BODY_FIELDS,
     FIELDS,
+    FRICTION_FIELD,
+    FRICTION_SCALAR,
     SCALARS,
     SYMMETRIES,
     VECTOR_FIELDS,
@@ -325,7 +328,7 @@ def _labelled(
         computed=case,
         trouble=computed.trouble,
         unreached=unreached(asked, computed.rounds),
-        beyond_friction=max(map(share_beyond_friction, snapshots)),
+        beyond_friction=max(share_beyond_friction(problem.of(each), each) for each in snapshots),
         symmetry=symmetry,
         command=command,
     )
@@ -376,6 +379,8 @@ def _scalars_of_twin(asked: Case, width: float) -> Iterator[tuple[dict[str, floa
 def _scalars(workspace: Workspace[WearProblem], state: State) -> dict[str, float]:
     """All scalars of a state: the measures of every step, and scalars of its loop."""
     scalars = vars(measure(workspace.problem.of(state), state))
+    if workspace.problem.friction_law.follows_slip:
+        scalars[FRICTION_SCALAR.name] = mean_slip_friction(workspace.problem.of(state), state)
     # One contact between its ends tells where the force vanishes.
     full = 4.0 * loop(workspace, state, contacts=1).opening * scalars["tangential_force"]
     scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else math.nan
@@ -435,6 +440,7 @@ def _snapshot_fields(
     shape = plane.shape[: len(workspace.problem.frame.axes)]
     about = (*FIELDS, *(BODY_FIELDS if _wear_of_each(workspace.problem, snapshots[-1]) else ()))
     about += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
+    about += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
@@ -443,8 +449,10 @@ def _snapshot_fields(
         slip = problem.slip(reduced)
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK
-        rate = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
-        shearing = state.pressure
+        law = problem.friction_law
+        work = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
+        rate = np.maximum(work * problem.wear_ratio - problem.withheld_depth, 0.0)
+        shearing = law.ratio * state.pressure
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
         elif state.pulse is not None:
@@ -458,6 +466,7 @@ def _snapshot_fields(
             "slip": slip,
             "wear_depth": state.wear,
             "wear_rate": rate,
+            "work": work,
             "plastic_depth": state.plastic,
             "gap": state.gap,
             "contact_state": contact_state,
@@ -468,7 +477,18 @@ def _snapshot_fields(
             values_of |= {"slip_x": ways[0], "slip_y": ways[1]}
             traction = reduced.sheared.traction
             values_of |= {"shear_traction": traction[0], "shear_traction_y": traction[1]}
+        if law.follows_slip:
+            values_of[FRICTION_FIELD.name] = law.coefficient * np.asarray(law.ratio)
         written = state.geometry.written(values_of, plane)
+        if law.follows_slip:
+            # So that it bounds the mean traction by the mean pressure.
+            sheared = law.coefficient * np.asarray(written["shearing"])
+            np.divide(
+                sheared,
+                written["pressure"],
+                out=written[FRICTION_FIELD.name],
+                where=written["pressure"] > 0.0,
+            )
         if reduced.sheared is None:
             # Means over a cell that slips in part obey Coulomb's law if computed from mean
             # pressures.
@@ -477,13 +497,13 @@ def _snapshot_fields(
         written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         cells: object = state.geometry
         if plane != cells:
-            # Cells cut by an edge touch if they carry load, and their slip follows from their wear.
+            # Cells cut by an edge touch if they carry load, and their slip follows from its work.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
             if not (problem.loading.stroke or state.pulse):
                 path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
-                written["slip"][loaded] = written["wear_rate"][loaded] / path
+                written["slip"][loaded] = written["work"][loaded] / path
             if reduced.sheared is not None:
                 _obey_friction(written, problem.friction_law.coefficient)
         beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end

@@ -61,7 +61,7 @@ from fretwear.units import LINE_CONTACT
 # Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = (
     *("counterface", "junction_growth", "frequency", "debris_fraction", "bulk_stress", "blocks"),
-    *("error_estimate", "accuracy", "budget", "cell", "cycles"),
+    *("error_estimate", "accuracy", "budget", "cell", "cycles", "wear_threshold"),
 )
 # With the default slip model, cases keep the ids that they had when it was another one.
 _SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}

@@ -136,6 +136,22 @@ def _of_stroke(case: Case) -> Iterator[Problem]:
             yield Problem(name, part.kind, rule)
 
 
+def _of_local_energy(case: Case) -> Iterator[Problem]:
+    """Friction that follows slip and a threshold of wear need the slip of each place."""
+    keys = [case.friction_law.follows_slip and "friction", case.wear_threshold and "wear_threshold"]
+    for key in filter(None, keys):
+        if case.loading.stroke or case.normal.pulsating_load < 1.0:
+            rule = "follows the energy of each place, which strokes and pulsating loads do not have"
+            yield Problem(str(key), None, rule)
+    if not case.friction_law.follows_slip:
+        return
+    if case.slip_model.couples or not case.slip_model.follows_shape:
+        rule = f"cannot follow the dissipated energy with slip_model: {case.slip_model.kind}"
+        yield Problem("friction", None, rule, "write slip_model: cerruti")
+    if case.junction_growth:
+        yield Problem("friction", None, "cannot follow the dissipated energy with junction_growth")
+
+
 def _of_pulsating_load(case: Case) -> Iterator[Problem]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
     least, ratio = case.normal.pulsating_load, case.tangential_ratio
@@ -202,6 +218,10 @@ def _of_partial_slip(case: Case) -> Iterator[Problem]:
         ratio = loading.tangential_ratio
         if ratio >= 1.0:
             rule = "is gross sliding: Q/(µP) must be less than 1"
+            yield Problem(loading.kind, f"{ratio:.6g}", rule, hint)
+        # Q stays as it is where friction follows slip.
+        elif case.friction_law.follows_slip and ratio * case.friction_law.coefficient >= friction:
+            rule = "is gross sliding once friction has fallen"
             yield Problem(loading.kind, f"{ratio:.6g}", rule, hint)
     elif loading.is_force and loading.ratio(friction, case.coupling, hertz) >= 1.0:
         rule = f"is gross sliding: Q must be less than µP = {_force(case, friction * hertz.load)}"
@@ -285,6 +305,7 @@ _RULES: tuple[Rules, ...] = (
     _of_theory,
     _of_pairs_of_keys,
     _of_stroke,
+    _of_local_energy,
     _of_pulsating_load,
     _of_bulk_stress,
     _of_partial_slip,
@@ -308,6 +329,8 @@ def _of_blocks(case: Case) -> Iterator[Problem]:
     elif len({block.normal.pulsating_load < 1.0 for block in valid}) > 1:
         rule = "has blocks with pulsating_load and blocks of constant load"
         yield Problem("blocks", None, rule)
+    elif len({block.friction_law.follows_slip for block in valid}) > 1:
+        yield Problem("blocks", None, "has blocks whose friction follows slip and others")
     elif any(isinstance(block.loading, SlidingDistance) for block in valid):
         rule = "cannot be combined with sliding_distance, which is for the whole run"
         yield Problem("blocks", None, rule)

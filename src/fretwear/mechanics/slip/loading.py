@@ -28,6 +28,12 @@ class Sliding:
     # approach counts.
     flexibility: float = 0.0
 
+    def with_more(self, load: float) -> Sliding:
+        """The condition where friction bears more, as if the contact bore so much more load, N."""
+        if self.load is not None:
+            return dataclasses.replace(self, load=self.load + load)
+        return dataclasses.replace(self, level=self.level + self.flexibility * load)
+
     def of_smooth(self, hertz: HertzContact) -> tuple[float, float]:
         """P*, N, and d*, m, of the unworn smooth contact; no load where it slides as a whole."""
         if self.load is not None:

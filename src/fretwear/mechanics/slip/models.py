@@ -13,6 +13,10 @@ bulk stress that stretches the flat by ε along x, in phase with Q, adds ε x/(�
 the stick zone (Hills and Nowell 1994).
 
 A traction moves the surface farther along x than across: A depends on the direction (`Cerruti`).
+Where µ differs between places, ψ = µ/µ_r with a reference µ_r, which takes the place of µ, changes
+the shape of the reduced contact to h + K p − A(ψp) and its load to ∬ψp − Q/µ_r; where the whole
+contact slides the force is µ_r ∬ψp.
+
 If Poisson's ratio is zero, and in line contacts, A = K, and p* is the pressure of the same shape
 under the load P*: Ciavarella (1998) and Jäger (1998). `Jaeger` has A = K in all contacts. Traction
 along y changes slip in the order of ν²; `Coupled` has it.
@@ -149,29 +153,41 @@ class SlipModel(Part):
         """
         raise NotImplementedError
 
+    def sheared_bodies(self, setup: _Setup, half_space: HalfSpace) -> HalfSpace:  # noqa: ARG002 - alike
+        """The bodies under tractions, here as under a pressure."""
+        return half_space
+
     def family(
-        self,
-        setup: _Setup,
-        half_space: HalfSpace,
-        shape: Array,
-        pressure: Array,  # noqa: ARG002 - of any
+        self, setup: _Setup, half_space: HalfSpace, shape: Array, pressure: Array
     ) -> tuple[HalfSpace, Array]:
         """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
+        bodies, law = self.sheared_bodies(setup, half_space), setup.friction_law
+        if bodies is not half_space:
+            shape = shape + half_space.displacement(pressure)
+            shape -= bodies.displacement(law.ratio * pressure)
+        elif law.follows_slip:
+            shape = shape - half_space.displacement((law.ratio - 1.0) * pressure)
         if setup.tilt:
             shape = shape + setup.tilt * half_space.geometry.x[:, None]
-        return half_space, shape
+        return bodies, shape
 
     def wear_layer(
-        self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float | Array
+        self,
+        wear: Array,
+        gap: Array,
+        shift: Array | None,
+        exponent: Array,
+        rate: float | Array,
+        withheld: float | Array = 0.0,
     ) -> Layer:
         """Wear depth at the end of a stage against pressure, all fields as in `WearLayer`.
 
         It grows exponentially with ∫p dN; if slip is constant, in proportion.
         """
         if self.follows_shape:
-            return WearLayer(wear, gap, shift, exponent, rate)
+            return WearLayer(wear, gap, shift, exponent, rate, withheld=withheld)
         mean = gap if shift is None else gap + 0.5 * shift
-        return WinklerLayer(rate * mean, wear + exponent * mean)
+        return WinklerLayer(rate * mean, wear + exponent * mean - withheld, wear)
 
     def still_holds(self, reduced: ReducedContact, setup: _Setup, load: float) -> bool:
         """Whether a reduced contact that has worn on still meets the condition of a setup.
@@ -240,15 +256,19 @@ class Jaeger(SlipModel):
         If the shape lies above the reduced approach nothing sticks, and the bodies slide by their
         gap.
         """
-        half_space = pressed.half_space
+        half_space, law = pressed.half_space, setup.friction_law
         bodies, changed = self.family(setup, half_space, pressed.shape, pressed.pressure)
+        sliding = sliding or setup.unworn_sliding
+        if law.follows_slip:
+            more = half_space.geometry.integral((law.ratio - 1.0) * pressed.pressure)
+            sliding = sliding.with_more(more)
         result = self._solved(setup, bodies, changed, sliding, start, tolerance)
-        if setup.tilt and (result.pressure > 2.0 * pressed.pressure).any():
+        if setup.tilt and (result.pressure > 2.0 * law.ratio * pressed.pressure).any():
             raise ContactError(
                 "the bulk stress moves the stick zone beyond the contact, where slip reverses: "
                 "this is outside the model; give a lower bulk_stress or a larger tangential force"
             )
-        follows_pressure = bodies is not half_space
+        follows_pressure = bodies is not half_space or law.follows_slip
         return replace(result, follows_pressure=True) if follows_pressure else result
 
     def _solved(
@@ -256,19 +276,17 @@ class Jaeger(SlipModel):
         setup: _Setup,
         half_space: HalfSpace,
         shape: Array,
-        sliding: Sliding | None,
+        sliding: Sliding,
         start: ReducedContact | None,
         tolerance: float,
     ) -> ReducedContact:
-        sliding = sliding or setup.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
         if sliding.load is not None:
             if sliding.load <= 0.0:
                 # At a held approach the normal force falls as the bodies yield and wear.
                 raise ContactError(
-                    "the normal force has fallen below Q/µ, with which the tangential load slides "
-                    "the contact as a whole; give tangential_ratio or a displacement instead, or "
-                    "fewer cycles"
+                    "µP has fallen below the tangential load, which slides the contact as a whole; "
+                    "give tangential_ratio or a displacement instead, or fewer cycles"
                 )
             return contact_under(half_space, shape, sliding.load, None, guess, tolerance)
         lowest, scale, flexibility = float(shape.min()), setup.hertz.approach, sliding.flexibility
@@ -316,14 +334,9 @@ class Cerruti(Jaeger):
     kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, along x"
 
-    def family(
-        self, setup: _Setup, half_space: HalfSpace, shape: Array, pressure: Array
-    ) -> tuple[HalfSpace, Array]:
-        """The bodies and the shape, m, under tractions along x, and under a pressure, Pa."""
-        bodies = half_space.along_x(setup.bodies.coupling, setup.coupling)
-        if bodies is not half_space:
-            shape = shape + half_space.displacement(pressure) - bodies.displacement(pressure)
-        return bodies, super().family(setup, half_space, shape, pressure)[1]
+    def sheared_bodies(self, setup: _Setup, half_space: HalfSpace) -> HalfSpace:
+        """The bodies under tractions along x."""
+        return half_space.along_x(setup.bodies.coupling, setup.coupling)
 
 
 @dataclass(frozen=True)
@@ -481,18 +494,20 @@ def contact_under(
 
 @dataclass(frozen=True)
 class WinklerLayer(Layer):
-    """A linear layer: displacement ``offset + compliance · p``."""
+    """A linear layer: displacement ``offset + compliance · p``, or its least value if larger."""
 
     compliance: Array  # m/Pa, shape of the geometry, not negative
     offset: Array  # m, same shape
+    least: Array | float = -np.inf  # m
 
     def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the displacement, m, under a pressure, Pa, to a field."""
-        result += self.offset + self.compliance * pressure
+        result += np.maximum(self.offset + self.compliance * pressure, self.least)
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
         """Derivative of the displacement in some unit, m/Pa."""
-        return (self.compliance / unit).astype(np.float32)
+        moves = self.offset + self.compliance * pressure >= self.least
+        return (self.compliance / unit * moves).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -507,6 +522,9 @@ class WearLayer(Layer):
 
     and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step
     diverges where τp > 1; written for x it is a convex problem for every step.
+
+    A threshold lowers dW/dN by a constant that would wear the depth w over the stage, as long as
+    any wear is left: w φ(x) is then subtracted from both, down to W₀.
     """
 
     wear: Array  # W₀ at the start of the stage, m
@@ -517,6 +535,7 @@ class WearLayer(Layer):
     # Derivative of ΔG by the approach of the bodies, and the approach, m, at which ΔG is given.
     response: Array | None = None
     level: float | None = None
+    withheld: float | Array = 0.0  # w, m
 
     def at(self, approach: float) -> WearLayer:
         """The layer at another approach, m."""
@@ -529,18 +548,33 @@ class WearLayer(Layer):
         """Derivative of the wear depth by the approach; not positive, like the response."""
         zeros = np.zeros_like(pressure)
         falls = zeros if self.response is None else -self.response
-        return -replace(self, wear=zeros, reduced_gap=zeros, shift=falls).displacement(pressure)
+        layer = replace(self, wear=zeros, reduced_gap=zeros, shift=falls, withheld=0.0)
+        return -layer.displacement(pressure) * self._wears(pressure)
+
+    @property
+    def _drift(self) -> Array | float | None:
+        """ΔG − w, m, the factor of φ(x); None if it is zero everywhere."""
+        if not np.any(self.withheld):
+            return self.shift
+        return -self.withheld if self.shift is None else self.shift - self.withheld
+
+    def _wears(self, pressure: Array) -> Mask | float:
+        """Cells that wear beyond the threshold; one number for all without a threshold."""
+        if not np.any(self.withheld):
+            return 1.0
+        return np.asarray(self.displacement(pressure) > self.wear)
 
     def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the wear depth, m, to a field; never less than at the start of the stage."""
         x = self._exponent(pressure)
-        growth = np.expm1(x)
+        growth, drift = np.expm1(x), self._drift
         worn = growth * self.reduced_gap
-        if self.shift is not None:
+        if drift is not None:
             growth -= x
             growth /= np.maximum(x, 1e-12, out=x)
-            growth *= self.shift
+            growth *= drift
             worn += growth
+            worn -= self.withheld
             np.maximum(worn, 0.0, out=worn)
         result += worn
         result += self.wear
@@ -556,15 +590,16 @@ class WearLayer(Layer):
 
         φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
         """
-        x = self._exponent(pressure)
-        above = x if self.shift is None else np.maximum(x, _SMALL_EXPONENT)
+        x, drift = self._exponent(pressure), self._drift
+        above = x if drift is None else np.maximum(x, _SMALL_EXPONENT)
         growth = np.expm1(above)
         slope = (growth + 1.0) * self.reduced_gap
-        if self.shift is not None:
+        if drift is not None:
             slope_of_flow = ((above - growth) / above + growth) / above
             slope_of_flow += np.minimum(x - _SMALL_EXPONENT, 0.0) / 3.0
-            slope_of_flow *= self.shift
+            slope_of_flow *= drift
             slope += slope_of_flow
             np.maximum(slope, 0.0, out=slope)
+            slope *= self._wears(pressure)
         slope *= self.rate / unit
         return np.minimum(slope, _LARGEST_TANGENT, out=slope).astype(np.float32)

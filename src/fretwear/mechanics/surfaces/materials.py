@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic.dataclasses import dataclass
 
+from fretwear.arrays import Array
 from fretwear.mechanics.values import OverCycles
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import composite_modulus, coupling_ratio
@@ -90,17 +92,69 @@ class Friction(Part):
 
     coefficient: float  # coefficient of friction µ, at cycle 0 where it changes
     least: float  # smallest coefficient of all cycles
+    follows_slip = False  # whether µ differs between places that have slipped and others
+    ratio: float | Array = 1.0  # µ of each place over the coefficient, where it follows slip
+
+    def after(self, energy: Array | None) -> Friction:  # noqa: ARG002 - the same everywhere
+        """The friction of places that have dissipated an energy per area, J/m²."""
+        return self
+
+
+@dataclass(frozen=True)
+class OverEnergy(Part):
+    """A coefficient of friction that changes where the surfaces slip.
+
+    It is end − (end − start) e^(−e/energy), e being the energy per area dissipated at a place.
+    """
+
+    start: Annotated[
+        float, Quantity("1", "$µ_0$", "coefficient of friction before slip", like="0.2", gt=0.0)
+    ]
+    end: Annotated[
+        float, Quantity("1", "$µ_1$", "coefficient of friction after slip", like="0.8", gt=0.0)
+    ]
+    energy: Annotated[
+        float,
+        Quantity(
+            "J m-2", "$e_µ$", "energy that changes friction", "J/mm^2", like="0.5 J/mm^2", gt=0.0
+        ),
+    ]
+
+    def read_by(self, *_: object) -> OverEnergy | float:
+        """The law itself; a number if friction does not change."""
+        return self.start if self.start == self.end else self
+
+    def after(self, energy: Array) -> Array:
+        """Coefficients of places that have dissipated an energy per area, J/m²."""
+        return np.asarray(self.end - (self.end - self.start) * np.exp(-energy / self.energy))
+
+    def __float__(self) -> float:
+        return self.start
+
+    def __str__(self) -> str:
+        """``0.2 to 0.8 over 0.5 J/mm²``."""
+        return (
+            f"{self.start:g} to {self.end:g} over {self.parameters()['energy'].text(self.energy)}"
+        )
 
 
 @dataclass(frozen=True)
 class Coulomb(Friction):
-    """A coefficient of friction, constant or given over the cycles."""
+    """A coefficient of friction: constant, given over the cycles, or following slip."""
 
     friction: Annotated[
-        float | OverCycles,
-        Quantity("1", "$µ$", "coefficient of friction", like="0.5", gt=0.0, forms=(OverCycles,)),
+        float | OverCycles | OverEnergy,
+        Quantity(
+            "1",
+            "$µ$",
+            "coefficient of friction",
+            like="0.5",
+            gt=0.0,
+            forms=(OverCycles, OverEnergy),
+        ),
         "Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
-        "linear between these cycles.",
+        "linear between these cycles; or {start: 0.2, end: 0.8, energy: 0.5 J/mm^2}, following the "
+        "energy dissipated at each place.",
     ]
     kind: Literal["coulomb"] = "coulomb"
 
@@ -111,7 +165,22 @@ class Coulomb(Friction):
 
     @property
     def _values(self) -> tuple[float, ...]:
+        if isinstance(self.friction, OverEnergy):
+            return self.friction.start, self.friction.end
         return self.friction.values if isinstance(self.friction, OverCycles) else (self.friction,)
+
+    @property
+    def follows_slip(self) -> bool:  # type: ignore[override]
+        """Whether µ differs between places that have slipped and others."""
+        return isinstance(self.friction, OverEnergy)
+
+    def after(self, energy: Array | None) -> Coulomb:
+        """The friction of places that have dissipated an energy per area, J/m²."""
+        if not isinstance(self.friction, OverEnergy) or energy is None:
+            return self
+        law = Coulomb.unchecked(friction=self.friction)
+        vars(law)["ratio"] = self.friction.after(energy) / self.friction.start
+        return law
 
     @property
     def least(self) -> float:  # type: ignore[override]

@@ -67,6 +67,8 @@ _LARGEST_SWEEPS, _RELOADED = 60, 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
+# Weight of the error of friction beside that of wear.
+_OF_FRICTION = 2.0
 
 
 StateT = TypeVar("StateT", bound=State)
@@ -234,6 +236,10 @@ def first_loading(
     limit = YieldLimit(now, geometry, now.plastic_limit)
     for _ in range(_LARGEST_SWEEPS):
         bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
+        energy = zeros if now.friction_law.follows_slip else None
+        if before is not None and before.friction_energy is not None:
+            energy = before.geometry.resized(before.friction_energy, geometry)
+        now = now.slipped(energy)
         start, wear, opening, plastic = (
             zeros if before is None else before.geometry.resized(getattr(before, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
@@ -275,12 +281,61 @@ def first_loading(
         approach=contact.approach,
         residual=contact.residual,
         reduced=reduced,
+        friction_energy=energy,
         next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
         pressure_rate=zeros,
         source_rate=zeros,
         step=step,
         convolutions=spent,
     )
+
+
+class _FrictionOverStep:
+    """The energy per area that friction follows, at the end of the stages of a step.
+
+    ``energy``, J/m², is that of the next stage, extrapolated by the rates so far; the whole is of
+    second order. It is None where friction does not follow slip.
+    """
+
+    def __init__(self, base: State, now: WearProblem, step: float) -> None:
+        self._geometry, self._start, self._step = base.geometry, base.friction_energy, step
+        self.energy = self._start
+        if self._start is not None:
+            self._rates = [now.energy_rate(base)]
+            self.energy = self._start + TR_BDF2.middle * step * self._rates[0]
+
+    def at_middle(self, problem: WearProblem, stage: Stage) -> Stage:
+        """The first stage with the energy dissipated so far."""
+        if self._start is None:
+            return stage
+        early, before, rate = (
+            TR_BDF2.middle * self._step,
+            self._rates[0],
+            problem.energy_rate(stage),
+        )
+        reached = self._start + 0.5 * early * (before + rate)
+        ahead = rate + 0.5 * TR_BDF2.beyond * (rate - before)
+        self.energy = reached + (self._step - early) * np.maximum(ahead, 0.0)
+        self._rates.append(rate)
+        return replace(stage, friction_energy=reached)
+
+    def at_end(self, problem: WearProblem, stage: Stage) -> tuple[Stage, float]:
+        """The second stage with its energy, and the relative error of friction in its slip zone.
+
+        The error is the difference from the weighted rates of the step.
+        """
+        if self._start is None:
+            return stage, 0.0
+        rates = *self._rates, problem.energy_rate(stage)
+        change = sum(w * rate for w, rate in zip(TR_BDF2.weights, rates, strict=True))
+        weighted = problem.slipped(self._start + self._step * change).friction_law.ratio
+        ratio, error = problem.friction_law.ratio, 0.0
+        off = self._geometry.integral(np.abs(weighted - ratio) * stage.pressure)
+        # Within a cycle friction stays as it is.
+        if off > 0.0 and self._step > 1.0:
+            slipping = np.where(stage.reduced.stick, 0.0, ratio * stage.pressure)
+            error = off / self._geometry.integral(slipping)
+        return replace(stage, friction_energy=self.energy), error
 
 
 class Evolution(Integrator[State]):
@@ -320,7 +375,7 @@ class Evolution(Integrator[State]):
         the rate β p g*, so the pressure relaxes at the rate β g* E*/h.
         """
         state, problem = self.state, self.problem.of(self.state)
-        opens = (1.0 - problem.debris_fraction) * problem.wear_growth
+        opens = (1.0 - problem.debris_fraction) * float(np.max(problem.local_wear_growth))
         slipping = np.where(state.pressure > 0.0, state.reduced.gap, 0.0) / state.geometry.widths
         rate = opens * problem.composite_modulus * float(slipping.max())
         return 1.0 / rate if rate > 0.0 else inf
@@ -344,28 +399,36 @@ class Evolution(Integrator[State]):
         model = problem.slip_model
         now, means = problem.worn_by(base, base.cycle, geometry)
         early, middle = numbers.middle * step, base.cycle + numbers.middle * step
+        friction = _FrictionOverStep(base, now, step)
         # The means that the wear coefficient follows lag by one stage.
-        then = problem.at(middle).under(means)
-        p0, rate = base.pressure, now.wear_growth * step
+        then = problem.at(middle).under(means).slipped(friction.energy)
+        p0, rate = base.pressure, now.local_wear_growth * step
+        early_withheld = implicit * step * (now.withheld_depth + then.withheld_depth)
         first = self.stage(
             base,
             then,
-            Exposure((rate * implicit) * p0, then.wear_growth * step * implicit),
+            Exposure(
+                (rate * implicit) * p0, then.local_wear_growth * step * implicit, early_withheld
+            ),
             p0 + early * base.pressure_rate,
             early * base.source_rate,
             self.accuracy.first_stage,
         )
         p1 = first.pressure
         unloaded = (rate * (weight - implicit)) * (p0 + p1)
+        first = friction.at_middle(then, first)
         midway, reached = problem.worn_by(first, middle, geometry)
         last = problem.at(end).under(reached.ahead(means, numbers.beyond))
-        r0, lagged, r1 = (setup.wear_growth * step for setup in (now, then, midway))
-        if not r0 == lagged == r1:
+        last = last.slipped(friction.energy)
+        r0, lagged, r1 = (setup.local_wear_growth * step for setup in (now, then, midway))
+        if not (np.array_equal(r0, lagged) and np.array_equal(lagged, r1)):
             unloaded = weight * (r0 * p0 + r1 * p1) - implicit * (r0 * p0 + lagged * p1)
+        depths = (setup.withheld_depth for setup in (now, midway, last))
+        withheld = step * sum(w * d for w, d in zip(numbers.weights, depths, strict=True))
         second = self.stage(
             first,
             last,
-            Exposure(unloaded, last.wear_growth * step * implicit),
+            Exposure(unloaded, last.local_wear_growth * step * implicit, withheld - early_withheld),
             p1 + numbers.beyond * (p1 - p0),
             numbers.beyond * first.source_since(base, model),
             self.accuracy.contact if output_step else self.accuracy.contact_between,
@@ -375,18 +438,30 @@ class Evolution(Integrator[State]):
         if fitting is not geometry:
             self._move_to(fitting)
             return None
-        return self._ended(step, end, first, second, (now, midway, last))
+        second, friction_error = friction.at_end(last, second)
+        setups = now, midway, last
+        return self._ended(step, end, first, second, setups, withheld, friction_error)
 
     def _ended(
-        self, step: float, end: float, first: Stage, second: Stage, setups: Sequence[WearProblem]
+        self,
+        step: float,
+        end: float,
+        first: Stage,
+        second: Stage,
+        setups: Sequence[WearProblem],
+        withheld: float | Array,
+        friction_error: float,
     ) -> Attempt[State]:
         """The state after both stages, with rates that predict the next step, and its assessment.
 
-        The setups hold at the start of the step and at the end of each stage.
+        The setups hold at the start of the step and at the end of each stage. A threshold has
+        withheld a depth, m, from the wear of the step, and friction may be off by a fraction.
         """
         base, model = self.state, self.problem.slip_model
-        rates = [setup.wear_growth for setup in setups]
-        error, factor, accepted = self._assess(step, setups[-1], rates, first, second)
+        rates = [setup.local_wear_growth for setup in setups]
+        error, factor, accepted = self._assess(
+            step, setups[-1], rates, first, second, withheld, friction_error
+        )
         between = (1.0 - TR_BDF2.middle) * step
         pressure_rate = (second.pressure - first.pressure) / between
         source_rate = second.source_since(first, model) / between
@@ -429,7 +504,14 @@ class Evolution(Integrator[State]):
             self._convolutions += stage.convolutions
 
     def _assess(
-        self, step: float, problem: WearProblem, rates: Sequence[float], first: Stage, second: Stage
+        self,
+        step: float,
+        problem: WearProblem,
+        rates: Sequence[float | Array],
+        first: Stage,
+        second: Stage,
+        withheld: float | Array,
+        friction_error: float,
     ) -> tuple[float, float, bool]:
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
@@ -439,8 +521,12 @@ class Evolution(Integrator[State]):
         base = self.state
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
+        if problem.friction_law.follows_slip:
+            # Friction may change at once; the wear of a cycle is a measure of that nevertheless.
+            volume /= min(base.cycle + step, 1.0)
         if volume == 0:
-            return 0.0, _LARGEST_FACTOR, True
+            error = _OF_FRICTION * friction_error
+            return error, *assessed(error / self.tolerance)
 
         def exponent(weights: Sequence[float]) -> Array:
             """X = β∫p dN over the step by weights of its three pressures."""
@@ -456,25 +542,30 @@ class Evolution(Integrator[State]):
         if base.reduced.follows_pressure:
             # Pressure soon leaves a cell that begins to slip, which bounds the error of its wear.
             most = np.abs(second.opening - base.opening)
+        elif problem.wear_threshold:
+            most = np.abs(second.wear - base.wear)
         error = integral(np.minimum(lost(second.reduced.gap, exponent(TR_BDF2.difference)), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step rather than over each stage.
             x, shift = exponent(TR_BDF2.weights), second.source_since(base, model)
-            layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
+            layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0, opens * withheld)
             worn = layer.displacement(second.pressure)
             if kept:
                 opened, after = worn - base.opening, second.reduced.gap
-                worn = base.wear + all_worn(kept, opened, gap, after, x)
+                worn = base.wear + all_worn(kept, opened, gap, after, x, withheld)
             error = max(error, integral(np.minimum(np.abs(worn - second.wear), most)))
-        error, allowed = error / (OVERESTIMATE * volume), self.tolerance
+        error = max(error / (OVERESTIMATE * volume), _OF_FRICTION * friction_error)
+        allowed = self.tolerance
         if not second.reduced.load > 0.0:
             allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)
         factor, accepted = assessed(error / allowed)
         if first.yielded or second.yielded:
             # A cell at the limit p sinks until wear, at the rate β p, has freed it. A much longer
             # step would miss the flow in between.
-            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.slip_limit)
+            longest = sqrt(self.tolerance / TOLERANCE) / (
+                max(map(np.max, rates)) * problem.slip_limit
+            )
             factor = min(factor, longest / step)
             accepted &= step <= _ACCEPTED * longest
         return error, factor, accepted

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import cached_property, partial
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -276,6 +276,7 @@ class WearLaw(Part):
     slug = ""  # the coefficient is left out of the id
     needs_frequency = False  # whether the coefficient depends on the frequency of the motion
     follows_contact = False  # whether the coefficient changes as the bodies wear
+    follows_friction: ClassVar[bool] = False  # whether it is larger where friction is
     # Fractions of indenter and flat in the wear; None if they change, or only the sum is known.
     shares: tuple[float, float] | None = None
     is_in_zones = False  # whether the coefficient depends on the place
@@ -419,6 +420,8 @@ class EnergyWear(_OfCoefficient):
         "wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
+
+    follows_friction: ClassVar[bool] = True
 
     def coefficient(self, friction: Friction) -> float:
         """K = αµ, 1/Pa; at zero power if α falls with power."""

@@ -119,7 +119,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         # are narrow enough to yield: take the mean over an annulus as wide as a cell.
         peak = geometry.largest_mean(pressure, min(problem.spacing))
     displacement = problem.tangential_displacement(state.mean_approach, reduced)
-    force = problem.tangential_force(state.load, reduced)
+    force = problem.tangential_force(problem.slipping_load(state, geometry), reduced)
     energy = problem.dissipated_energy(state, geometry)
     work = 4.0 * (displacement + problem.flexibility * force) * force
     return Measures(
@@ -256,11 +256,19 @@ def scatter(state: State) -> dict[str, float]:
     return deviations
 
 
-def share_beyond_friction(state: State) -> float:
+def mean_slip_friction(problem: WearProblem, state: State) -> float:
+    """Coefficient of friction, mean over the slip zone weighted by pressure."""
+    law, integral = problem.friction_law, state.geometry.integral
+    slipping = np.where(state.reduced.stick, 0.0, state.pressure)
+    return law.coefficient * integral(law.ratio * slipping) / integral(slipping)
+
+
+def share_beyond_friction(problem: WearProblem, state: State) -> float:
     """Share of the stick zone in which friction cannot bear µ (p − p*) of a slip model: p* > 2p."""
     stick, integral = state.reduced.pressure, state.geometry.integral
     whole = integral((stick > 0.0).astype(np.float64))
-    beyond = integral((stick > 2.0 * state.pressure).astype(np.float64))
+    borne = 2.0 * problem.friction_law.ratio * state.pressure
+    beyond = integral((stick > borne).astype(np.float64))
     return beyond / whole if whole > 0.0 else 0.0
 
 
@@ -376,7 +384,8 @@ def _curve(
     if not problem.slip_model.follows_shape:
         return _unworn_curve(problem.hertz, state.reduced.load)
     geometry, low = state.geometry, state.reduced
-    high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
+    slipping = problem.friction_law.ratio * state.pressure, state.gap, state.approach
+    high = ReducedContact(*slipping, problem.slipping_load(state, geometry))
     bodies = workspace.on(geometry)
     shape = bodies.unworn + state.opening + state.plastic
     half_space, shape = problem.slip_model.family(problem, bodies.half_space, shape, state.pressure)

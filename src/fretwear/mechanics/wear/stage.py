@@ -29,10 +29,14 @@ _IDLE = 1e-3
 
 
 class Exposure(NamedTuple):
-    """The exponent x = unloaded + rate · p of a stage against its pressure p."""
+    """The exponent x = unloaded + rate · p of a stage against its pressure p.
+
+    A threshold of wear withholds a depth from it.
+    """
 
     unloaded: Array  # under no pressure, shape of the geometry
     rate: float | Array  # 1/Pa, of all cells or of each
+    withheld: float | Array = 0.0  # m, of all cells or of each
 
     def limited(self, pressure: Array) -> Exposure:
         """The same with less where it would be large, by a guess of the pressure, Pa.
@@ -44,13 +48,14 @@ class Exposure(NamedTuple):
         if not (x > _EXPOSED).any():
             return self
         part = _EXPOSED / np.maximum(x, _EXPOSED)
-        return Exposure(self.unloaded * part, self.rate * part)
+        return Exposure(self.unloaded * part, self.rate * part, self.withheld * part)
 
     def opening(self, kept: float) -> Exposure:
         """The part of it that opens the gap, if a fraction of the debris is kept."""
         if not kept:
             return self
-        return Exposure((1.0 - kept) * self.unloaded, (1.0 - kept) * self.rate)
+        open_part = 1.0 - kept
+        return Exposure(open_part * self.unloaded, open_part * self.rate, open_part * self.withheld)
 
     def under(self, pressure: Array) -> Array:
         """The exponent under a pressure, Pa."""
@@ -221,7 +226,8 @@ class ImplicitStage:
         wear = opening
         if kept:
             exponent = exposure.under(pressure)
-            wear = base.wear + all_worn(kept, worn, base.reduced.gap, reduced.gap, exponent)
+            gaps = base.reduced.gap, reduced.gap
+            wear = base.wear + all_worn(kept, worn, *gaps, exponent, exposure.withheld)
         return Stage(
             pressure=pressure,
             gap=gap,
@@ -260,7 +266,8 @@ class ImplicitStage:
             missing = missing - drift.shift
         zeros, lost = np.zeros_like(stage.opening), np.abs(missing)
         # The wear due to the missing flow, or to slip that changes midway.
-        flow = WearLayer(zeros, lost, None, *exposure.opening(problem.debris_fraction))
+        opens = exposure.opening(problem.debris_fraction)
+        flow = WearLayer(zeros, lost, None, opens.unloaded, opens.rate)
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
         return missing, self._geometry.integral(flow.displacement(stage.pressure))
@@ -275,10 +282,19 @@ def _bounded(change: Array, gap: Array) -> Array:
     return np.asarray(np.clip(change, -gap, gap))
 
 
-def all_worn(kept: float, opened: Array, before: Array, after: Array, exponent: Array) -> Array:
+def all_worn(
+    kept: float,
+    opened: Array,
+    before: Array,
+    after: Array,
+    exponent: Array,
+    withheld: float | Array = 0.0,
+) -> Array:
     """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
 
     If all of it is kept the contact does not depend on slip, and the reduced gap changes from
     ``before`` to ``after`` evenly in x: ∫g* dx is x times their mean.
     """
-    return opened / (1.0 - kept) if kept < 1.0 else 0.5 * exponent * (before + after)
+    if kept < 1.0:
+        return opened / (1.0 - kept)
+    return np.maximum(0.5 * exponent * (before + after) - withheld, 0.0)

@@ -116,7 +116,7 @@ class WearProblem(Setup):
 
     def worn_by(self, stage: Stage, cycle: float, geometry: Geometry) -> tuple[WearProblem, Means]:
         """The problem at a cycle, with the wear coefficient of a contact, and its means."""
-        now, means = self.at(cycle), Means()
+        now, means = self.at(cycle).slipped(stage.friction_energy), Means()
         if now.wear_law.follows_contact:
             means = now.means(stage, geometry)
         return now.under(means), means
@@ -125,15 +125,26 @@ class WearProblem(Setup):
         """Means of a contact, which coefficients of wear may follow."""
         energy, friction = self.dissipated_energy(stage, geometry), self.friction_law.coefficient
         area = geometry.integral(in_contact(stage).astype(float))
-        return Means(energy / area, stage.load / area, energy / (4.0 * friction * stage.load))
+        slip = energy / (4.0 * friction * self.slipping_load(stage, geometry))
+        return Means(energy / area, stage.load / area, slip)
+
+    def slipping_load(self, stage: Stage, geometry: Geometry) -> float:
+        """∬ψp, N: the force that slides a contact as a whole, over the coefficient of friction."""
+        law = self.friction_law
+        return geometry.integral(law.ratio * stage.pressure) if law.follows_slip else stage.load
+
+    def energy_rate(self, stage: Stage) -> Array:
+        """Energy dissipated per area and cycle, 4µps, J/m²."""
+        slip, law = self.slip(stage.reduced), self.friction_law
+        return np.asarray(4.0 * law.coefficient * law.ratio * stage.pressure * slip)
 
     def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
         """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
         if stage.pulse is not None:
             per_depth = self.friction_law.coefficient / self.combined_wear_coefficient
             return per_depth * geometry.integral(stage.pulse.rate)
-        slip = self.slip(stage.reduced)
-        return 4.0 * self.friction_law.coefficient * geometry.integral(stage.pressure * slip)
+        slip, law = self.slip(stage.reduced), self.friction_law
+        return 4.0 * law.coefficient * geometry.integral(law.ratio * stage.pressure * slip)
 
 
 class YieldLimit:
@@ -225,6 +236,8 @@ class Stage:
     reduced: ReducedContact  #: the contact at the reduced load, from which slip follows
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
     pulse: Pulse | None = None  #: the cycle of a load that changes in phase with a force
+    #: Energy dissipated per area since cycle 0, J/m²; None if friction does not follow it.
+    friction_energy: Array | None = None
 
     def source_since(self, base: Stage, model: SlipModel) -> Array:
         """Change of G, the part of slip that is not due to wear, since another stage, m.
@@ -275,6 +288,8 @@ class State(Stage):
             fields["opening"] = fields["wear"]
         if self.pulse is not None:
             fields["pulse"] = self.pulse.on(old, geometry)
+        if self.friction_energy is not None:
+            fields["friction_energy"] = old.resized(self.friction_energy, geometry)
         fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.plastic_limit)
         shape = bodies.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
@@ -301,7 +316,7 @@ class State(Stage):
             if sheared is not None:
                 sheared = sheared.on(lambda field: old.resized(field, geometry))
             start = replace(reduced, pressure=np.maximum(stuck, 0.0), sheared=sheared)
-            now = problem.at(self.cycle)
+            now = problem.at(self.cycle).slipped(fields.get("friction_energy"))
             sliding = now.sliding(self.load, self.approach)
             pressed = Pressed(bodies.half_space, shape, fields["pressure"], opened, self.approach)
             reduced = now.slip_model.reduced(now, pressed, sliding, start)
