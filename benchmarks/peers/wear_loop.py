@@ -23,7 +23,7 @@ from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.state import State, WearProblem, in_contact
+from fretwear.mechanics.wear.state import State, WearProblem
 from fretwear.run import simulate
 
 _SOFTEST = 0.58
@@ -85,7 +85,7 @@ def estimated_step(problem: WearProblem, state: State) -> float:
     The softest answer of a square cell's surface to pressure is 0.58 h / E*.
     """
     softest = _SOFTEST * min(problem.spacing) / problem.bodies.composite_modulus
-    touching = state.reduced.gap[in_contact(state)]
+    touching = state.reduced.gap[state.in_contact]
     return 2.0 * softest / (problem.wear_growth * float(touching.max()))
 
 

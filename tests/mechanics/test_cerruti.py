@@ -16,7 +16,7 @@ from fretwear.mechanics.slip.shear import shear_influence
 from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.measures import loop
+from fretwear.mechanics.wear.loops import loop
 from fretwear.theory import coupling_ratio
 
 from ..studies import near

@@ -10,7 +10,7 @@ from fretwear.mechanics.contact.cells import ContactProblem, Workspace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.wear.measures import POINTS, loop
+from fretwear.mechanics.wear.loops import POINTS, loop
 from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import Case
 

@@ -21,9 +21,9 @@ from fretwear.mechanics.surfaces.indenters import Cylinder, FlatPunch
 from fretwear.mechanics.surfaces.materials import ElasticBodies
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.mechanics.wear.edges import half_width
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.measures import loop, measure
+from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.measures import half_width, measure
 from fretwear.theory import (
     LimitingState,
     LineLimitingState,

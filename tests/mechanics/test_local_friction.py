@@ -16,7 +16,8 @@ from fretwear.mechanics.slip.models import CattaneoMindlin, Cerruti
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies, OverEnergy
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.laws import Archard, EnergyWear
-from fretwear.mechanics.wear.measures import loop, mean_slip_friction, measure
+from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.measures import mean_slip_friction, measure
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear_cracks.inputs import loaded_case, surface_of

@@ -6,9 +6,8 @@ import pytest
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.pressing import NormalLoad
-from fretwear.mechanics.wear.edges import half_extent, open_within_outline
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.measures import measure, scatter
+from fretwear.mechanics.wear.measures import half_extent, measure, open_within_outline, scatter
 from fretwear.run.simulate import simulate
 
 from ..studies import near, steel

@@ -18,7 +18,8 @@ from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.laws import Archard
-from fretwear.mechanics.wear.measures import loop, measure
+from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.pulsating import evolve_pulsating, load_cycle
 
 from ..studies import near, steel

@@ -13,10 +13,9 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.models import CattaneoMindlin, Pressed, WearLayer
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.mechanics.wear.edges import half_width, next_tip, stick_half_width
 from fretwear.mechanics.wear.integrator import first_loading
-from fretwear.mechanics.wear.measures import measure
-from fretwear.mechanics.wear.state import CONTACT_GAP, in_contact
+from fretwear.mechanics.wear.measures import half_width, measure, next_tip, stick_half_width
+from fretwear.mechanics.wear.state import CONTACT_GAP
 from fretwear.theory import PartialSlip
 
 from ..studies import near
@@ -285,7 +284,7 @@ def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a
         problem = fretting(2 * cells, roughness=rough, spacing=(A / cells, 2 * A / cells))
         state = first_loading(problem)
         found = measure(problem, state)
-        zones = in_contact(state), state.reduced.stick
+        zones = state.in_contact, state.reduced.stick
         counted = [state.geometry.unit_area * zone.sum() for zone in zones]
         means.append((state.pressure[zones[1]].mean(), found.mean_stick_pressure))
         return np.array([counted, [found.contact_area, found.stick_area]])
@@ -343,14 +342,14 @@ def test_areas_of_round_contacts_follow_their_edges_within_cells(across, within)
 
 def test_contact_is_read_off_the_gap_wherever_the_approach_counts_from():
     state = first_loading(fretting(64, load_ratio=0.5))
-    contact, area = in_contact(state), measure(PROBLEM, state).contact_area
+    contact, area = state.in_contact, measure(PROBLEM, state).contact_area
     # Worn surfaces conform: no pressure, and no gap either.
     conforming = replace(
         state,
         pressure=np.where(state.reduced.stick, state.pressure, 0.0),
         gap=np.where(contact, 0.9 * CONTACT_GAP * state.approach, state.gap),
     )
-    np.testing.assert_array_equal(in_contact(conforming), contact)
+    np.testing.assert_array_equal(conforming.in_contact, contact)
     # Without pressure, both directions tell alike where the edge cuts its cells.
     assert measure(PROBLEM, conforming).contact_area == near(area, rel=1e-3)
     raised = state.gap + 1.1 * CONTACT_GAP * state.approach

@@ -26,7 +26,8 @@ from fretwear.mechanics.wear.laws import (
     PowerLaw,
     RimAndCore,
 )
-from fretwear.mechanics.wear.measures import loop, measure
+from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.rubbing import Rubbing, positions
 from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import steps, wear_problem

@@ -21,7 +21,7 @@ from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve, fir
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.stage import Exposure
-from fretwear.mechanics.wear.state import State, in_contact
+from fretwear.mechanics.wear.state import State
 from fretwear.theory import HertzContact, LimitingState
 
 from ..studies import near
@@ -105,7 +105,7 @@ def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
     """Wear makes surfaces conform; cells that have touched once touch for ever."""
     problem = fretting(cells, **changes)
     states = list(evolve(problem, [cycles]))
-    touching = [in_contact(state.on(Workspace(problem), states[-1].geometry)) for state in states]
+    touching = [state.on(Workspace(problem), states[-1].geometry).in_contact for state in states]
     for before, after in pairwise(touching):
         assert not (before & ~after).any()
 

@@ -22,11 +22,11 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
+from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
     Measures,
     NextTips,
     fractions,
-    loop,
     mean_slip_friction,
     measure,
     next_tips,
@@ -35,7 +35,7 @@ from fretwear.mechanics.wear.measures import (
     unresolved_peak,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
-from fretwear.mechanics.wear.state import State, WearProblem, in_contact
+from fretwear.mechanics.wear.state import State, WearProblem
 from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.results import (
     BODY_FIELDS,
@@ -445,7 +445,7 @@ def _snapshot_fields(
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
-        reduced, closed = state.reduced, in_contact(state)
+        reduced, closed = state.reduced, state.in_contact
         slip = problem.slip(reduced)
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK

@@ -1,18 +1,13 @@
-"""Numbers that describe a state of the contact, and the loop of force and displacement of a cycle.
+"""Numbers that describe a state of the contact, and how well its cells tell them.
 
-Under P = const the tangential force rises from zero by µ (P − P') as P' falls from P to P*, while
-distant points move by µκ (d − d'), d' being the approach of the same shape under P': one family of
-normal contacts gives the whole curve. After a reversal it is followed at twice the size (Masing
-1926; for contacts Jäger 1998).
-
-The curve of d against P is concave, and Betti's theorem gives the area between it and a chord
-without any contact in between: twice that area is ∬ p g dA with the pressure at one end and the gap
-at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
+The edge of a smooth contact lies between the last cell inside and the first one outside. Rough
+contacts end at a tip, whose lowest point lies somewhere in its cell.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite, nan, pi, sqrt
 from typing import TypeAlias
 
@@ -22,40 +17,28 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.cells import (
     WITHIN_A_CELL,
     Beside,
+    Even,
     Geometry,
     Region,
-    Workspace,
+    Way,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.protocols import Plane
-from fretwear.mechanics.slip.coupled import Sheared
-from fretwear.mechanics.slip.models import ReducedContact, contact_under
-from fretwear.mechanics.wear.edges import (
-    Lines,
-    deviation,
-    half_extent,
-    half_width,
-    next_tip,
-    open_within_outline,
-    stick_half_width,
-)
-from fretwear.mechanics.wear.state import Pulse, State, WearProblem, in_contact
-from fretwear.theory import HertzContact
+from fretwear.mechanics.wear.state import State, WearProblem
 
 # Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
 NextTips: TypeAlias = dict[str, tuple[float, float]]
 
-# Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
-# its next point.
-POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
-# The area of a curve with an arc this flat gives it more accurately than contacts are solved.
-_STRAIGHT, _TOLERANCE = 1e-6, 1e-5
 # Part of the reduced gap beside a stick zone that wear has opened when it has doubled the gap.
 _DOUBLED = 0.5
 # Cells beside a stick edge, and the ratio of the last to their mean up to which they resolve it.
 _ALONG, _RESOLVED = 4, 1.3
-# Exponent of the load in the approach of a sphere.
-_SPHERE = 2.0 / 3.0
+# Cells on an axis or a part of it: places, and distances from the origin, m.
+Lines: TypeAlias = Sequence[tuple[Way, Array]]
+# Gap, over the gap of the first cell outside, above which a cell is not in contact.
+_NO_GAP = 1e-2
+# Depth of a scar over its maximum at which a profilometer sees its end.
+_SHALLOW = 0.01
 
 
 @dataclass(frozen=True)
@@ -153,7 +136,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
 def half_widths(state: State, lines: Lines) -> tuple[float, float]:
     """Half-widths of contact and stick zone, m, on the lines of cells of an axis."""
     reduced, plane_strain = state.reduced, state.geometry.plane_strain
-    closed = in_contact(state)
+    closed = state.in_contact
     contact = half_width(lines, closed, state.gap, tips=True, plane_strain=plane_strain)
     # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
     if state.plastic.any():
@@ -187,7 +170,7 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
     """The regions of contact and of stick."""
     contact, stick = np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
-    touching = Region(in_contact(state), contact, Beside(state.pressure, state.gap, state.opening))
+    touching = Region(state.in_contact, contact, Beside(state.pressure, state.gap, state.opening))
     sticking = Region(state.reduced.stick, stick, _beside_stick(problem, state), touching)
     return touching, sticking
 
@@ -206,7 +189,7 @@ def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, 
 def next_tips(state: State) -> NextTips:
     """The tips next to touching, by the name of the half-width, m, that would jump to them."""
     zones = {
-        "contact": (in_contact(state), state.gap),
+        "contact": (state.in_contact, state.gap),
         "stick": (state.reduced.stick, state.reduced.gap),
     }
     return {
@@ -225,7 +208,7 @@ def scatter(state: State) -> dict[str, float]:
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
     zones = {
-        "contact": (in_contact(state), Beside(state.pressure, state.gap, state.opening)),
+        "contact": (state.in_contact, Beside(state.pressure, state.gap, state.opening)),
         "stick": (state.reduced.stick, Beside(state.reduced.pressure, state.reduced.gap)),
     }
     for zone_name, (cells, beside) in zones.items():
@@ -301,201 +284,233 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
 
 
-@dataclass(frozen=True)
-class Loop:
-    """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
+def half_width(
+    lines: Lines, inside: Mask, gap: Array, *, tips: bool = False, plane_strain: bool = False
+) -> float:
+    """Distance of the outermost edge of a zone from the origin on the lines of an axis, m.
 
-    There are 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes the
-    rig in series.
+    Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, and
+    linearly if the contact has worn in. The zero of r = e + b g^(2/3) + c g through three cells
+    outside is the edge, kept between the centres of the last cell inside and the first one
+    outside. With ``tips``, one beyond whose lowest point touches between centres is the edge.
+
+    ``inside`` are the cells of the zone, and ``gap`` is in m and zero in the zone. The result is 0
+    if no cell on the lines belongs to the zone.
     """
+    edges = []
+    for line, at in lines:
+        edge = _edge(at, inside[line], gap[line], plane_strain)
+        if tips and edge > 0.0:
+            beyond = _tips_beyond(line, at, inside, gap)
+            edge = max([edge, *(tip.edge for tip in beyond if tip.lowest < 0.0)])
+        edges.append(edge)
+    return sum(edges) / len(edges)
 
-    force: Array
-    displacement: Array
-    opening: float  # displacement U₀, m, at which the force vanishes
 
-
-def loop(workspace: Workspace[WearProblem], state: State, contacts: int = _CONTACTS) -> Loop:
-    """The loop of a state, whose shape is kept during the cycle.
-
-    At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate before
-    to a thousandth of the displacement.
-    """
-    problem: WearProblem = workspace.problem.of(state)
-    coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
-    if state.pulse is not None:
-        return _pulsating_loop(problem, state, state.pulse)
-    if largest := problem.loading.stroke:
-        force, opening = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1), largest
-        displacement = np.zeros_like(force)
+def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> float:
+    zone = np.flatnonzero(inside)
+    if zone.size == 0:
+        return 0.0
+    last = int(zone[-1])
+    x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
+    if outside.size < 2:
+        return _border(distance, last)
+    if plane_strain and outside.size == 3:
+        # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
+        # laws through two cells predict the gap of the third; its place between these predictions
+        # gives the weights of the zeros.
+        powers = np.array([1.0, 1.5])
+        near, far = outside[:2, None] ** (1.0 / powers)
+        slopes = (far - near) / (x[1] - x[0])
+        if (slopes > 0.0).all():
+            zeros = x[0] - near / slopes
+            predicted = (slopes * (x[2] - zeros)) ** powers
+            weight = (outside[2] - predicted[0]) / (predicted[1] - predicted[0])
+            weight = min(max(weight, 0.0), 1.0)
+            # Strips may be so narrow that several beyond the edge count as in contact.
+            closed = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
+            zero = (1.0 - weight) * zeros[0] + weight * zeros[1]
+            return float(min(max(zero, closed[-1] if closed.size else 0.0), x[0]))
+    center, first = float(distance[last]), float(x[0])
+    near, far, *_ = roots = np.cbrt(outside)
+    if outside.size == 3 and 0.0 < near < far < roots[2]:
+        law = np.stack([np.ones(3), roots**2, outside], axis=1)
+        edge = np.linalg.solve(law / law.max(axis=0), x)[0]
+    elif far > near:
+        near, far = near**2, far**2
+        edge = first - near / (far - near) * (float(x[1]) - first)
     else:
-        loads, approaches, halfway = _curve(workspace, problem, state, contacts)
-        compliance = coefficient * problem.coupling
-        force = coefficient * (loads[0] - loads)
-        displacement = compliance * (approaches[0] - approaches)
-        half = compliance * (approaches[0] - halfway)
-        # The rig gives way by twice half the largest force, and back by all of it.
-        opening = compliance * (approaches[0] - state.reduced.approach) - 2.0 * half
-        if state.reduced.sheared is not None:
-            force, displacement, half = _of_vectors(
-                state.reduced.sheared, force, displacement, half
-            )
-            opening = state.reduced.sheared.displacement - 2.0 * half
-        displacement = displacement + flexibility * force
-        largest = problem.tangential_displacement(state.approach, state.reduced)
-        largest += flexibility * float(force[-1])
-    # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
-    glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
-    falling = np.concatenate([largest - 2.0 * displacement, glide])
-    path = np.concatenate([force[-1] - 2.0 * force, np.full(POINTS, -force[-1])])
-    force, displacement = (np.concatenate([half, -half[1:]]) for half in (path, falling))
-    if problem.wears_unevenly:
-        force *= problem.load_at(displacement / largest) / state.load
-    return Loop(force, displacement, opening)
+        # Equal gaps do not determine the edge.
+        edge = 0.5 * (center + first)
+    return float(min(max(edge, center), first))
 
 
-def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
-    """The loop under a load in phase with the force, whose halves differ.
+def stick_half_width(lines: Lines, pressure: Array) -> float:
+    """Distance of the outermost edge of the stick zone from the origin on the lines of an axis, m.
 
-    Distant points have moved by µκ [d(P) + d(P₁) − 2d(P′)] since the force was −Q, and by
-    µκ [d(P₂) + d(P) − 2d(P″)] the other way since it was Q: `fretwear.mechanics.wear.pulsating`.
+    Near its edge the square of the pressure p*, Pa, at the reduced load falls linearly in the
+    square of the coordinate, exactly so for a sphere. The zero of that law through the cells next
+    to the outermost one is the edge, kept within a cell of the outermost center. Wear beside the
+    stick zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
+    The result is 0 if no cell on the lines sticks.
     """
-    compliance = problem.friction_law.coefficient * problem.coupling
-    phase = np.linspace(0.0, 1.0, 2 * POINTS + 1)
-    least, low, high = pulse.least_load, state.reduced.load, state.load
-    under = pulse.approach(least + (high - least) * phase)
-    rising, falling = (
-        under + float(pulse.approach(end)) - 2.0 * pulse.approach(end + (low - end) * way)
-        for end, way in ((least, phase), (high, phase[::-1]))
-    )
-    amplitude = problem.tangential_displacement(state.mean_approach, state.reduced)
-    up, down = compliance * rising - amplitude, amplitude - compliance * falling
-    force = problem.tangential_force(high, state.reduced) * (2.0 * phase - 1.0)
-    return Loop(
-        np.concatenate([force[::-1], force[1:]]),
-        np.concatenate([down[::-1], up[1:]]),
-        0.5 * float(down[POINTS] - up[POINTS]),
-    )
+    edges = []
+    for along, distance in lines:
+        line = pressure[along]
+        zone = np.flatnonzero(line > 0)
+        if not zone.size:
+            edges.append(0.0)
+            continue
+        last = int(zone[-1])
+        center, edge = float(distance[last]), _border(distance, last)
+        most = 2.0 * edge - center
+        if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
+            near, far = line[last - 1] ** 2, line[last - 2] ** 2
+            inner, innermost = distance[last - 1] ** 2, distance[last - 2] ** 2
+            edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
+        edges.append(min(max(edge, center), most))
+    return sum(edges) / len(edges)
 
 
-def _curve(
-    workspace: Workspace[WearProblem], problem: WearProblem, state: State, contacts: int
-) -> tuple[Array, Array, float]:
-    """Loads, N, from P to P*, the approaches, m, under them, and the approach under their mean."""
-    if not problem.slip_model.follows_shape:
-        return _unworn_curve(problem.hertz, state.reduced.load)
-    geometry, low = state.geometry, state.reduced
-    slipping = problem.friction_law.ratio * state.pressure, state.gap, state.approach
-    high = ReducedContact(*slipping, problem.slipping_load(state, geometry))
-    bodies = workspace.on(geometry)
-    shape = bodies.unworn + state.opening + state.plastic
-    half_space, shape = problem.slip_model.family(problem, bodies.half_space, shape, state.pressure)
-    if not low.load > 0.0:
-        lowest = float(shape.min())
-        low = replace(low, gap=shape - lowest, approach=lowest)
-    whole = geometry.integral(low.gap * high.pressure)
-    family, areas, rise = [low, high], [whole], high.approach - low.approach
-    halfway = _approach_between(low, high, whole)
-    if whole <= _STRAIGHT * rise * (high.load - low.load):
-        contacts = 0
-    for solved_before in range(contacts):
-        # Halfway where the curve bends most, which is between its ends at first.
-        at = int(np.argmax(areas))
-        lower, upper = family[at : at + 2]
-        load = 0.5 * (lower.load + upper.load)
-        # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
-        least, most, place = (end**_SPHERE for end in (lower.load, upper.load, load))
-        square, stick = upper.pressure**2, lower.stick
-        fall = square - lower.pressure**2
-        fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
-        guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
-        guess *= load / geometry.integral(guess)
-        contact = contact_under(half_space, shape, load, None, guess, _TOLERANCE)
-        expected = _approach_between(lower, upper, areas[at])
-        halfway = halfway if solved_before else contact.approach
-        family.insert(at + 1, contact)
-        areas[at : at + 1] = [
-            geometry.integral(lower.gap * contact.pressure),
-            geometry.integral(contact.gap * upper.pressure),
-        ]
-        if abs(contact.approach - expected) <= _CLOSE * rise:
-            break
-    return (*_sampled(family, areas, whole), halfway)
+def deviation(lines: Lines, inside: Mask) -> float:
+    """Standard deviation of the half-width of a zone on the lines of an axis, m."""
+    ends = [(at, np.flatnonzero(inside[line])) for line, at in lines]
+    widths = [np.diff(at)[zone[-1:]].sum() for at, zone in ends]
+    return WITHIN_A_CELL * float(np.mean(widths))
 
 
-def _of_vectors(
-    sheared: Sheared, force: Array, displacement: Array, half: float
-) -> tuple[Array, Array, float]:
-    """The curve of friction in two directions from that in one, and its place at half the force.
+def next_tip(lines: Lines, inside: Mask, gap: Array) -> tuple[float, float]:
+    """The tip beyond a zone that is next to touching: jump of the half-width, m, and its gap, m.
 
-    It ends at the force, N, and the displacement, m, of the tractions. The depth of the curve below
-    its chord is scaled so that the area below it is their energy, of which δ is the derivative by
-    Q.
+    The half-width on the lines of an axis jumps so far where the tip touches, or does not after
+    all. The gap is at the top of the tip, below zero where it touches; 0 and NaN if there is none.
     """
-    end = sheared.displacement if sheared.stick.any() else float(displacement[-1])
-    chord, force = displacement[-1] / force[-1] * force, sheared.force / force[-1] * force
-    arc, depth = displacement - chord, half - 0.5 * float(displacement[-1])
-    below = float(np.trapezoid(arc, force))
-    scale = (sheared.energy - 0.5 * end * sheared.force) / below if below else 0.0
-    return force, end / sheared.force * force + scale * arc, 0.5 * end + scale * depth
+    tips = [
+        (abs(tip.lowest), (tip.edge - float(at[last])) / len(lines), tip.lowest)
+        for line, at in lines
+        if (zone := np.flatnonzero(inside[line])).size
+        for last in zone[-1:]
+        for tip in _tips_beyond(line, at, inside, gap)
+    ]
+    return min(tips)[1:] if tips else (0.0, nan)
 
 
-def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, float]:
-    """`_curve` of the unworn smooth contact, from its load to a reduced one, N, in closed form.
+@dataclass(frozen=True)
+class _Tip:
+    """A tip beyond a zone, on the line of an axis."""
 
-    The heights above the chord are scaled so that the polygon has the area of the curve.
+    lowest: float  # gap at its lowest point, m
+    edge: float  # outer edge of its contact, or its place, m from the origin
+
+
+def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[_Tip]:
+    """The tips on a line beyond the last cell of a zone, the nearest first.
+
+    Parabolas along the line and across it have their vertices where the tip is lowest. A paraboloid
+    of radius R that is pressed in by δ touches within √(Rδ).
     """
+    here, last = gap[line], int(np.flatnonzero(inside[line])[-1])
+    near, middle, far = here[last:-2], here[last + 1 : -1], here[last + 2 :]
+    minima = last + 1 + np.flatnonzero((middle < near) & (middle <= far))
+    if not minima.size:
+        return []
+    axis = 0 if isinstance(line[0], slice) else 1
+    across, row = np.moveaxis(gap, axis, 0)[line[axis]], line[1 - axis]
+    assert isinstance(row, int)
+    rows = [min(max(beside, 0), across.shape[1] - 1) for beside in (row - 1, row, row + 1)]
+    tips = []
+    for tip in minima.tolist():
+        place, bend, fall = _vertex(here[tip - 1 : tip + 2])
+        *_, deeper = _vertex(across[tip, rows])
+        lowest = float(here[tip]) - fall - deeper
+        radius = sqrt(max(-lowest, 0.0) / bend)
+        edge = distance[tip] + (place + min(radius, 0.5)) * (distance[tip + 1] - distance[tip])
+        tips.append(_Tip(lowest, float(edge)))
+    return tips
 
-    def approach_under(load: float) -> float:
-        return hertz.with_load(load).approach if load > 0.0 else 0.0
 
-    # Cube roots of the loads; Gaussian ones for the area.
-    ends = np.cbrt([least, hertz.load])
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    roots = ends.mean() + 0.5 * np.diff(ends) * nodes
-    loads = np.linspace(ends[1], ends[0], POINTS + 1) ** 3
-    loads[[0, -1]] = hertz.load, least
-    approaches = np.array([*map(approach_under, loads)])
-    exact = np.array([*map(approach_under, roots**3)]) @ (weights * 3.0 * roots**2)
-    exact *= 0.5 * float(np.diff(ends)[0])
-    chord = np.interp(loads, loads[[-1, 0]], approaches[[-1, 0]])
-    arc, below = approaches - chord, -float(np.trapezoid(chord, loads))
-    arc *= (exact - below) / -float(np.trapezoid(arc, loads))
-    return loads, chord + arc, approach_under(0.5 * (least + hertz.load))
+def _vertex(gaps: Array) -> tuple[float, float, float]:
+    """The parabola through three cells: place of its vertex, second difference, fall to the vertex.
 
-
-def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
-    """Loads and approaches from the last contact of a family to the first.
-
-    Between two contacts the curve is their chord plus the arc of a sphere's curve, scaled so that
-    twice the area above the chord is as given and sums up to the area of the whole curve.
+    The place is in cells from the middle one; the vertex counts only within it, rounding apart.
     """
-    corners, approaches = np.array([(contact.load, contact.approach) for contact in family]).T
-    ends = np.trapezoid(approaches[[0, -1]], corners[[0, -1]])
-    chords = 2.0 * (np.trapezoid(approaches, corners) - ends)
-    fit = (whole - chords) / sum(areas) if whole > 0.0 else 0.0
-    steps = np.diff(np.linspace(0, POINTS, len(areas) + 1).round().astype(int))
-    loads, curve = [corners[:1]], [approaches[:1]]
-    for lower, upper, area, count in zip(family, family[1:], areas, steps, strict=False):
-        places = np.linspace(np.cbrt(lower.load), np.cbrt(upper.load), count + 1) ** 3
-        places[[0, -1]] = lower.load, upper.load
-        arc = _arc(lower.load, upper.load, places)[0]
-        arc *= 0.5 * fit * area / np.trapezoid(arc, places)
-        chord = np.interp(places, (lower.load, upper.load), (lower.approach, upper.approach))
-        loads.append(places[1:])
-        curve.append((chord + arc)[1:])
-    return np.concatenate(loads)[::-1], np.concatenate(curve)[::-1]
+    near, middle, far = gaps.tolist()
+    rise, bend = 0.5 * (far - near), far + near - 2.0 * middle
+    if bend <= 0.0 or abs(rise) > 0.501 * bend:
+        return 0.0, max(bend, 0.0), 0.0
+    return -rise / bend, bend, 0.5 * rise**2 / bend
 
 
-def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Array, float]:
-    """Height of P^(2/3) above its chord between two loads, and the area between them."""
-    ends = np.array([lower, upper])
-    heights = ends**_SPHERE
-    area = 0.6 * float(upper ** (1.0 + _SPHERE) - lower ** (1.0 + _SPHERE))
-    arc = np.asarray(loads) ** _SPHERE - np.interp(loads, ends, heights)
-    return arc, area - float(np.trapezoid(heights, ends))
+def _border(distance: Array, last: int) -> float:
+    """Outer border of a cell on an axis, halfway to the next one, m."""
+    inner, outer = (last, last + 1) if last + 1 < distance.size else (last - 1, last)
+    return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))
 
 
-def _approach_between(lower: ReducedContact, upper: ReducedContact, area: float) -> float:
-    """Approach, m, under the mean of two loads."""
-    arc, whole = _arc(lower.load, upper.load, 0.5 * (lower.load + upper.load))
-    return float(0.5 * (lower.approach + upper.approach + area / whole * arc))
+def open_within_outline(inside: Mask, x: Array, y: Array, even: Even) -> int:
+    """Number of cells within the outline of a zone that do not belong to it, of those kept.
+
+    The outline is the convex hull of the centres of the zone's cells and of their images where the
+    zone is ``even``: valleys between tips and the middle of a ring count, and a tip that touches
+    outside moves it little. ``x`` and ``y`` are the centres of the cells, m.
+    """
+    columns = np.flatnonzero(inside.any(axis=1))
+    if not columns.size:
+        return 0
+    at, zone = x[columns], inside[columns]
+    top = y[y.size - 1 - zone[:, ::-1].argmax(axis=1)]
+    bottom = -top if even[1] else y[zone.argmax(axis=1)]
+    if even[0]:
+        at = np.concatenate([-at[::-1], at])
+        top, bottom = (np.concatenate([ends[::-1], ends]) for ends in (top, bottom))
+    between = x[np.searchsorted(x, at[0]) : columns[-1] + 1]
+    slack = 1e-6 * float(at[-1] - at[0])
+    highest = np.interp(between, *_highest_chords(at, top)) + slack
+    lowest = -highest if even[1] else -np.interp(between, *_highest_chords(at, -bottom)) - slack
+    within = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
+    return int(within.sum()) - int(inside.sum())
+
+
+def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]:
+    """The corners of the upper convex hull of points in ascending x."""
+    corners: list[tuple[float, float]] = []
+    for place, height in zip(x.tolist(), heights.tolist(), strict=True):
+        while len(corners) > 1:
+            (first, low), (middle, high) = corners[-2:]
+            if (high - low) * (place - first) > (height - low) * (middle - first):
+                break
+            corners.pop()
+        corners.append((place, height))
+    places, hull = zip(*corners, strict=True)
+    return [*places], [*hull]
+
+
+def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
+    """Half the extent of a scar along an axis, m: between the outermost places on either side.
+
+    Beyond them, the scar is nowhere deeper than `_SHALLOW` of its maximum. ``depth``, m, is the
+    largest on each line of cells across the axis at ``x``, m; 0 if nothing is worn.
+    """
+    if not depth.any():
+        return 0.0
+    end = _scar_end(x, depth)
+    return end if is_even else 0.5 * (end + _scar_end(-x[::-1], depth[::-1]))
+
+
+def _scar_end(x: Array, depth: Array) -> float:
+    """The outermost place at which a scar is as deep as `_SHALLOW` of its maximum, m.
+
+    Beside a cell that is not worn, the depth goes on to fall linearly, if it does so fast enough to
+    end there. At the edge of an unworn contact it falls faster, anywhere in the cell.
+    """
+    level = _SHALLOW * float(depth.max())
+    last = int(np.flatnonzero(depth > level)[-1])
+    if last + 1 == x.size:
+        return float(x[last])
+    near, beyond, part = float(depth[last]), float(depth[last + 1]), 0.5
+    before = float(depth[last - 1]) if last else near
+    if beyond > 0.0:
+        part = (near - level) / (near - beyond)
+    elif near - level < before - near:
+        part = (near - level) / (before - near)
+    return float(x[last] + part * (x[last + 1] - x[last]))

@@ -124,7 +124,7 @@ class WearProblem(Setup):
     def means(self, stage: Stage, geometry: Geometry) -> Means:
         """Means of a contact, which coefficients of wear may follow."""
         energy, friction = self.dissipated_energy(stage, geometry), self.friction_law.coefficient
-        area = geometry.integral(in_contact(stage).astype(float))
+        area = geometry.integral(stage.in_contact.astype(float))
         slip = energy / (4.0 * friction * self.slipping_load(stage, geometry))
         return Means(energy / area, stage.load / area, slip)
 
@@ -186,15 +186,6 @@ class YieldLimit:
         return False
 
 
-def in_contact(stage: Stage) -> Mask:
-    """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
-
-    The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
-    only have a negative one.
-    """
-    return np.asarray((stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach)))
-
-
 @dataclass(frozen=True)
 class Pulse:
     """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
@@ -246,6 +237,15 @@ class Stage:
         """
         now = model.source(self.reduced.gap, self.opening)
         return now - model.source(base.reduced.gap, base.opening)
+
+    @property
+    def in_contact(self) -> Mask:
+        """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
+
+        The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
+        only have a negative one.
+        """
+        return np.asarray((self.pressure > 0) | (self.gap <= CONTACT_GAP * abs(self.approach)))
 
     @property
     def mean_approach(self) -> float:
