@@ -35,7 +35,7 @@ CONTACT["slip_model"] = "jaeger"  # for which there are closed forms
 def scar(axes: Axes, results: Path) -> None:
     """The wear of a rough contact that yields, from above."""
     summary = xr.open_dataset(results / "summary.nc")
-    point = summary.sel(normal_load=40, friction=0.6, roughness_amplitude=2e-7, plastic_limit=4.5e9)
+    point = summary.sel(normal_load=40, friction=0.2, roughness_amplitude=2e-7, plastic_limit=3e9)
     case = fretwear.open_case(results / "cases" / f"{point['case_id'].item()}.nc")
     fretwear.figures.wear_map(case, ax=axes)
     axes.get_legend().remove()
