@@ -26,18 +26,18 @@ from typing import (
     ClassVar,
     Self,
     TypeGuard,
-    TypeVar,
-    cast,
     get_args,
     get_type_hints,
 )
 
 from pydantic import (
+    BeforeValidator,
     ConfigDict,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
     TypeAdapter,
+    WithJsonSchema,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails, ValidationError, core_schema
@@ -52,13 +52,13 @@ from fretwear.units import (
     FloatWithUnit,
     QuantityError,
     Unit,
+    did_you_mean,
     format_quantity,
     number_text,
     parse_quantity,
     with_unit,
 )
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
 Schema = dict[str, Any]  # a JSON Schema
 Coordinates = Iterator[tuple[str, "Parameter", Any]]  # name, parameter, SI value
 Endings = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
@@ -67,8 +67,6 @@ MATERIALS: Endings = (("1", "of body I"), ("2", "of body II"))
 AXES: Endings = (("x", "along x"), ("y", "along y"))
 BODIES: Endings = (("indenter", "of the indenter"), ("flat", "of the flat"))
 
-LONGEST = 10.0
-"""Longest length, m, that a parameter may have."""
 # No physical value lies beyond these; powers and quotients of values within them stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
@@ -80,11 +78,6 @@ _BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
 }
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
-
-
-def _remembered(function: _Function) -> _Function:
-    """Keep the results of a function of a class."""
-    return cast("_Function", cache(function))
 
 
 class Parameter:
@@ -144,10 +137,6 @@ class Parameter:
         """Return the value in a form that JSON can hold and a case takes back."""
         return value
 
-    def allows(self, value: object) -> bool:  # noqa: ARG002 - words may be anything
-        """Say whether a coordinate may have this value."""
-        return True
-
     def word_for(self, value: object) -> str:
         """Return the word for a special value, such as "elastic"; empty for other values."""
         return value if isinstance(value, str) else ""
@@ -192,16 +181,6 @@ class Quantity(Parameter):
     forms: tuple[type, ...] = ()
     is_whole: bool = False
     description: str = field(default="", kw_only=True)
-
-    def __post_init__(self) -> None:
-        """Check the units."""
-        if self.si_unit not in BY_SI_UNIT:
-            known = ", ".join(BY_SI_UNIT)
-            raise ValueError(f"{self.words}: {self.si_unit!r} is not among the SI units {known}.")
-        shown = {"", *(unit.typed or unit.name for unit in BY_SI_UNIT[self.si_unit].units)}
-        if self.shown_in not in shown:
-            given = f"{self.words}: {self.shown_in!r} is not among the units"
-            raise ValueError(f"{given} of {self.si_unit}, {', '.join(sorted(shown - {''}))}.")
 
     @property
     def may_be_drawn(self) -> bool:  # type: ignore[override]
@@ -294,8 +273,6 @@ class Quantity(Parameter):
             number = self._parsed(value, units_required)
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
             raise QuantityError(f"must be {self.range_text()}")
-        if self.si_unit == "m" and abs(number) > LONGEST and self.words != "sliding distance":
-            raise QuantityError(f"must be at most {LONGEST:g} m")
         if number > _LARGEST or (0.0 in (self.gt, self.ge) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
@@ -368,13 +345,6 @@ class Quantity(Parameter):
             return {n: one for n, one in value.canonical().items() if n != "kind"}
         return "none" if isinstance(value, float) and math.isinf(value) else value
 
-    def allows(self, value: object) -> bool:
-        """Say whether a coordinate may have this value."""
-        with suppress(QuantityError):
-            self._item._read_number(value, False)
-            return True
-        return value == self.absent
-
     def word_for(self, value: object) -> str:
         """Return the word for a special value, such as "elastic"; empty for other values."""
         if self.infinite and value == math.inf:
@@ -415,24 +385,13 @@ def whole_number(symbol: str, words: str, ge: int, le: int, usual: int) -> Quant
     return Quantity("1", symbol, words, like=str(usual), ge=ge, le=le, is_whole=True)
 
 
-class Automatic:
-    """Annotates an optional value, which study files call ``auto`` where it is None."""
+AUTO = BeforeValidator(lambda value: None if value == "auto" else value)
+"""Reads an optional value, which study files call ``auto`` where it is None."""
 
-    def __init__(self, schema: Schema) -> None:
-        self.schema = schema
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        return core_schema.no_info_before_validator_function(
-            lambda value: None if value == "auto" else value, handler(source)
-        )
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        described = {"description": handler(schema).get("description", "")}
-        return {"default": "auto", "anyOf": [{"const": "auto"}, self.schema], **described}
+def auto_or(schema: Schema) -> WithJsonSchema:
+    """Describe a value that may be ``auto``, as by default."""
+    return WithJsonSchema({"anyOf": [{"const": "auto"}, schema]})
 
 
 @dataclass(frozen=True)
@@ -585,10 +544,12 @@ class Part:
         if isinstance(value, str) and value in kinds:
             value = {"kind": value}
         if not isinstance(value, Mapping):
-            raise MisspeltError(f"must be one of {', '.join(kinds)}", kinds)
+            rule = f"must be one of {', '.join(kinds)}"
+            raise QuantityError(rule, did_you_mean(value, kinds))
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
-            raise located("kind", name, MisspeltError(f"must be one of {', '.join(kinds)}", kinds))
+            rule = f"must be one of {', '.join(kinds)}"
+            raise located("kind", name, QuantityError(rule, did_you_mean(name, kinds)))
         content = {**value, "kind": name}
         part: Self = adapter(kinds[name]).validate_python(content, context=folder)
         return part
@@ -656,14 +617,6 @@ class Part:
             yield from about.coordinates(f"{name}_{key}", vars(self)[key])
 
 
-class MisspeltError(QuantityError):
-    """A word that is none of the valid ones."""
-
-    def __init__(self, rule: str, valid: Sequence[str] | Mapping[str, object]) -> None:
-        super().__init__(rule)
-        self.valid = tuple(valid)
-
-
 def located(place: str | int, value: object, error: ValueError) -> ValidationError:
     """An error at a key or an item of the value that is read, as pydantic reports it."""
     details = InitErrorDetails(type="value_error", loc=(place,), input=value, ctx={"error": error})
@@ -726,26 +679,26 @@ def inlined(schema: Schema) -> Schema:
     return result
 
 
-@_remembered
+@cache
 def adapter(of: Any) -> TypeAdapter[Any]:
     """What reads values of a type."""
     return TypeAdapter(of)
 
 
-@_remembered
+@cache
 def _defaults(cls: type) -> dict[str, object]:
     fields = {one.name: one.default for one in dataclasses.fields(cls)}
     return {n: one.default if isinstance(one, FieldInfo) else one for n, one in fields.items()}
 
 
-@_remembered
+@cache
 def declared(cls: type) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True)
     return {name: about for name, hint in hints.items() for about in _annotations(hint)}
 
 
-@_remembered
+@cache
 def derived(cls: type) -> Mapping[str, Parameter]:
     """Return the properties of a class whose return type is annotated by a `Parameter`."""
     hints = {
@@ -767,7 +720,7 @@ def _annotations(hint: object) -> Iterator[Parameter]:
             yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
 
 
-@_remembered
+@cache
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
     fields = dataclasses.fields(cls)

@@ -388,14 +388,6 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
     return f"{value:.{max(-place, 0)}f} ± {error:.{max(-place, 0)}f}".replace("-", "−")
 
 
-def fixed_digits(value: float, digits: int) -> str:
-    """Return a number with exactly `digits` significant digits, trailing zeros included."""
-    if value == 0.0:
-        return "0"
-    text = f"{value:#.{digits}g}".rstrip(".").replace("-", "−")
-    return number_text(float(f"{value:.{digits}g}")) if "e" in text else text
-
-
 def with_unit(text: str, unit: Unit) -> str:
     """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``, ``5.7°``."""
     if unit.is_power:

@@ -13,9 +13,7 @@ from fretwear.study.case_warnings import case_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
     LEAST_COARSENESS,
-    MOST_CELLS,
     greatest_contact_radius,
-    needed_spacings,
     yielding_ring_width,
     zones_of_tip,
 )
@@ -74,11 +72,8 @@ def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
     assert fine.seconds > coarse.seconds
     assert fine.memory_bytes > coarse.memory_bytes
     few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
-    assert many.file_bytes > 2 * few.file_bytes
     assert few.seconds < many.seconds < 1.3 * few.seconds
     assert estimate(steel(cell=1e-9)).memory_bytes > 1e12
-    short, long = (estimate(steel(cycles=n, roughness=SHALLOW)) for n in (100, 100_000))
-    assert short.steps < long.steps < 10 * short.steps
     tight, usual = (estimate(steel(tolerance=t)) for t in (1e-3, 1e-2))
     assert tight.steps > 1.5 * usual.steps
 
@@ -141,15 +136,6 @@ def test_a_tip_as_far_from_the_next_as_the_contact_is_wide_carries_the_whole_loa
     ridge = LineContact(radius, line.hertz.load, line.composite_modulus)
     (width, _), _ = zones_of_tip(line)["contact of a tip"]
     assert width == near(2.0 * ridge.contact_radius)
-
-
-def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
-    cheap, dear = steel(load=2, roughness=GENTLE), steel(load=200, roughness=GENTLE)
-    for given, needed in zip(cheap.grid_spacing, needed_spacings(cheap)[1], strict=True):
-        assert 0.9 * needed < given <= needed
-    assert dear.grid_spacing > needed_spacings(dear)[1]
-    cells = dear.hertz_radius**2 / math.prod(dear.grid_spacing)
-    assert MOST_CELLS <= cells < 1.25 * MOST_CELLS
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.8])
@@ -217,13 +203,6 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
     assert "narrower than a cell" in warning.what
 
 
-@pytest.mark.parametrize(("friction", "is_told"), [(0.2, False), (0.9, True)])
-def test_steel_on_aluminium_is_doubted_if_much_friction_moves_the_surfaces_apart(friction, is_told):
-    pair = {"youngs_modulus": (208e9, 70e9), "poisson_ratio": (0.3, 0.33)}  # β = 0.12
-    told = [each.what for each in case_warnings(steel(**pair, friction=friction))]
-    assert is_told == any("also moves their surfaces apart" in what for what in told)
-
-
 def test_dundurs_constant_is_that_of_the_closed_form():
     """Steel on a rigid body: β = (1 − 2ν)/(2 (1 − ν)); alike or incompressible bodies have none."""
     rigid = {"youngs_modulus": (208e9, 208e18)}
@@ -234,10 +213,9 @@ def test_dundurs_constant_is_that_of_the_closed_form():
 
 def test_a_simulation_warns_and_its_dataset_remembers():
     case = steel(cycles=1, cell=18e-6, roughness=LONG)
-    with pytest.warns(DoubtfulResultWarning, match="zone of few cells"):
+    with pytest.warns(DoubtfulResultWarning, match="estimated errors exceed 5 %"):
         dataset = simulate(case)
-    first, *after = dataset.attrs["warnings"].splitlines()
-    assert [first] == [str(warning) for warning in case_warnings(case)]
-    assert "estimated errors exceed 5 %" in after[0]
+    (told,) = dataset.attrs["warnings"].splitlines()
+    assert "estimated errors exceed 5 %" in told
     fine = simulate(steel(cycles=1))
     assert fine.attrs["warnings"] == ""

@@ -5,14 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 
-from fretwear.study.designs import LatinHypercube
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import override, select_point
 
-from ..studies import SELF_AFFINE, WAVES
+from ..studies import WAVES
 
 
 def test_zip_pairs_the_lists(studies, content):
@@ -20,19 +18,6 @@ def test_zip_pairs_the_lists(studies, content):
     study = studies.load(content | {"design": "zip", "vary": vary})
     pairs = [(point.case.load, point.case.friction) for point in study.points()]
     assert (pairs, study.sizes) == ([(25.0, 0.3), (50.0, 0.4)], {"point": 2})
-
-
-def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
-    content["base"]["roughness"] = SELF_AFFINE
-    short = content | {"seeds": [1, 2, 3]}
-    long = content | {"vary": {**content["vary"], "roughness.seed": [1, 2, 3]}}
-    ids = [list(studies.load(each).cases()) for each in (short, long)]
-    assert ids[0] == ids[1]
-    assert len(ids[0]) == 6
-    assert studies.load(short, ["roughness.seed=5"]).size == 2
-    for wrong, keys in ((content | {"seeds": [1, 2, 0.5]}, [2]), (long | {"seeds": [4]}, [""])):
-        told = [each.key for each in studies.error(wrong).problems]
-        assert told == [f"seeds[{key}]" if key else "seeds" for key in keys]
 
 
 def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
@@ -56,12 +41,6 @@ def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
     for kind in ("latin_hypercube", "sobol"):
         one, same, other = (drawn(kind, 9, seed, friction=quarter) for seed in (1, 1, 2))
         assert one == same != other
-
-
-@pytest.mark.parametrize(("points", "axes", "seed"), [(1, 2, 3), (5, 1, 0), (64, 3, 1)])
-def test_a_latin_hypercube_is_that_of_scipy(points, axes, seed):
-    columns = LatinHypercube(points=points, seed=seed).columns(axes)
-    assert columns == qmc.LatinHypercube(d=axes, seed=seed).random(points).T.tolist()
 
 
 def sampled(content, kind="sobol", points=16):

@@ -5,8 +5,6 @@ import re
 import pytest
 import yaml
 
-from fretwear.run.resources import machine_warnings
-from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study
 
@@ -25,7 +23,6 @@ base/load: ~ || base.load: must be a force such as 50 N
 base/tangential_load: 2 N || base.tangential_load: is redundant: tangential_ratio is given
 base/rig_stiffness: 28 N/um || rig_stiffness: is redundant: tangential_ratio is given
 base/indenter: {kind: sphere, radius: 1 mm} || base.radius: is redundant: indenter is given too
-base/radius: 11 m || must be at most 10 m
 base/wear_coefficient: 7e-4 || needs a unit | mm^3/(N m) | dimensionless k
 base/youngs_modulus: [1 GPa, 2 GPa, 3 GPa] || a list of 3
 base/youngs_modulus: [1 GPa, 0 GPa] || base.youngs_modulus[1] = 0 GPa: must be larger than 0
@@ -60,10 +57,8 @@ base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values
 base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius = 9 mm: is not known
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
-base/material: alumina || has no effect
 base/material: titan | base/youngs_modulus, base/poisson_ratio | did you mean 'titanium'
 vary: {load: [25 N, 50 N], friction: [0.3, 0.4, 0.5]}, design: zip | base/friction | load has 2
-vary: {load: [25 N, 25 N]}, design: zip || point 2 the same as point 1
 """
 CASES = [[part.strip() for part in line.split("|")] for line in MISTAKES.strip().splitlines()]
 
@@ -179,21 +174,3 @@ def test_a_file_that_is_not_there_or_has_a_bad_name_is_told_with_what_is(studies
         load_study(studies.folder)
     with pytest.raises(StudyError, match="letters, digits"):
         load_study(studies.write(content, "a study.yaml"))
-
-
-def test_values_beyond_any_material_and_an_uneven_sequence_are_warned_of(studies, content):
-    content["base"] |= {"friction": 50, "wear_coefficient": "7e-4 mm3/(N mm)"}
-    content["vary"] = {"load": {"from": "10 N", "to": "40 N"}}
-    content["design"] = {"kind": "sobol", "points": 12}
-    del content["base"]["load"]
-    even, unlikely = machine_warnings(Plan(studies.load(content)))
-    assert "design.points = 12 is not a power of two" in even
-    assert "coefficient of friction 50, wear coefficient 7e-10 / Pa" in unlikely
-
-
-def test_what_is_left_out_or_not_used_is_told(studies, content):
-    content["base"] |= {"load": "50 N", "friction": "50 %"}
-    del content["base"]["roughness"], content["base"]["plastic_limit"]
-    study = studies.load(content)
-    assert study.remarks == ["base.load = 50 N is not used, because load is varied"]
-    assert study.points()[0].case.friction == 0.5

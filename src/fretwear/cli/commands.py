@@ -143,10 +143,11 @@ def plan(
 ) -> None:
     """Print the points of a study with the time and memory that each will take; run nothing."""
     from fretwear.run import resources
-    from fretwear.study.reading import load_plan
+    from fretwear.study.plan import Plan
+    from fretwear.study.reading import load_study
     from fretwear.units import duration_text, size_text
 
-    planned = load_plan(file, set_ or ())
+    planned = Plan(load_study(file, set_ or ()))
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
     shown = points if every or points <= _MOST_ROWS else few
     rows = [*planned.rows(0, shown), *planned.rows(max(shown, points - few), None)]
@@ -163,8 +164,7 @@ def plan(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
         f"job{'s' * (len(jobs) != 1)}: about {alone} on one core{shared}, "
         f"{duration_text(resources.seconds_after(planned))} of it for figures and report, "
-        f"up to {size_text(planned.memory_bytes)} of memory per job, "
-        f"about {size_text(planned.file_bytes)} of files."
+        f"up to {size_text(planned.memory_bytes)} of memory per job."
     )
     for warning in resources.machine_warnings(planned):
         typer.echo(f"\nfretwear: warning: {warning}", err=True)

@@ -93,7 +93,7 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
         return []
     with suppress(StudyError):
         study = load_study(file)
-        points = study.points(1, min(study.size, _MOST_POINTS))
+        points = study.points()[:_MOST_POINTS]
         ids = dict.fromkeys(point.id for point in points if point.case is not None)
         return [case_id for case_id in ids if case_id.startswith(incomplete)]
     return []

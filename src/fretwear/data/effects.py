@@ -31,7 +31,6 @@ from fretwear.results import (
     Variable,
     headlines,
 )
-from fretwear.study.problems import as_cell
 from fretwear.units import in_unit
 
 # An ensemble has at least this many seeds: the standard deviation of fewer means little.
@@ -114,8 +113,6 @@ def points_table(summary: xr.Dataset) -> pd.DataFrame:
 def results_table(summary: xr.Dataset) -> str:
     """Return the points of a merged study as CSV; see `points_table`."""
     table = points_table(summary).rename(columns=WRITTEN)
-    texts = table.select_dtypes(exclude="number").columns
-    table[texts] = table[texts].map(as_cell)
     text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
     return text
 

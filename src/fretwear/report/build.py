@@ -40,7 +40,6 @@ from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.units import (
     cycle_text,
-    fixed_digits,
     in_unit,
     number_text,
     span,
@@ -210,7 +209,7 @@ def _key_results(summary: xr.Dataset) -> pd.DataFrame:
         about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
         unit = plain_unit(about, values[np.isfinite(values)])
         frame[with_unit_name(about.label, unit)] = [
-            "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else fixed_digits(v, 4)
+            "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
             for v, e in np.broadcast(unit.of(values), unit.of(error))
         ]
     frame["Status"] = [PointStatus(s).word for s in point_values(summary, STATUS.name).tolist()]

@@ -41,8 +41,8 @@ def why_too_large(expected: Estimate, available: int) -> str:
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
     return (
-        f"needs about {size_text(expected.memory_bytes)} of memory for {expected.snapshots} "
-        f"snapshots of {expected.cells_x} x {expected.cells_y} cells, but {size_text(available)} "
+        f"needs about {size_text(expected.memory_bytes)} of memory for {expected.cells_x} x "
+        f"{expected.cells_y} cells and its snapshots, but {size_text(available)} "
         "are available: choose a coarser cell or fewer output.cycles"
     )
 
@@ -116,7 +116,6 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
 
     The memory, bytes, defaults to what is available now.
     """
-    yield from plan.study.remarks
     available = available_memory() if available is None else available
     reasons = (
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()

@@ -17,7 +17,7 @@ from pathlib import Path
 from fretwear.run.resources import Job, grouped
 from fretwear.study.plan import Plan
 from fretwear.study.problems import Problem, StudyError
-from fretwear.study.reading import load_plan
+from fretwear.study.reading import load_study
 from fretwear.version import case_digest, code_digest
 
 _KEYS = ("study", "keep_older")
@@ -83,7 +83,7 @@ class StudyJobs:
             problems.append(Problem("keep_older", keep_older, "must be true or false"))
         if problems:
             raise StudyError(Path("--config"), problems)
-        plan = load_plan(study_file(str(config.get("study", "demo"))))
+        plan = Plan(load_study(study_file(str(config.get("study", "demo")))))
         return cls(plan, keep_older == "true")
 
     @property
@@ -139,7 +139,6 @@ class StudyJobs:
 
     def check(self) -> Iterator[str]:
         """Have jobs whose case files are gone done again; yield what to know before the start."""
-        yield from self.plan.study.remarks
         older, cases = 0, self.plan.study.cases()
         for name, job in self.by_name.items():
             files = {n: self.results / "cases" / f"{n}.nc" for n in job.case_ids}

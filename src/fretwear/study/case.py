@@ -166,7 +166,7 @@ class Case(Setup):
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
             snapshots = adapter(Snapshots).validate_python(asked)
-        values = case_keys().read_values(given, "", problems)
+        values = case_keys().read_values(given, problems)
         parts = case_keys().members_of(values, given, problems)
         if problems:
             raise CaseError(problems)
@@ -176,15 +176,6 @@ class Case(Setup):
 
     def __repr__(self) -> str:
         return f"<Case {self.case_id}>"
-
-    def __str__(self) -> str:
-        rows = [
-            (coordinate(name), about.text(value), about.words)
-            for name, about, value in self._coordinates()
-        ]
-        wide, long = (max(map(len, column)) for column in [*zip(*rows, strict=True)][:2])
-        lines = [f"  {name:<{wide}}  {text:<{long}}  {words}" for name, text, words in rows]
-        return "\n".join((self.case_id, *lines))
 
     @classmethod
     def of(cls, assembled: Mapping[str, object]) -> Self:
@@ -271,14 +262,10 @@ class Case(Setup):
     @cached_property
     def coarseness(self) -> float:
         """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
-        return self.coarseness_on(1.0)
-
-    def coarseness_on(self, times: float) -> float:
-        """The `coarseness` of the case on a `cell` some times wider."""
         if self.cell is None or not self.is_graded:
             return 1.0
         (dx, dy), (usual_x, usual_y) = self.cell, usual_spacing(self)
-        ratio = times * min(dx / usual_x, dy / usual_y)
+        ratio = min(dx / usual_x, dy / usual_y)
         # The default is rounded down, and means the same if it is written.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 

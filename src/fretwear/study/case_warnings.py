@@ -14,19 +14,13 @@ from fretwear.study.spacing import (
     yielding_ring_width,
     zones_of_tip,
 )
-from fretwear.units import COMPLIANCE, LENGTH, PRESSURE, format_quantity, number_text
+from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
-GREATEST_MEASURED_SLOPE = 1.0  # in profilometry; a steeper surface has wrong units
-FEW_CELLS = 5  # cells on a stick radius; fewer hardly show its edge
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
 
 # Relative errors of results: above the first, results are marked; above the second, doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
-
-# Beyond anything measured: two bodies of diamond have a composite modulus of 580 GPa, and the
-# published wear coefficients of `coefficients.csv` lie between 6e-17 and 3e-11 / Pa.
-_STIFFEST, _MOST_FRICTION, _WEAR_COEFFICIENTS = 7e11, 3.0, (1e-19, 1e-10)
 
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
@@ -62,9 +56,7 @@ def case_warnings(
     has chosen the cells, or will, by `measured` errors, the only rule on cells is the one on bands
     that no cells show.
     """
-    measured = measured or case.asked_accuracy is not None
-    checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials, _of_units]
-    checks[:0] = [] if measured else [_of_cells]
+    checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials]
     warnings = [CaseWarning(*words) for check in checks for words in check(case)]
     if trouble:
         what = "has no estimated errors, because the run on wider cells failed"
@@ -79,7 +71,7 @@ def case_warnings(
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
         warnings.append(unreached)
-    elif error > LARGE_ERROR and not measured:
+    elif error > LARGE_ERROR and not (measured or case.asked_accuracy):
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
         warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
     return tuple(warnings)
@@ -107,24 +99,6 @@ def _of_band(case: Case) -> _Words:
     if 0.0 < ring < cell and reached and case.slip_model.follows_shape and not zones_of_tip(case):
         what = "yields in a ring around the stick zone that is narrower than a cell, so that its "
         yield f"{what}plastic volume is wrong, and its wear may be", _lengths(ring=ring, cell=cell)
-
-
-def _of_cells(case: Case) -> _Words:
-    """Cells resolve the contacts of tips, and the edge of stick."""
-    cells = case.grid_spacing
-    coarse = [
-        (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
-        for zone, (widths, number) in zones_of_tip(case).items()
-        for wide, cell in zip(widths, cells, strict=True)
-    ]
-    coarsest, detail = max(coarse, default=(0.0, ""), key=lambda zone: zone[0])
-    if coarsest > 2.0:
-        what = "touches on asperities whose contacts, slip zones or yielding bands span too few"
-        yield f"{what} cells", detail
-    radius, cell = case.stick_radius, max(cells)
-    if radius < FEW_CELLS * cell and case.force_is_held and not case.is_graded:
-        what = "sticks in a zone of few cells, whose edge is a staircase"
-        yield what, _lengths(radius=radius, cell=cell)
 
 
 def _of_slip(case: Case) -> _Words:
@@ -160,11 +134,6 @@ def _of_surfaces(case: Case) -> _Words:
             yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
         if math.isinf(side):
             continue
-        is_likely = surface.steepest <= GREATEST_MEASURED_SLOPE
-        if not (is_likely and distance <= radius <= 10.0 * side):
-            lengths = {"side": side, "distance_of_points": distance, "height": surface.highest}
-            what = "belongs to a surface whose units are probably wrong"
-            yield what, _lengths(**lengths, contact_radius=radius)
         if side < 3.0 * radius:
             what = "barely fits on the measured surface, whose border heights continue beyond it"
             yield what, _lengths(side=side, contact_radius=radius)
@@ -202,20 +171,3 @@ def _of_materials(case: Case) -> _Words:
         steepest = number_text(case.rough.steepest, 2)
         what = "touches on slopes that are too steep for half-space theory"
         yield what, f"steepest slope {steepest}, at most {GREATEST_SLOPE:g}"
-
-
-def _of_units(case: Case) -> _Words:
-    """Values that a wrong unit, a percentage or a slip of the pen makes of usual ones."""
-    modulus, law = case.bodies.composite_modulus, case.friction_law
-    least, most = _WEAR_COEFFICIENTS
-    friction = max(law.at(cycle).coefficient for cycle in (0.0, *law.kinks))
-    wear = case.wear_law.coefficient(law)
-    unlikely = list[str]()
-    if modulus > _STIFFEST:
-        unlikely.append(f"composite modulus {format_quantity(modulus, PRESSURE, 3)}")
-    if friction > _MOST_FRICTION:
-        unlikely.append(f"coefficient of friction {number_text(friction, 3)}")
-    if not least <= wear <= most:
-        unlikely.append(f"wear coefficient {format_quantity(wear, COMPLIANCE, 3)}")
-    if unlikely:
-        yield "has values beyond those of any known material", ", ".join(unlikely)

@@ -19,12 +19,13 @@ from fretwear.mechanics.slip.loading import Loading
 from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import (
-    Automatic,
+    AUTO,
     Coordinates,
     Inline,
     Parameter,
     Part,
     Plain,
+    auto_or,
     whole_number,
 )
 
@@ -38,10 +39,12 @@ _CHANGEABLE: tuple[type[Part], ...] = (Normal, Loading, Friction)
 
 Snapshots = Annotated[
     tuple[Annotated[int, _SNAPSHOT], ...] | None,
-    Automatic({"type": "array", "items": {"type": ["integer", "string"]}}),
+    AUTO,
+    auto_or({"type": "array", "items": {"type": ["integer", "string"]}}),
     Field(
+        json_schema_extra={"default": "auto"},
         description="Cycles at which the fields are kept, besides 0 and the last; auto: about "
-        "eight powers of ten and three times these."
+        "eight powers of ten and three times these.",
     ),
 ]
 

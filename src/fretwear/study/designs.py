@@ -8,13 +8,11 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic.dataclasses import dataclass
 
 from fretwear.quantity import (
-    Parameter,
     Part,
     each,
     is_list,
@@ -25,7 +23,7 @@ from fretwear.quantity import (
 from fretwear.study.case import case_keys
 from fretwear.study.keys import coordinate
 from fretwear.study.problems import Problems, in_words
-from fretwear.units import BY_SI_UNIT, QuantityError, exact_text, in_unit, parse_quantity
+from fretwear.units import BY_SI_UNIT, QuantityError, format_quantity
 
 MAX_POINTS = 200_000
 
@@ -80,9 +78,17 @@ class Sampled(Design):
     points: Annotated[int, whole_number("$n$", "number of points", 1, MAX_POINTS, 64)]
     seed: Annotated[int, whole_number("seed", "seed", 0, 2**32 - 1, 1)] = 0
 
+    engine: ClassVar[str]  # its class in `scipy.stats.qmc`
+
     def columns(self, axes: int) -> list[list[float]]:
         """Return numbers from 0 to 1, one list for each of some axes."""
-        raise NotImplementedError
+        from scipy.stats import qmc  # takes a second to import
+
+        with warnings.catch_warnings():
+            # scipy warns of numbers of points other than powers of two, which users may choose.
+            warnings.simplefilter("ignore", UserWarning)
+            drawn = getattr(qmc, self.engine)(d=axes, seed=self.seed).random(self.points)
+        return [*drawn.T.tolist()]
 
 
 @dataclass(frozen=True)
@@ -90,13 +96,7 @@ class LatinHypercube(Sampled):
     """One point in each slice of each range."""
 
     kind: Literal["latin_hypercube"] = "latin_hypercube"
-
-    def columns(self, axes: int) -> list[list[float]]:
-        """Draw as `scipy.stats.qmc.LatinHypercube` does, which takes a second to import."""
-        random, numbers = np.random.default_rng(self.seed), np.arange(1, self.points + 1)
-        inside = random.uniform(size=(self.points, axes)).T
-        slices = [random.permutation(numbers) for _ in range(axes)]
-        return [*((np.array(slices) - inside) / self.points).tolist()]
+    engine = "LatinHypercube"
 
 
 @dataclass(frozen=True)
@@ -104,19 +104,7 @@ class Sobol(Sampled):
     """A sequence that fills the ranges evenly, best if the number of points is a power of two."""
 
     kind: Literal["sobol"] = "sobol"
-
-    def columns(self, axes: int) -> list[list[float]]:
-        """Draw the scrambled sequence."""
-        # It takes a second to import.
-        from scipy.stats import qmc
-
-        with warnings.catch_warnings():
-            # scipy warns of numbers of points other than powers of two, which users may choose.
-            warnings.simplefilter("ignore", UserWarning)
-            columns: list[list[float]] = (
-                qmc.Sobol(d=axes, seed=self.seed).random(self.points).T.tolist()
-            )
-        return columns
+    engine = "Sobol"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,19 +145,12 @@ class Axis:
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
-            about = case_keys()[self.name].about.in_frame_of(self.drawn_from.low)
-            numbers = [self.drawn_from.at(fraction) for fraction in fractions]
-            values = tuple(in_unit(number, about.si_unit) for number in numbers)
-            written = tuple(_as_typed(number, about) for number in numbers)
+            key = case_keys()[self.name]
+            dimension = BY_SI_UNIT[key.about.in_frame_of(self.drawn_from.low).si_unit]
+            numbers = map(self.drawn_from.at, fractions)
+            written = tuple(format_quantity(number, dimension, digits=9) for number in numbers)
+            values = tuple(key.read(text, True) for text in written)
         return dataclasses.replace(self, values=values, written=written)
-
-
-def _as_typed(number: float, about: Parameter) -> str:
-    """Write a drawn value in the unit that people type, so that it reads back to the last bit."""
-    dimension = BY_SI_UNIT[about.si_unit]
-    text = f"{number / about.unit.size:.9g} {about.unit.typed or about.unit.name}".strip()
-    is_same = parse_quantity(text, dimension) == number
-    return text if is_same else exact_text(number, dimension)
 
 
 def read_axes(
@@ -205,12 +186,6 @@ def read_axes(
             given = ", ".join(f"{axis.name} has {len(axis.values)}" for axis in axes)
             problems.add("vary", None, f"needs lists of equal lengths under design: zip: {given}")
             return ()
-        rows = [tuple(map(_identity, row)) for row in zip(*(a.values for a in axes), strict=True)]
-        seen: dict[object, int] = {}
-        for number, row in enumerate(rows, 1):
-            if (first := seen.setdefault(row, number)) != number:
-                rule = f"makes point {number} the same as point {first} under design: zip"
-                problems.add("vary", None, rule, "leave one of them out of every list")
     elif isinstance(design, Combinations):
         size = math.prod(lengths)
     if size > MAX_POINTS:

@@ -156,16 +156,16 @@ class Keys:
         problems.unknown(key, given, self.all_names, "is not a case parameter")
 
     def read_values(
-        self, raw: Mapping[str, Any], prefix: str, problems: Problems, folder: object = None
+        self, raw: Mapping[str, Any], problems: Problems, folder: object = None
     ) -> dict[str, Any]:
         """Read keys of a case; return the valid values and collect the problems."""
         values: dict[str, Any] = {}
         names = self.names
         for name, value in raw.items():
             if name not in names:
-                self.unknown(f"{prefix}{name}", value, problems)
+                self.unknown(name, value, problems)
                 continue
-            with problems.at(f"{prefix}{name}", value):
+            with problems.at(name, value):
                 values[name] = self[name].read(value, folder)
         return values
 
@@ -174,7 +174,6 @@ class Keys:
         values: Mapping[str, Any],
         given: Iterable[str],
         problems: Problems,
-        prefix: str = "",
     ) -> dict[str, Any]:
         """Return the members of a case by values of keys, and report what is missing or too much.
 
@@ -185,29 +184,29 @@ class Keys:
         needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
         parts: dict[str, Any] = {}
         if {"cycles", "blocks"} <= given:
-            problems.add(f"{prefix}cycles", None, "is redundant: each block gives its cycles")
+            problems.add("cycles", None, "is redundant: each block gives its cycles")
         for member, about in self.members.items():
             kinds = self._open(about).values()
             open_keys = {name: None for kind in kinds for name in kind.parameters()}
             keys = {name: values[name] for name in open_keys if name in values}
             if isinstance(about, Inline):
-                part = self._inline(about, keys, given, values.get("blocks", ()), problems, prefix)
+                part = self._inline(about, keys, given, values.get("blocks", ()), problems)
                 parts |= {member: part} if part is not None else {}
             elif member in values:
                 value = values[member]
                 is_trivial = isinstance(value, Part) and value.is_trivial
                 parts[member] = None if is_trivial else value
                 for name in given & open_keys.keys():
-                    problems.add(f"{prefix}{name}", None, f"is redundant: {member} is given too")
+                    problems.add(name, None, f"is redundant: {member} is given too")
             elif keys:
                 parts[member] = next(iter(kinds)).unchecked(**keys)
             elif member in needed and not given & {member, *open_keys}:
-                self._missing(next(iter(open_keys), member), problems, prefix)
+                self._missing(next(iter(open_keys), member), problems)
         return parts
 
-    def _missing(self, name: str, problems: Problems, prefix: str) -> None:
+    def _missing(self, name: str, problems: Problems) -> None:
         hint = f"such as {name}: {self[name].about.example}"
-        problems.add(f"{prefix}{name}", None, "is missing", hint)
+        problems.add(name, None, "is missing", hint)
 
     def _inline(
         self,
@@ -216,7 +215,6 @@ class Keys:
         given: set[str],
         blocks: Sequence[Any],
         problems: Problems,
-        prefix: str,
     ) -> Part | None:
         """The part of the kind that the keys decide."""
         known = about.keys
@@ -226,7 +224,7 @@ class Keys:
         if kind is not None and not given & (known.keys() - keys.keys()):
             part = kind.unchecked(**keys)
             if part.problem is not None:
-                problems.add(f"{prefix}{next(iter(keys))}", None, *part.problem)
+                problems.add(next(iter(keys)), None, *part.problem)
             return part
         leading = about.leading
         first, *others = [name for name in leading if name in given] or [""]
@@ -235,13 +233,13 @@ class Keys:
             if "blocks" not in given:
                 such = " or ".join(f"{name}: {known[name].example}" for name in leading)
                 name = next(iter(leading))
-                problems.add(f"{prefix}{name}", None, "is missing", f"give one of {such}")
+                problems.add(name, None, "is missing", f"give one of {such}")
             return None
         for name in sorted({*others, *given & known.keys() - kind.parameters().keys()}):
-            problems.add(f"{prefix}{name}", None, f"is redundant: {first} is given too")
+            problems.add(name, None, f"is redundant: {first} is given too")
         for name in kind.parameters():
             if not others and name in required(kind) and name not in given:
-                self._missing(name, problems, prefix)
+                self._missing(name, problems)
         return None
 
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 
-from fretwear.quantity import MisspeltError, is_list
+from fretwear.quantity import is_list
 from fretwear.study.problems import Problems
-from fretwear.units import listed
+from fretwear.units import QuantityError, did_you_mean
 
 MATERIAL = "material"
 PROPERTIES = ("youngs_modulus", "poisson_ratio")
@@ -41,11 +41,11 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
 
 
 def with_materials(
-    given: Mapping[str, object], problems: Problems, prefix: str = "", varied: Iterable[str] = ()
+    given: Mapping[str, object], problems: Problems, varied: Iterable[str] = ()
 ) -> dict[str, object]:
     """Return keys of a case with the properties of `material` in its place, unless given.
 
-    An unknown name is a problem, and so is a material all of whose properties are given too.
+    An unknown name is a problem.
     """
     if MATERIAL not in given:
         return dict(given)
@@ -55,11 +55,11 @@ def with_materials(
     rows = []
     for position, name in enumerate([*pair] or [value]):
         row = table.get(names.get(str(name).casefold(), ""))
-        place = f"{prefix}{MATERIAL}{f'[{position}]' if pair else ''}"
+        place = f"{MATERIAL}{f'[{position}]' if pair else ''}"
         if row is None:
             with problems.at(place, name):
                 rule = "must be a material of the table, or a pair of them"
-                raise MisspeltError(rule, [*table, "100Cr6"])
+                raise QuantityError(rule, did_you_mean(name, [*table, "100Cr6"]))
         rows.append(row or next(iter(table.values())))
     columns = {name: [row[name] for row in rows] for name in PROPERTIES}
     constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
@@ -68,9 +68,4 @@ def with_materials(
             (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])
         )
     others = {name: other for name, other in given.items() if name != MATERIAL}
-    if constants.keys() <= {*others, *varied}:
-        rule = f"has no effect: {listed([*constants])} are given too"
-        problems.add(
-            f"{prefix}{MATERIAL}", value, rule, "leave out material, or what it stands for"
-        )
     return {**{n: v for n, v in constants.items() if n not in varied}, **others}

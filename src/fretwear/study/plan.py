@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +14,6 @@ from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
-from fretwear.study.problems import as_cell
 from fretwear.study.spacing import LEAST_COARSENESS, greatest_contact_radius, stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, size_text
@@ -39,8 +38,6 @@ WINDOW_MARGIN = 1.15
 MEMORY_TO_START, MEMORY_OF_GRADED = 110_000_000, 72 * 500**2
 MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
 MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
-# Fields of a snapshot are compressed, and twice as many if friction has two directions.
-BYTES_OF_FILE, BYTES_PER_CELL_OF_SNAPSHOT = 200_000, 10
 
 USUAL_ACCURACY, USUAL_BUDGET = 0.02, 10.0
 MOST_MEMORY = 2 * 1024**3
@@ -57,8 +54,6 @@ class Estimate(NamedTuple):
     steps: float
     seconds: float  # time on one core
     memory_bytes: int  # memory while it runs
-    snapshots: int
-    file_bytes: int  # size of its file
 
     @property
     def cells(self) -> int:
@@ -114,7 +109,7 @@ def _run(case: Case, width: float) -> Estimate:
     cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(reach_y / dy)
     if stroke and geometry is Grid:
         cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
-    cells, snapshots = cells_x * cells_y, len(case.output_cycles)
+    cells = cells_x * cells_y
     memory, places = MEMORY_PER_CELL * cells, 1.0
     if case.loading.travel > case.small_stroke:
         places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
@@ -143,18 +138,15 @@ def _run(case: Case, width: float) -> Estimate:
         coarseness = width * case.coarseness
         of_step *= coarseness**-POWER_OF_NARROW_RINGS
         memory += int(max(coarseness**-2 - 1.0, 0.0) * MEMORY_OF_GRADED)
-    steps, written = _steps(case, case.tolerance_on(width)), cells * snapshots
+    steps, written = _steps(case, case.tolerance_on(width)), cells * len(case.output_cycles)
     if stick_shrinks(case):
         of_step *= TIMES_YIELDING
-    of_file = BYTES_PER_CELL_OF_SNAPSHOT * written * (1 + case.slip_model.couples)
     return Estimate(
         cells_x,
         cells_y,
         steps,
         seconds=of_step * steps + SECONDS_PER_CELL_OF_SNAPSHOT * written,
         memory_bytes=MEMORY_TO_START + memory + MEMORY_PER_CELL_OF_SNAPSHOT * written,
-        snapshots=snapshots,
-        file_bytes=BYTES_OF_FILE + of_file,
     )
 
 
@@ -178,66 +170,40 @@ def _steps(case: Case, tolerance: float) -> float:
     return math.hypot(max(elastic, snapshots - 1), yielding)
 
 
-@dataclass
-class PlannedCases:
-    """Estimates of all cases, and their warnings with the details of each case by id."""
-
-    estimates: dict[str, Estimate] = field(default_factory=dict)
-    warnings: dict[str, dict[str, str]] = field(default_factory=dict)
-
-    def add(self, point: Point) -> None:
-        """Plan the case of a point, unless another point shares it."""
-        if (case := point.case) is None or (case_id := point.id) in self.estimates:
-            return
-        cost = estimate(case)
-        added = sum(part.seconds(case, cost.cells) for part in point.study.added.values())
-        self.estimates[case_id] = cost._replace(seconds=cost.seconds + added)
-        for warning in case_warnings(case):
-            self.warnings.setdefault(warning.what, {})[case_id] = warning.detail
-
-
 @dataclass(frozen=True)
 class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
-    #: Its cases, if they were planned while the study was read.
-    planned: PlannedCases | None = None
 
     @property
     def points(self) -> tuple[Point, ...]:
         """The points, the last varied parameter fastest."""
         return self.study.points()
 
-    @property
+    @cached_property
     def estimates(self) -> Mapping[str, Estimate]:
         """Estimates by case id, each case once."""
-        return self._of_cases.estimates
-
-    @property
-    def warnings(self) -> Mapping[str, Mapping[str, str]]:
-        """What makes results doubtful, with the numbers of each case by id."""
-        return self._of_cases.warnings
+        estimates = {}
+        for case_id, case in self.study.cases().items():
+            cost = estimate(case)
+            added = sum(part.seconds(case, cost.cells) for part in self.study.added.values())
+            estimates[case_id] = cost._replace(seconds=cost.seconds + added)
+        return estimates
 
     @cached_property
-    def _of_cases(self) -> PlannedCases:
-        """What is planned of all cases; each is made once and not kept, for it takes kilobytes."""
-        if self.planned is not None:
-            return self.planned
-        planned = PlannedCases()
-        for point in self.points:
-            planned.add(point)
-        return planned
+    def warnings(self) -> Mapping[str, Mapping[str, str]]:
+        """What makes results doubtful, with the numbers of each case by id."""
+        warnings: dict[str, dict[str, str]] = {}
+        for case_id, case in self.study.cases().items():
+            for warning in case_warnings(case):
+                warnings.setdefault(warning.what, {})[case_id] = warning.detail
+        return warnings
 
     @property
     def memory_bytes(self) -> int:
         """Memory of the largest case."""
         return max(cost.memory_bytes for cost in self.estimates.values())
-
-    @property
-    def file_bytes(self) -> int:
-        """Size of all case files."""
-        return sum(cost.file_bytes for cost in self.estimates.values())
 
     def header(self) -> tuple[str, ...]:
         """Return the titles of the columns of `rows`."""
@@ -278,7 +244,7 @@ def write_points(study: Study, path: str | Path) -> None:
                     row[name] = value
             cost = estimates[point.id]
             row |= zip(last, (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes), strict=False)
-        rows.append({name: as_cell(value) for name, value in row.items()})
+        rows.append(row)
     table = pd.DataFrame(rows, dtype=object)
     first = [name for name in table if name not in last]
     table[[*first, *last]].to_csv(path, index=False, lineterminator="\n")

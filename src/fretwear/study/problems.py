@@ -11,12 +11,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fretwear.quantity import MisspeltError
 from fretwear.units import QuantityError, did_you_mean
 
 _LONGEST_VALUE = 60
-_FORMULA = {"=", "+", "-", "@", "\t", "\r"}
-_QUANTITY = re.compile(r"[-+](\d+\.?\d*|\.\d+|inf)(e[-+]?\d+)?( ?[^\W\d][\w^/ ·]*)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class Problems(list[Problem]):
         except ValidationError as error:
             self.extend(_problem(key, one) for one in error.errors(include_url=False))
         except QuantityError as error:
-            self.append(_of_error(key, given, error))
+            self.append(Problem(key, given, error.rule, error.hint))
 
     def add(self, key: str, given: object, rule: str, remedy: str = "") -> None:
         """Add a problem, which has no line yet."""
@@ -75,27 +72,22 @@ class Problems(list[Problem]):
         self.add(key, given, rule, remedy)
 
 
-def _of_error(key: str, given: object, error: QuantityError) -> Problem:
-    hint = error.hint
-    if isinstance(error, MisspeltError):
-        hint = hint or did_you_mean(given, error.valid)
-    return Problem(key, given, error.rule, hint)
-
-
 def _problem(key: str, one: Mapping[str, Any]) -> Problem:
     """A problem as pydantic reports it, in our words."""
     path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in one["loc"])
     place, given, context = f"{key}{path}".removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
-            return _of_error(place, given, context["error"])
+            return Problem(place, given, context["error"].rule, context["error"].hint)
         case "missing":
             return Problem(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
             return Problem(place, given, "is not known", "fretwear schema lists all keys")
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
-            return _of_error(place, given, MisspeltError(f"must be {context['expected']}", words))
+            return Problem(
+                place, given, f"must be {context['expected']}", did_you_mean(given, words)
+            )
         case "bool_parsing" | "bool_type":
             return Problem(place, given, "must be true or false")
         case _:
@@ -116,16 +108,6 @@ def in_words(value: object) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(in_words(item) for item in value) + "]"
     return str(value)
-
-
-def as_cell(value: object) -> object:
-    """Return a value for a table of text; text that a spreadsheet would compute gets an apostrophe.
-
-    Quantities, such as ``-5 um``, are no formulas.
-    """
-    if isinstance(value, str) and value[:1] in _FORMULA and not _QUANTITY.fullmatch(value):
-        return f"'{value}"
-    return value
 
 
 class StudyError(ValueError):

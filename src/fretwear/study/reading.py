@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -12,21 +12,18 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from fretwear.plugins import StudySection, plugins, study_sections
-from fretwear.quantity import Automatic, PartOf, Schema, inlined
+from fretwear.quantity import AUTO, PartOf, Schema, auto_or, inlined
 from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import Snapshots, with_parts_of_distance
 from fretwear.study.designs import MAX_POINTS, Axis, Combinations, Design, read_axes
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
-from fretwear.study.plan import Plan, PlannedCases
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import findings
-from fretwear.study.study import ALL_POINTS, Point, Study, as_mapping
+from fretwear.study.study import Point, Study, as_mapping
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
 OPTION = "--set"
-SEEDS = "roughness.seed"
-"""The parameter that the section `seeds` varies."""
 MAX_TITLE = 200
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -56,7 +53,6 @@ class Sections(BaseModel):
     vary: Annotated[
         dict[str, Any], Field(description="The varied parameters, each with its values.")
     ] = {}
-    seeds: Annotated[Any, Field(description=f"Short for {SEEDS} under vary.")] = None
     design: Annotated[
         Design, PartOf(Design, "design", like="grid", description="How varied values combine.")
     ] = Combinations()
@@ -66,7 +62,9 @@ class Sections(BaseModel):
     batch: Annotated[
         int | None,
         Field(ge=1, le=MAX_POINTS, description="Cases of a job; auto: as many as take minutes."),
-        Automatic({"type": "integer", "minimum": 1}),
+        AUTO,
+        auto_or({"type": "integer", "minimum": 1}),
+        Field(json_schema_extra={"default": "auto"}),
     ] = None
     output: Output = Output()
     creator: Annotated[_Text, Field(description="Who made the study, for its datasets.")] = ""
@@ -78,14 +76,8 @@ class Sections(BaseModel):
 def load_study(
     path: str | Path,
     assignments: Sequence[str] = (),
-    *,
-    points: tuple[int, int | None] = ALL_POINTS,
-    visit: Callable[[Point], None] | None = None,
 ) -> Study:
     """Read and check a study file (YAML), changed by assignments ``name=value``.
-
-    The rules between parameters are checked at `points` from a first to a last number: a job needs
-    no others. `visit` is called with each of these, in order, as soon as it turns out to be valid.
 
     Raises
     ------
@@ -100,13 +92,7 @@ def load_study(
         problems.add("", None, f"the name of the file {rule}")
     if not isinstance(document.data, Mapping):
         raise StudyError(file, [Problem("", document.data, "must hold keys such as base and vary")])
-    return _checked(file, document.data, assignments, problems, document.lines, points, visit)
-
-
-def load_plan(path: str | Path, assignments: Sequence[str] = ()) -> Plan:
-    """Read a study as `load_study` does, and plan each point while its rules are checked."""
-    planned = PlannedCases()
-    return Plan(load_study(path, assignments, visit=planned.add), planned)
+    return _checked(file, document.data, assignments, problems, document.lines)
 
 
 def select_point(
@@ -156,12 +142,7 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     of several alternative keys, such as the two tangential ones, drops the others; keys that belong
     to both, such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
-    changed, problems = {name: value for name, value in raw.items() if name != "seeds"}, Problems()
-    if "seeds" in raw:
-        vary = as_mapping(changed.get("vary"))
-        changed["vary"] = {**vary, SEEDS: raw["seeds"]}
-        if twice := [name for name in vary if name in (SEEDS, "roughness")]:
-            problems.add("seeds", raw["seeds"], f"would vary the same as vary.{twice[0]}")
+    changed, problems = {**raw}, Problems()
     valid = (*case_keys().all_names, MATERIAL, "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
@@ -201,8 +182,6 @@ def _checked(
     assignments: Sequence[str],
     before: Sequence[Problem] = (),
     lines: Mapping[str, int] | None = None,
-    points: tuple[int, int | None] = ALL_POINTS,
-    visit: Callable[[Point], None] | None = None,
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
     folder, (content, problems) = file.parent, override(given, assignments)
@@ -218,12 +197,13 @@ def _checked(
     settings = snapshots, sections.batch, added
     study = Study(file, title, axes, sections.design, fixed, content, *settings)
     if len(axes) == len(sections.vary) and not any(map(_is_of_case, problems)):
-        chosen = ALL_POINTS if added else points
-        _try_points(study, problems, sections.invalid == "skip", chosen, visit)
+        _try_points(study, problems, sections.invalid == "skip")
     else:  # cases cannot be made, but what is missing or redundant is known
         names = [name.partition(".")[0] for name in sections.vary]
         written = _long_form(sections.base, sections.vary, Problems())
-        case_keys().members_of(fixed, {*written, *names}, problems, "base.")
+        found = Problems()
+        case_keys().members_of(fixed, {*written, *names}, found)
+        problems += [replace(one, key=f"base.{one.key}") for one in found]
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     for section in added.values() if not problems else ():
@@ -254,7 +234,7 @@ def _with_added(
 def _is_of_case(problem: Problem) -> bool:
     """Whether a problem keeps cases from being made; unknown names do not."""
     return "is not a case parameter" not in problem.rule and problem.key.startswith(
-        ("base", "vary", OPTION, "design", "seeds")
+        ("base", "vary", OPTION, "design")
     )
 
 
@@ -280,7 +260,7 @@ def _long_form(
     base: Mapping[str, Any], vary: Mapping[str, Any], problems: Problems
 ) -> dict[str, Any]:
     """The keys of `base` with all that a material and a sliding distance stand for."""
-    return with_parts_of_distance(with_materials(base, problems, "base.", vary), vary)
+    return with_parts_of_distance(with_materials(base, problems, vary), vary)
 
 
 def _read_base(
@@ -294,7 +274,8 @@ def _read_base(
 
     The value that base may have for a varied parameter is not used.
     """
-    given, found = _long_form(base, vary, problems), Problems()
+    found = Problems()
+    given = _long_form(base, vary, found)
     first = {axis.name: axis.written[0] for axis in axes}
     varied = [name for name in vary if "." in name and name.partition(".")[0] not in vary]
     for name in varied:
@@ -303,34 +284,24 @@ def _read_base(
         content = {"kind": written} if isinstance(written, str) else as_mapping(written)
         kept = {key: value for key, value in content.items() if key != field}
         given[whole] = {**kept, field: first[name]} if name in first else kept
-    fixed = case_keys().read_values(given, "base.", found, folder)
+    fixed = case_keys().read_values(given, found, folder)
     for one in found:
-        if (name := one.key.removeprefix("base.")) not in varied:
-            problems.append(one)
-        elif name in first:  # otherwise told where it is varied
-            problems.append(replace(one, key=f"vary.{name}"))
+        if one.key not in varied:
+            problems.append(replace(one, key=f"base.{one.key}"))
+        elif one.key in first:  # otherwise told where it is varied
+            problems.append(replace(one, key=f"vary.{one.key}"))
     return {name: value for name, value in fixed.items() if name not in vary}
 
 
-def _try_points(
-    study: Study,
-    problems: Problems,
-    skip: bool,
-    points: tuple[int, int | None],
-    visit: Callable[[Point], None] | None,
-) -> None:
+def _try_points(study: Study, problems: Problems, skip: bool) -> None:
     """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
-    `visit` is called with each point that breaks none, in order, while its case exists; without
-    `skip`, no longer than all points are valid. A broken rule is told once, for the first point.
+    A broken rule is told once, for the first point.
     """
     broken: dict[tuple[str, str], list[tuple[Problem, str]]] = {}
-    tried = study.points(*points)
-    for point in tried:
-        wrong = Problems()
-        # It is held until all of its rules are tried.
-        case = study.case(point.index, wrong)
-        wrong += findings(case) if case is not None else []
+    for point in study.points():
+        case, found = point.unchecked
+        wrong = findings(case) if case is not None else found
         if wrong and skip and study.axes:
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:
@@ -338,18 +309,16 @@ def _try_points(
                 placed, where = _placed(problem, point)
                 kind = placed.key.partition("[")[0], re.sub(r"[\d.e+-]+", "#", problem.rule)
                 broken.setdefault(kind, []).append((placed, where))
-        elif visit is not None and not broken and not problems:
-            visit(point)
     for (first, where), *others in broken.values():
         more = f" and at {len(others)} more points" if others else ""
-        is_everywhere = not where or len(others) + 1 == len(tried)
+        is_everywhere = not where or len(others) + 1 == study.size
         rule = first.rule if is_everywhere else f"{first.rule} (at {where}{more})"
         problems.append(replace(first, rule=rule))
 
 
 def _placed(problem: Problem, point: Point) -> tuple[Problem, str]:
     """The problem of a point at the key of the file that has the value, and the other values."""
-    name = problem.key.removeprefix("base.")
+    name = problem.key
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
     others = []
     for axis, position in zip(point.study.axes, point.index, strict=True):
@@ -366,8 +335,6 @@ def _in_order(
     """Give problems the line of their key or the option that set it, and sort them by line."""
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
-    if "seeds" in lines:
-        shown[f"vary.{SEEDS}"] = "seeds"
     told: dict[tuple[str, str], Problem] = {}
     for problem in problems:
         key = problem.key
@@ -399,7 +366,6 @@ def study_schema() -> Schema:
     closed = {"type": "object", "additionalProperties": False}
     sections["base"] |= {**closed, "properties": base}
     sections["vary"] |= {**closed, "properties": {n: _varied(n) for n in keys.all_names}}
-    sections["seeds"] |= _varied(SEEDS)
     for place, reader in study_sections():
         *outer, key = place.split(".")
         (sections[outer[0]]["properties"] if outer else sections)[key] = reader.section_schema()

@@ -315,37 +315,39 @@ _RULES: tuple[Rules, ...] = (
 
 
 def _of_blocks(case: Case) -> Iterator[Problem]:
-    """The first problem of the blocks that the base has not too, under its own key."""
+    """The problems of the blocks that the base has not too."""
     if not case.blocks:
         return
-    of_base = [problem for rules in _RULES for problem in rules(case)]
-    blocks = [block for _, block in case.in_blocks()]
-    if None in blocks:
+    blocks = [block for _, block in case.in_blocks() if block is not None]
+    if len(blocks) < len(case.blocks):
         yield Problem("blocks", None, "has a block that lacks a parameter of its loading")
-    valid = [block for block in blocks if block is not None]
-    if len({bool(block.loading.stroke) for block in valid}) > 1:
-        rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
-        yield Problem("blocks", None, rule)
-    elif len({block.normal.pulsating_load < 1.0 for block in valid}) > 1:
-        rule = "has blocks with pulsating_load and blocks of constant load"
-        yield Problem("blocks", None, rule)
-    elif len({block.friction_law.follows_slip for block in valid}) > 1:
-        yield Problem("blocks", None, "has blocks whose friction follows slip and others")
-    elif any(isinstance(block.loading, SlidingDistance) for block in valid):
+    for name, given in (
+        ("sliding_amplitude", {bool(block.loading.stroke) for block in blocks}),
+        ("pulsating_load", {block.normal.pulsating_load < 1.0 for block in blocks}),
+        ("friction that follows slip", {block.friction_law.follows_slip for block in blocks}),
+    ):
+        if len(given) > 1:
+            rule = f"has blocks with {name} and blocks without: give it in all or in none"
+            yield Problem("blocks", None, rule)
+    if any(isinstance(block.loading, SlidingDistance) for block in blocks):
         rule = "cannot be combined with sliding_distance, which is for the whole run"
         yield Problem("blocks", None, rule)
-    for number, block in enumerate(valid, start=1):
-        for problem in (found for rules in _RULES for found in rules(block)):
+    of_base = _broken(case)
+    for number, block in enumerate(blocks, start=1):
+        for problem in _broken(block):
             if problem not in of_base:
                 value = f" = {problem.value}" if problem.value else ""
                 rule = f"{problem.key}{value} in block {number} {problem.rule}"
                 yield Problem("blocks", None, rule, problem.remedy)
-                return
+
+
+def _broken(case: Case) -> list[Problem]:
+    return [problem for rules in _RULES for problem in rules(case)]
 
 
 def findings(case: Case) -> list[Problem]:
     """Return the problems of a case, each of whose values is valid by itself."""
-    broken = [problem for rules in _RULES for problem in rules(case)]
+    broken = _broken(case)
     if beyond := [str(cycle) for cycle in case.output_cycles if cycle > case.cycles]:
         rule = f"is beyond the last cycle, {case.cycles}"
         broken.append(Problem("output_cycles", ", ".join(beyond), rule))

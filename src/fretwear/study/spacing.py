@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import wraps
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from fretwear.mechanics.contact.rings import NARROWEST_RING
 from fretwear.mechanics.contact.strips import NARROWEST_STRIP
@@ -22,7 +20,6 @@ from fretwear.units import LINE_CONTACT, POINT_CONTACT
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-_Result = TypeVar("_Result")
 Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
@@ -64,20 +61,6 @@ WIDENING = 0.36
 _OF_CLOSING = 30.0
 
 
-def _kept(function: Callable[[Case], _Result]) -> Callable[[Case], _Result]:
-    """Keep the result of a function with the case, which does not change."""
-
-    @wraps(function)
-    def once(case: Case) -> _Result:
-        kept = vars(case)
-        if (name := function.__name__) not in kept:
-            kept[name] = function(case)
-        result: _Result = kept[name]
-        return result
-
-    return once
-
-
 def default_spacing(case: Case) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
@@ -91,7 +74,6 @@ def default_spacing(case: Case) -> Spacing:
     return dx, dy
 
 
-@_kept
 def usual_spacing(case: Case) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
@@ -227,7 +209,6 @@ def rounded_down(length: float, digits: int = 2) -> float:
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
 
 
-@_kept
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:

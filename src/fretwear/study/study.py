@@ -7,15 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
-from weakref import WeakValueDictionary
 
 from fretwear.plugins import StudySection
 from fretwear.study.case import Case, case_keys
-from fretwear.study.designs import Axis, Design, Sobol
-from fretwear.study.problems import Problems, in_words
-
-ALL_POINTS = (1, None)
-"""The first and the last number of all points of a study."""
+from fretwear.study.designs import Axis, Design
+from fretwear.study.problems import Problems
 
 
 def as_mapping(given: object) -> Mapping[str, Any]:
@@ -25,7 +21,7 @@ def as_mapping(given: object) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Study:
-    """A study: every value is read, and `load_study` checks the rules at the points asked for."""
+    """A study: every value is read, and `load_study` checks the rules at its points."""
 
     file: Path  # the file it was read from
     title: str  # for people
@@ -71,52 +67,15 @@ class Study:
     def _points(self) -> tuple[Point, ...]:
         return tuple(Point(self, index) for index in self.indices)
 
-    @property
-    def remarks(self) -> list[str]:
-        """Sentences on what the file says without effect, or not as well as it could."""
-        sentences, base = list[str](), as_mapping(self.content.get("base"))
-        if isinstance(self.design, Sobol) and (number := self.design.points) & (number - 1):
-            below = 1 << (number.bit_length() - 1)
-            sentences.append(
-                f"design.points = {number} is not a power of two, so the Sobol sequence fills the "
-                f"ranges unevenly; {below} or {2 * below} points do it evenly"
-            )
-        for axis in self.axes:
-            given = base.get(axis.key)
-            if "." in axis.name:
-                given = as_mapping(given).get(axis.name.partition(".")[2])
-            if given is not None:
-                text = f"base.{axis.name} = {in_words(given)}"
-                sentences.append(f"{text} is not used, because {axis.name} is varied")
-        return sentences
-
-    def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
-        """Return the points in order, or those from a first to a last number, counted from 1."""
-        return self._points[first - 1 : last]
+    def points(self) -> tuple[Point, ...]:
+        """Return the points in order."""
+        return self._points
 
     def cases(self) -> dict[str, Case]:
         """Return the cases to run by id, each once even if several points share it."""
         return {point.id: point.case for point in self.points() if point.case is not None}
 
-    def case(self, index: tuple[int, ...], problems: Problems | None = None) -> Case | None:
-        """Return the case of a point, whose rules are not checked.
-
-        It is None if a part cannot be made of the values; `problems` then say why.
-        """
-        if (case := self._held.get(index)) is None:
-            values, wrong = self._values(index), Problems() if problems is None else problems
-            members = case_keys().members_of(values, values, wrong, "base.")
-            if wrong:
-                return None
-            self._held[index] = case = Case.of({**members, "output_cycles": self.snapshots})
-        return case
-
-    @cached_property
-    def _held(self) -> WeakValueDictionary[tuple[int, ...], Case]:
-        """The cases that somebody holds, by the index of their point."""
-        return WeakValueDictionary()
-
-    def _values(self, index: tuple[int, ...]) -> dict[str, Any]:
+    def values(self, index: tuple[int, ...]) -> dict[str, Any]:
         """The values of the keys of the case of a point, varied fields of parts among them."""
         values = dict(self.fixed)
         for axis, position in zip(self.axes, index, strict=True):
@@ -148,8 +107,17 @@ class Point:
 
     @property
     def case(self) -> Case | None:
-        """The case to run, made anew unless somebody holds it; None if the point is invalid."""
-        return None if self.problem else self.study.case(self.index)
+        """The case to run; None if the point is invalid."""
+        return None if self.problem else self.unchecked[0]
+
+    @cached_property
+    def unchecked(self) -> tuple[Case | None, Problems]:
+        """The case, whose rules are not checked, or the reasons why the values make none."""
+        values, problems = self.study.values(self.index), Problems()
+        members = case_keys().members_of(values, values, problems)
+        if problems:
+            return None, problems
+        return Case.of({**members, "output_cycles": self.study.snapshots}), problems
 
     @cached_property
     def id(self) -> str:
