@@ -26,6 +26,8 @@ from typing import (
     ClassVar,
     Self,
     TypeGuard,
+    TypeVar,
+    cast,
     get_args,
     get_type_hints,
 )
@@ -59,8 +61,9 @@ from fretwear.units import (
     with_unit,
 )
 
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 Schema = dict[str, Any]  # a JSON Schema
-Coordinates = Iterator[tuple[str, "Parameter", Any]]  # name, parameter, SI value
+Coordinates = Iterator[tuple[str, Any]]  # names and SI values
 Endings = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
 
 MATERIALS: Endings = (("1", "of body I"), ("2", "of body II"))
@@ -78,6 +81,11 @@ _BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
 }
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
+
+
+def _remembered(function: _Function) -> _Function:
+    """Keep the results of a function of a class."""
+    return cast("_Function", cache(function))
 
 
 class Parameter:
@@ -113,10 +121,9 @@ class Parameter:
         """The description of a JSON Schema."""
         return {"description": self.description or f"{self.words.capitalize()}."}
 
-    def renamed(self, words: str, symbol: str = "") -> Self:
-        """Return the parameter with other words, and another symbol if one is given."""
-        changes = {"words": words, "symbol": symbol or self.symbol}
-        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+    def renamed(self, words: str) -> Self:
+        """Return the parameter with other words."""
+        return dataclasses.replace(self, words=words)  # type: ignore[type-var]
 
     def in_frame(self, frame: ContactFrame) -> Parameter:  # noqa: ARG002 - alike, but for forces
         """Return the parameter as a point or a line contact has it."""
@@ -129,9 +136,9 @@ class Parameter:
         return per_length if is_per_length else self
 
     def coordinates(self, name: str, value: Any) -> Coordinates:
-        """Yield the scalar coordinates of a value: name, parameter, SI value."""
+        """Yield the scalar coordinates of a value: name, SI value."""
         if self.omitted_value is None or value != self.omitted_value:
-            yield name, self, value if isinstance(value, float | int) else str(value)
+            yield name, value if isinstance(value, float | int) else str(value)
 
     def canonical(self, value: Any) -> object:
         """Return the value in a form that JSON can hold and a case takes back."""
@@ -323,17 +330,14 @@ class Quantity(Parameter):
             value = first if first == second else (first, second)
         if isinstance(value, tuple):
             if self.record is not tuple:
-                yield name, self, float(value)  # type: ignore[arg-type]
-            for (end, words), item in zip(self.places, value, strict=True):
-                # Longer endings do not fit a symbol, which may have an index already.
-                symbol = f"${self.symbol.strip('$')}_{end}$" if len(end) == 1 else ""
-                about = self._item.renamed(f"{self.words} {words}", symbol)
-                yield from about.coordinates(f"{name}_{end}", item)
+                yield name, float(value)  # type: ignore[arg-type]
+            for (end, _), item in zip(self.places, value, strict=True):
+                yield from self._item.coordinates(f"{name}_{end}", item)
         elif hasattr(value, "coordinates"):
-            yield name, self, float(value)
+            yield name, float(value)
             yield from value.coordinates(name)
         elif value is None or value != self.omitted_value:
-            yield name, self.in_frame_of(value), value
+            yield name, value
 
     def canonical(self, value: Any) -> object:
         """Return the SI numbers in a form that JSON can hold; infinity is the word ``none``."""
@@ -443,11 +447,11 @@ class PartOf(Parameter):
     def coordinates(self, name: str, value: Part | None) -> Coordinates:
         """Yield the coordinates of the fields; zero without a part."""
         kind = next(iter(self.family.kinds().values())) if value is None else type(value)
-        parameters = self.named(kind.parameters())
+        parameters = kind.parameters()
         if value is not None:
             if not parameters:
-                yield name, self, value.kind
-            for part_field, about in self.named(derived(kind)).items():
+                yield name, value.kind
+            for part_field, about in derived(kind).items():
                 yield from about.coordinates(f"{name}_{part_field}", getattr(value, part_field))
         for part_field, about in parameters.items():
             number = about.absent if value is None else vars(value)[part_field]
@@ -679,26 +683,26 @@ def inlined(schema: Schema) -> Schema:
     return result
 
 
-@cache
+@_remembered
 def adapter(of: Any) -> TypeAdapter[Any]:
     """What reads values of a type."""
     return TypeAdapter(of)
 
 
-@cache
+@_remembered
 def _defaults(cls: type) -> dict[str, object]:
     fields = {one.name: one.default for one in dataclasses.fields(cls)}
     return {n: one.default if isinstance(one, FieldInfo) else one for n, one in fields.items()}
 
 
-@cache
+@_remembered
 def declared(cls: type) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True)
     return {name: about for name, hint in hints.items() for about in _annotations(hint)}
 
 
-@cache
+@_remembered
 def derived(cls: type) -> Mapping[str, Parameter]:
     """Return the properties of a class whose return type is annotated by a `Parameter`."""
     hints = {
@@ -720,7 +724,7 @@ def _annotations(hint: object) -> Iterator[Parameter]:
             yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
 
 
-@cache
+@_remembered
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
     fields = dataclasses.fields(cls)

@@ -26,8 +26,8 @@ _Value = TypeVar("_Value")
 _GRAVITY = 9.80665
 _DEGREE = "0.0174532925199432957692369076849"
 _DEFINITIONS = f"""
-nano- = 1e-9 = n-, micro- = 1e-6 = µ- = μ- = u-, milli- = 1e-3 = m-, centi- = 1e-2 = c-
-kilo- = 1e3 = k-, mega- = 1e6 = M-, giga- = 1e9 = G-
+pico- = 1e-12 = p-, nano- = 1e-9 = n-, micro- = 1e-6 = µ- = μ- = u-, milli- = 1e-3 = m-
+centi- = 1e-2 = c-, kilo- = 1e3 = k-, mega- = 1e6 = M-, giga- = 1e9 = G-
 meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz = 1 / second = Hz
 kelvin = [temperature] = K, radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
@@ -147,9 +147,23 @@ class Dimension:
         return self.si_unit == "1"
 
 
-_LENGTHS = (NANOMETRE, MICROMETRE, Unit("mm", 1e-3), Unit("m"))
-_FORCES = (Unit("mN", 1e-3), Unit("N"), Unit("kN", 1e3))
-_PRESSURES = (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, Unit("GPa", 1e9))
+_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
+
+
+def _prefixed(unit: str, *prefixes: str) -> tuple[Unit, ...]:
+    names = {f"{prefix}{unit}": _PREFIXES[prefix] for prefix in prefixes}
+    return tuple(
+        Unit(name, size, name.replace("µ", "u") if "µ" in name else "")
+        for name, size in names.items()
+    )
+
+
+_SMALL = "p", "n", "µ", "m", ""
+_AREAS = (Unit("µm²", 1e-12, "um^2"), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6, "mm^2"))
+_VOLUMES = (
+    *(Unit("µm³", 1e-18, "um^3"), Unit("10³ µm³", 1e-15), Unit("10⁶ µm³", 1e-12)),
+    Unit("mm³", 1e-9, "mm^3"),
+)
 _WEAR = (
     Unit("Pa⁻¹", 1.0, "/ Pa"),
     Unit("µm mm/N", 1e-9, "um/(N/mm)"),
@@ -161,56 +175,42 @@ _ENERGIES_PER_AREA = (
     Unit("mJ/mm²", 1e3, "mJ/mm^2"),
     Unit("J/mm²", 1e6, "J/mm^2"),
 )
-_AREAS = (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W"))
+_AREAS_PER_POWER = (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W"))
 
-LENGTH = Dimension("a length", "m", "m", "0.2 um", _LENGTHS)
-FORCE = Dimension("a force", "N", "N", "50 N", _FORCES)
-PRESSURE = Dimension("a pressure", "Pa", "Pa", "208 GPa", _PRESSURES)
+LENGTH = Dimension("a length", "m", "m", "0.2 um", _prefixed("m", *_SMALL))
+FORCE = Dimension("a force", "N", "N", "50 N", _prefixed("N", "m", "", "k"))
+PRESSURE = Dimension("a pressure", "Pa", "Pa", "208 GPa", _prefixed("Pa", "", "k", "M", "G"))
 COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", _WEAR)
 FORCE_PER_LENGTH = Dimension("a force per length", "N m-1", "N/m", "18.5 N/mm", _LINE)
 ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (Unit("°", float(_DEGREE), "deg"),))
 NUMBER = Dimension("a plain number", "1", "", "0.3")
-_ANOTHER = Dimension("another quantity", "", "", "")  # no parameter is one
 
 DIMENSIONS = (
     *(LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE),
-    Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS),
+    Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS_PER_POWER),
     Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),)),
     Dimension("a temperature", "K", "K", "300 K", (Unit("K"),)),
-    Dimension("an area", "m2", "m^2", "0.5 mm^2", (Unit("mm²", 1e-6, "mm^2"),)),
-    Dimension("a volume", "m3", "m^3", "1.2e-3 mm^3", (Unit("mm³", 1e-9, "mm^3"),)),
-    Dimension("an energy", "J", "J", "2 mJ", (Unit("mJ", 1e-3), Unit("J"))),
+    Dimension("an area", "m2", "m^2", "0.5 mm^2", _AREAS),
+    Dimension("a volume", "m3", "m^3", "1.2e-3 mm^3", _VOLUMES),
+    Dimension("an energy", "J", "J", "2 mJ", _prefixed("J", *_SMALL)),
+    Dimension("an energy per length", "J m-1", "J/m", "0.5 J/m", _prefixed("J/m", *_SMALL)),
     Dimension("an energy per area", "J m-2", "J/m^2", "2 mJ/mm^2", _ENERGIES_PER_AREA),
 )
 """Every kind of quantity that a parameter or a measured value may be, except plain numbers."""
 
-_SAME = {"J m-2": "N m-1"}  # kinds of the same units as another kind
 BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
-
-_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
-_READABLE = {
-    "m": (Unit("pm", 1e-12), *_LENGTHS[:-1]),
-    "m2": (Unit("µm²", 1e-12), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6)),
-    "m3": (Unit("µm³", 1e-18), Unit("10³ µm³", 1e-15), Unit("10⁶ µm³", 1e-12), Unit("mm³", 1e-9)),
-    "J": tuple(Unit(f"{prefix}J", size) for prefix, size in _PREFIXES.items()),
-    "J m-1": tuple(Unit(f"{prefix}J/m", size) for prefix, size in _PREFIXES.items()),
-    "N": _FORCES,
-    "N m-1": _LINE,
-    "Pa": _PRESSURES,
-    "1": (PERCENT,),
-}
 
 
 @cache
-def _registry() -> tuple[pint.UnitRegistry[Any], dict[object, Dimension]]:
-    """Return pint's reader of units, and the kinds of quantity by dimensionality."""
+def _registry() -> Any:
+    """Return pint's reader of units."""
     import pint  # takes a fifth of a second, which not every command is worth
 
-    registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(
+        None, cache_folder=None, non_int_type=Decimal
+    )
     registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
-    kinds = (kind for kind in DIMENSIONS if kind.si_unit not in _SAME)
-    units = {kind: registry.parse_units(_expression(kind.typed)) for kind in kinds}
-    return registry, {unit.dimensionality: kind for kind, unit in units.items()}
+    return registry
 
 
 def _expression(unit: str) -> str:
@@ -218,17 +218,22 @@ def _expression(unit: str) -> str:
 
 
 @lru_cache(maxsize=1024)
-def _unit(text: str) -> tuple[Decimal, Dimension]:
-    """Return the SI value of a unit and its kind."""
+def _unit(text: str) -> tuple[Decimal, object]:
+    """Return the SI value of a unit and its dimensionality."""
     if not _UNIT.fullmatch(text) or _STACKED_POWER.search(text):
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
-    registry, dimensions = _registry()
+    registry = _registry()
     try:
         units = registry.parse_units(_expression(_POWER.sub(r"\1^\2", text)))
         in_si = registry.Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
         raise QuantityError(f"has an unknown unit {text!r}") from error
-    return Decimal(in_si.magnitude), dimensions.get(units.dimensionality, _ANOTHER)
+    return Decimal(in_si.magnitude), units.dimensionality
+
+
+def _kind_of(dimensionality: object) -> str:
+    kinds = (kind.name for kind in DIMENSIONS if _unit(kind.typed)[1] == dimensionality)
+    return next(kinds, "another quantity")
 
 
 def nearest(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str:
@@ -286,13 +291,14 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
             )
         raise QuantityError(rule, hint)
     try:
-        factor, given_dimension = _unit(unit)
+        factor, dimensionality = _unit(unit)
     except QuantityError as error:
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
         hint = did_you_mean(unit, valid, cutoff=0.5)
         raise QuantityError(f"{dimension.expectation}, but {error.rule}", hint) from error
-    if given_dimension.si_unit != _SAME.get(dimension.si_unit, dimension.si_unit):
-        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {given_dimension.name}")
+    if dimensionality != _unit(dimension.typed)[1]:
+        kind = _kind_of(dimensionality)
+        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
     return _finite(float(Decimal(given) * factor), dimension)
 
 
@@ -313,18 +319,14 @@ def format_quantity(value: float, dimension: Dimension, digits: int = 6) -> str:
         return "none"
     # Rounding first keeps 999.9999 nm from being written as 1000 nm.
     rounded = abs(float(f"{value:.{digits}g}"))
-    chosen = _fitting(dimension.units or (NO_UNIT,), rounded * (1.0 + 1e-9))
+    units = [unit for unit in dimension.units if not unit.is_power] or [NO_UNIT]
+    chosen = _fitting(units, rounded * (1.0 + 1e-9))
     return f"{value / chosen.size:.{digits}g} {chosen.typed or chosen.name}".rstrip()
 
 
 def exact_text(value: float, dimension: Dimension) -> str:
     """Write an SI number so that `parse_quantity` gives back the same float."""
     return repr(value) if dimension.is_plain_number else f"{value!r} {dimension.typed}"
-
-
-def is_readable(si_unit: str) -> bool:
-    """Return whether there are units for people that an SI unit stands for."""
-    return si_unit in _READABLE
 
 
 def readable_unit(values: ArrayLike, si_unit: str) -> Unit:
@@ -336,7 +338,7 @@ def readable_unit(values: ArrayLike, si_unit: str) -> Unit:
 
     magnitudes = np.abs(np.asarray(values, dtype=np.float64))
     largest = magnitudes.max(initial=0.0, where=np.isfinite(magnitudes))
-    return _fitting(_READABLE[si_unit], largest)
+    return _fitting(BY_SI_UNIT[si_unit].units or [PERCENT], largest)
 
 
 def _fitting(units: Sequence[Unit], value: float) -> Unit:

@@ -46,10 +46,8 @@ from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
     ContactFrame,
-    Dimension,
     FloatWithUnit,
     QuantityError,
-    Unit,
     did_you_mean,
     exact_text,
     parse_quantity,
@@ -67,8 +65,6 @@ _OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")
 _FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 _FORCE = BY_SI_UNIT["N"]
-# pint does not tell an energy per length from a force.
-_ENERGY_PER_LENGTH = Dimension("an energy per length", "N", "J/m", "0.5 J/m", (Unit("J/m"),))
 
 _UNITS = Path()  # numbers of a file need them
 
@@ -488,9 +484,8 @@ def _parameter_at(name: str) -> Parameter | None:
 
 def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWithUnit, float]:
     """A measured value and its standard deviation, which may be in percent."""
-    dimensions = {**BY_SI_UNIT, "J m-1": _ENERGY_PER_LENGTH}
     for unit in (LINE_CONTACT.unit(about.si_unit), about.si_unit):
-        dimension = dimensions[unit]
+        dimension = BY_SI_UNIT[unit]
         try:
             value = FloatWithUnit(parse_quantity(given, dimension, units_required=True), unit)
             break

@@ -85,5 +85,5 @@ def test_a_stress_that_reverses_slip_is_refused():
     given |= {"friction": FRICTION, "tangential_ratio": RATIO, "cycles": 10}
     peak = fretwear.Case(**given).hertz_pressure
     fretwear.Case(**given, bulk_stress=0.5 * peak)
-    with pytest.raises(CaseError, match="beyond the contact, where slip reverses; at most"):
+    with pytest.raises(CaseError, match="beyond the contact, where slip reverses"):
         fretwear.Case(**given, bulk_stress=0.6 * peak)

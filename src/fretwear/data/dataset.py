@@ -23,7 +23,7 @@ from fretwear.results import (
     headlines,
 )
 from fretwear.study.case import Case
-from fretwear.units import is_readable, listed, readable_unit
+from fretwear.units import BY_SI_UNIT, listed, readable_unit
 
 _SAME = 1e-12
 
@@ -105,7 +105,7 @@ class Accessor:
         positions = [name for name in (X.name, Y.name) if name in dataset.variables]
         for name, variable in dataset.variables.items():
             si_unit = variable.attrs.get("units", "")
-            if si_unit == "1" or not is_readable(si_unit) or variable.dtype.kind != "f":
+            if si_unit == "1" or si_unit not in BY_SI_UNIT or variable.dtype.kind != "f":
                 continue
             scalar = str(name).removesuffix("_error")
             alike = positions if name in positions else [scalar if scalar in dataset else name]

@@ -11,7 +11,6 @@ from pydantic.dataclasses import dataclass
 
 from fretwear.quantity import (
     Coordinates,
-    Plain,
     Quantity,
     each,
     located,
@@ -66,8 +65,7 @@ class OverCycles:
 
     def coordinates(self, name: str) -> Coordinates:
         """Yield the table as text."""
-        words = f"{name} over the cycles"
-        yield f"{name}_over_cycles", Plain(words, words), str(self)
+        yield f"{name}_over_cycles", str(self)
 
 
 class OfBodies(tuple[Any, ...]):

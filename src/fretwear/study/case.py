@@ -24,6 +24,7 @@ from fretwear.mechanics.slip.loading import Loading, SlidingDistance
 from fretwear.mechanics.slip.models import Cerruti
 from fretwear.quantity import (
     AXES,
+    Coordinates,
     Inline,
     Parameter,
     PartOf,
@@ -435,13 +436,16 @@ class Case(Setup):
         An elastic case has a `plastic_limit` of inf, a smooth one zero amplitude and slopes.
         Materials that differ appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
-        return {
-            coordinate(name): (value, "" if isinstance(value, str) else about.si_unit, about.words)
-            for name, about, value in self._coordinates()
-        }
+        found = {}
+        for name, value in self._coordinates():
+            about = case_keys().coordinate(name).in_frame(self.frame)
+            words = about.words
+            if name in derived(Case):
+                words = words.replace("radius", self.frame.extent)
+            found[coordinate(name)] = value, "" if isinstance(value, str) else about.si_unit, words
+        return found
 
-    def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield the scalar coordinates: name, parameter, SI value."""
+    def _coordinates(self) -> Coordinates:
         following = dict(derived(Case))
         # These are results if the other quantity of the loading is given.
         if not self.force_is_held:
@@ -453,8 +457,8 @@ class Case(Setup):
             if isinstance(about, Inline):
                 for name, one in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
-                        parameter = following.pop(name, one).in_frame(self.frame)
-                        yield from parameter.coordinates(name, getattr(self, name))
+                        following.pop(name, None)
+                        yield from one.coordinates(name, getattr(self, name))
             elif member == "cell":
                 yield from islice(about.coordinates(member, value), len(self.frame.axes))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
@@ -462,8 +466,7 @@ class Case(Setup):
         for name, quantity in following.items():
             # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
-                words = quantity.words.replace("radius", self.frame.extent)
-                yield from quantity.renamed(words).coordinates(name, getattr(self, name))
+                yield from quantity.coordinates(name, getattr(self, name))
 
 
 def members() -> Mapping[str, Parameter]:

@@ -96,7 +96,7 @@ class Blocks(Plain):
     def coordinates(self, name: str, value: Sequence[Block]) -> Coordinates:
         """Yield the blocks as text, if there are any."""
         if value:
-            yield name, Plain(name, self.words), self.text(value)
+            yield name, self.text(value)
 
     def text(self, value: Sequence[Block] | str) -> str:
         """Return the blocks in words."""

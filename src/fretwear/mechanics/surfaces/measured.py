@@ -67,7 +67,7 @@ class Patch(Readable):
 
     def coordinates(self, name: str, value: Rectangle | None) -> Coordinates:
         """Yield the rectangle as one text, in m."""
-        yield name, self, str(self.canonical(value))
+        yield name, str(self.canonical(value))
 
 
 class FromFile(Part):
