@@ -12,7 +12,6 @@ from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_p
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
-    LEAST_COARSENESS,
     greatest_contact_radius,
     yielding_ring_width,
     zones_of_tip,
@@ -40,7 +39,6 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     assert short == near(smooth.hertz_radius, rel=0.01)
     limiting = LimitingState(HertzContact(1.0, 4 / 3, 1.0), 0.8)
     assert long == near(limiting.contact_radius * smooth.hertz_radius, rel=1e-6)
-    # Where slip follows the worn shape, a contact that yields widens without end.
     worn, yielding = steel(cycles=30000), steel(cycles=30000, plastic_limit=4.5e9)
     assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
     held = yielding.replace(slip_model="cattaneo_mindlin")
@@ -52,7 +50,7 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
 def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(given):
     case = steel(**given)
     counts = []
-    for part in (1.0, 0.5, 3.0, 0.01):
+    for part in (1.0, 0.5, 3.0):
         each = case.replace(cell=[part * width for width in case.grid_spacing])
         problem = wear_problem(each)
         counts.append(len(problem.geometry.first(problem).edges))
@@ -62,8 +60,6 @@ def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_doe
     half = case.replace(cell=[0.5 * width for width in case.grid_spacing]).coarseness
     assert 0.45 < half <= 0.5
     assert counts[1] / counts[0] == near(1.0 / half, rel=0.02)
-    # However fine the fields are written, the matrices have their limit.
-    assert counts[3] / counts[0] == near(1.0 / LEAST_COARSENESS, rel=0.05)
 
 
 def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():

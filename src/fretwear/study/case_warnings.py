@@ -52,9 +52,8 @@ def case_warnings(
 
     Findings of a run are included: the largest estimated relative error of each result, by its
     words, or why errors could not be estimated, the share of the stick zone in which friction
-    cannot bear the shear of the slip model, and an accuracy that was not reached. Where an accuracy
-    has chosen the cells, or will, by `measured` errors, the only rule on cells is the one on bands
-    that no cells show.
+    cannot bear the shear of the slip model, and an accuracy that was not reached. Errors that were
+    `measured` to choose the cells are not told again.
     """
     checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials]
     warnings = [CaseWarning(*words) for check in checks for words in check(case)]

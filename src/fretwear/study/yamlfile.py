@@ -25,11 +25,8 @@ class Document:
         self.problems: list[Problem] = []  # duplicate keys, unreadable values
         yaml = YAML(typ="safe", pure=True)
         self._constructor = yaml.constructor
-        try:
-            node = yaml.compose(text)
-            self.data: object = None if node is None else self._value(node, "")
-        except RecursionError as error:
-            raise QuantityError("is nested too deeply") from error
+        node = yaml.compose(text)
+        self.data: object = None if node is None else self._value(node, "")
 
     def _value(self, node: Node, key: str) -> object:
         self.lines.setdefault(key, node.start_mark.line + 1)
@@ -71,8 +68,6 @@ def read_document(file: Path) -> Document:
         problem = Problem("", None, f"is not YAML: {reason}", line=at and at.line + 1)
     except UnicodeDecodeError as error:
         problem = Problem("", None, f"is not UTF-8 text (byte {error.start})")
-    except QuantityError as error:
-        problem = Problem("", None, error.rule)
     except OSError as error:
         problem = Problem("", None, f"cannot be read: {error.strerror}", _meant(file))
     raise StudyError(file, [problem])
@@ -82,7 +77,7 @@ def parse_value(text: str) -> object:
     """Read one YAML value as in a study file (``30 N``, ``none``, ``[0, 100]``)."""
     try:
         document = Document(text)
-    except (YAMLError, QuantityError) as error:
+    except YAMLError as error:
         raise QuantityError("is not a value that YAML can read") from error
     if document.problems:
         raise QuantityError(document.problems[0].rule)
