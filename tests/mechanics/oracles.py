@@ -8,7 +8,6 @@ other.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
 
 from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.cells import ContactProblem
@@ -56,34 +55,6 @@ def displacement(pressure: Array, spacing: tuple[float, float], modulus: float) 
     return np.fft.irfft2(spectrum, s=kernel.shape)[:nx, :ny]
 
 
-def dense_contact(
-    matrix: Array, shape: Array, total: float, limit: float = np.inf
-) -> tuple[Array, float]:
-    """Pressure, Pa, and approach, m, for 0 ≤ p ≤ p_lim and ∑p = total.
-
-    At a given approach the contact is a bounded least-squares problem, which BVLS (Stark and
-    Parker, 1995) solves by exchanging single cells; the load grows with the approach.
-    """
-    scale = matrix[0, 0]
-    factor = np.linalg.cholesky(matrix / scale).T
-    unit = total / shape.size
-    bounds = (0.0, limit / unit if np.isfinite(limit) else np.inf)
-
-    def pressure(approach: float) -> Array:
-        right = np.linalg.solve(factor.T, (approach - shape.ravel()) / (scale * unit))
-        found = lsq_linear(factor, right, bounds, method="bvls", tol=1e-14, max_iter=10_000)
-        return found.x
-
-    def excess(approach: float) -> float:
-        return float(pressure(approach).sum()) / shape.size - 1.0
-
-    low, high = float(shape.min()), float(shape.max())
-    while excess(high) < 0:
-        low, high = high, high + (high - low)
-    approach = brentq(excess, low, high, xtol=1e-18, rtol=1e-14)
-    return pressure(approach).reshape(shape.shape) * unit, float(approach)
-
-
 def worst_violation(problem: WearProblem, state: State) -> float:
     """How far a state is from the conditions of contact, by its pressure and its shape alone.
 
@@ -101,27 +72,36 @@ def worst_violation(problem: WearProblem, state: State) -> float:
 
 
 def normal_contact(
-    influence: Array, shape: Array, cell: float, load: float, loaded: Mask | None = None
+    influence: Array,
+    shape: Array,
+    cell: float,
+    load: float,
+    loaded: Mask | None = None,
+    limit: float = np.inf,
 ) -> tuple[Array, Array, float]:
     """Pressure (Pa), gap (m) and approach (m) of a rigid shape (m) on the half-space.
 
     All cells start in contact, or those ``loaded``; cells leave while their pressure pulls, and
-    come back while they penetrate. ``cell`` is the area of a cell, m².
+    come back while they penetrate. Cells above the limit are held there while they penetrate.
+    ``cell`` is the area of a cell, m².
     """
     if loaded is None:
         loaded = np.ones(shape.size, dtype=bool)
+    full = np.zeros_like(loaded)
     for _ in range(100):
-        inside = np.flatnonzero(loaded)
-        pressure, approach = _solve_with_total(
-            influence[np.ix_(inside, inside)], -shape[inside], load / cell
+        pressure = np.where(full, limit, 0.0)
+        inside = np.flatnonzero(loaded & ~full)
+        pressure[inside], approach = _solve_with_total(
+            influence[np.ix_(inside, inside)],
+            -(shape + influence @ pressure)[inside],
+            load / cell - pressure.sum(),
         )
-        full = np.zeros_like(shape)
-        full[inside] = pressure
-        gap = shape + influence @ full - approach
-        wanted = np.where(loaded, full > 0.0, gap < 0.0)
-        if np.array_equal(wanted, loaded):
-            return full, np.where(loaded, 0.0, gap), approach
-        loaded = wanted
+        gap = shape + influence @ pressure - approach
+        wanted = np.where(loaded, pressure > 0.0, gap < 0.0)
+        beyond = np.where(full, gap < 0.0, pressure > limit)
+        if np.array_equal(wanted, loaded) and np.array_equal(beyond, full):
+            return pressure, np.where(loaded & ~full, 0.0, gap), approach
+        loaded, full = wanted, beyond
     raise RuntimeError("the contact set did not settle")
 
 
@@ -174,6 +154,44 @@ def tangential_step(
             return TangentialStep(traction, slip, displacement)
         upper, lower = above, below
     raise RuntimeError("the slip zones did not settle")
+
+
+def vector_friction(matrix: Array, bound: Array, total: float) -> tuple[Array, Array]:
+    """Slip (m, shape (n,)) and traction (Pa, shape (2n,)) of friction along x and y, ∑q = (Q, 0).
+
+    The traction minimises ½ q·Kq in |q| ≤ µp by accelerated projected gradients, and the slip is
+    δ − Kq. Bodies even along y alone have no displacement along y.
+    """
+
+    def within(traction: Array) -> Array:
+        """The nearest traction within the discs that carries Q, which shifts it along x."""
+        x, y = np.split(traction, 2)
+
+        def shifted(by: float) -> Array:
+            factor = np.minimum(1.0, bound / np.maximum(np.hypot(x + by, y), 1e-300))
+            return np.concatenate([factor * (x + by), factor * y])
+
+        low, high = -(most := np.abs(x).max() + 4.0 * bound.max()), most
+        for _ in range(50):
+            middle = (low + high) / 2
+            enough = shifted(middle)[: bound.size].sum() >= total
+            low, high = (low, middle) if enough else (middle, high)
+        return shifted(high)
+
+    largest = np.linalg.norm(matrix, 2)
+    traction = ahead = within(np.zeros(2 * bound.size))
+    momentum, change = 1.0, np.inf
+    while np.abs(change).max() > 3e-8 * bound.max():
+        following = within(ahead - matrix @ ahead / largest)
+        change = following - traction
+        if (ahead - following) @ change > 0.0:
+            momentum = 1.0
+        gained = (1.0 + np.sqrt(1.0 + 4.0 * momentum**2)) / 2
+        traction, ahead = following, following + (momentum - 1.0) / gained * change
+        momentum = gained
+    sticks = (np.hypot(*np.split(traction, 2)) < (1 - 1e-5) * bound) & (bound > 0)
+    x, y = np.split(matrix @ traction, 2)
+    return np.where(sticks, 0.0, np.hypot(x[sticks].mean() - x, y)), traction
 
 
 def _solve_with_total(matrix: Array, right: Array, total: float) -> tuple[Array, float]:

@@ -11,10 +11,11 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.cells import ContactProblem, Even, HalfSpace, Layer
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.loading import Sliding, TangentialRatio
 from fretwear.mechanics.slip.models import Jaeger, Pressed, ReducedContact
-from fretwear.mechanics.surfaces.indenters import Sphere
-from fretwear.mechanics.surfaces.materials import Bodies, Coulomb
+from fretwear.mechanics.surfaces.indenters import Cylinder, Sphere
+from fretwear.mechanics.surfaces.materials import Bodies, Coulomb, ElasticBodies
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import Roughness
 from fretwear.mechanics.wear.laws import Archard
@@ -28,7 +29,13 @@ RADIUS, LOAD, FRICTION, WEAR = 10e-3, 50.0, 0.5, 7e-13
 HERTZ = HertzContact(RADIUS, LOAD, MODULUS)
 A, P0 = HERTZ.contact_radius, HERTZ.peak_pressure
 
-SPHERE = Sphere(RADIUS)
+DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
+STUDY_LIMIT = 4500e6 / P0
+
+SPHERE, CYLINDER = Sphere(RADIUS), Cylinder(6e-3)
+PER_LENGTH, CYLINDER_BODIES = 18.5e3, ElasticBodies(200e9, 0.3)
+LINE = CYLINDER.hertz(NormalLoad(PER_LENGTH), CYLINDER_BODIES.composite_modulus)
+EDGE = LINE.contact_radius
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,19 @@ def fretting(
         extent=(1.15 * A, 1.15 * A),
     )
     return replace(problem, **changes)
+
+
+def on_strips(cells: float = 64, *, half_width: float = 1.15, **changes: object) -> WearProblem:
+    """The cylinder on a flat of McColl, Ding and Leen (2004), with cells on its half-width."""
+    usual = {
+        "indenter": CYLINDER,
+        "bodies": CYLINDER_BODIES,
+        "normal": NormalLoad(PER_LENGTH),
+        "geometry": Strips,
+        "spacing": (EDGE / cells, EDGE / cells),
+        "extent": (half_width * EDGE, half_width * EDGE),
+    }
+    return fretting(**{**usual, **changes})
 
 
 def reduced(

@@ -10,48 +10,36 @@ from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.loading import DisplacementRatio, SlidingAmplitude
 from fretwear.mechanics.slip.models import CattaneoMindlin, Coupled, Jaeger
-from fretwear.mechanics.surfaces.indenters import Cylinder
 from fretwear.mechanics.surfaces.materials import Coulomb
-from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.stroke import slide
-from fretwear.theory import LineContact
 
 from ..studies import near
 from .problems import (
     COUPLING,
+    DEPTH,
+    EDGE,
     FRICTION,
     HERTZ,
+    LINE,
     LOAD,
-    MODULUS,
     P0,
-    RADIUS,
     ROUGH,
+    STUDY_LIMIT,
+    VOLUME,
     A,
     fretting,
     independent,
+    on_strips,
 )
 
 ALPHA = 9.0
 GROWTH = ALPHA * FRICTION**2
-STUDY_LIMIT = 4.5e9 / P0
-DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
-LINE = LineContact(6e-3, 4e5, MODULUS)
-
-
-def on_strips(limit, ratio=0.6, **changes):
-    """A cylinder on strips; the limit over its Hertz pressure."""
-    line = {"indenter": Cylinder(6e-3), "normal": NormalLoad(4e5), "geometry": Strips}
-    half = LINE.contact_radius
-    cells = {"spacing": (half / 64, half / 64), "extent": (1.15 * half, 1.15 * half)}
-    limit *= LINE.peak_pressure / P0
-    return fretting(load_ratio=ratio, limit=limit, **{**line, **cells, **changes})
 
 
 def cycles_of(problem, tau):
@@ -116,9 +104,7 @@ SLIDES = DisplacementRatio(displacement_ratio=1.3).plain(FRICTION, COUPLING, HER
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "contact",
-    [{"geometry": Rings}, {"roughness": ROUGH}, {"roughness": ROUGH, "slip_model": Coupled()}],
-    ids=["smooth", "rough", "rough, in two directions"],
+    "contact", [{"geometry": Rings}, {"roughness": ROUGH, "slip_model": Coupled()}]
 )
 def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squared_friction(
     contact,
@@ -136,13 +122,12 @@ def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squar
 
 
 def test_strokes_yield_at_the_limit_of_the_friction_of_the_moment():
-    limit, size = 2.6, LINE.contact_radius / 12
-    given = {"loading": SlidingAmplitude(25e-6), "wear_law": Archard((2e-14, 1e-14))}
-    given |= {"spacing": (size, size)}
+    limit = 2.6
+    given = {"loading": SlidingAmplitude(0.15 * EDGE), "wear_law": Archard((2e-14, 1e-14))}
 
     def slid(limit, friction, alpha=0.0):
-        law = Coulomb(friction)
-        return list(slide(on_strips(limit, junction_growth=alpha, friction_law=law, **given), [9]))
+        given.update(junction_growth=alpha, friction_law=Coulomb(friction))
+        return list(slide(on_strips(12, limit=limit * LINE.peak_pressure / P0, **given), [9]))
 
     lowered = limit / math.sqrt(1.0 + ALPHA * 0.9**2)
     steady, expected = slid(limit, 0.9, ALPHA)[-1], slid(lowered, 0.9)[-1]
@@ -156,18 +141,13 @@ def test_strokes_yield_at_the_limit_of_the_friction_of_the_moment():
 
 
 CONTACTS = {
-    "rings": fretting(limit=1.7, geometry=Rings),
     "rings under a displacement": fretting(
         limit=1.7,
         geometry=Rings,
         loading=DisplacementRatio(displacement_ratio=0.8).plain(FRICTION, COUPLING, HERTZ),
     ),
-    "strips": on_strips(1.2),
-    "rough": fretting(16, limit=3.5, roughness=ROUGH),
+    "strips": on_strips(load_ratio=0.6, limit=1.2 * LINE.peak_pressure / P0),
     "two directions": fretting(16, limit=2.0, slip_model=Coupled()),
-    "slip of the unworn contact": fretting(
-        16, limit=3.5, roughness=ROUGH, slip_model=CattaneoMindlin()
-    ),
 }
 
 
@@ -186,8 +166,7 @@ def test_no_cell_exceeds_the_limit_and_less_pressure_yields_than_without_frictio
     assert sunk.any()
     assert state.geometry.integral(state.plastic) > without.geometry.integral(without.plastic)
     stuck = state.reduced.stick & (state.pressure > problem.slip_limit)
-    if name != "slip of the unworn contact":
-        assert stuck.any(), "cells that stick bear more than those that slip"
+    assert stuck.any(), "cells that stick bear more than those that slip"
 
 
 def test_models_differ_in_what_flow_leaves_in_the_stick_zone():
@@ -201,43 +180,28 @@ def test_models_differ_in_what_flow_leaves_in_the_stick_zone():
         np.testing.assert_allclose(np.hypot(pressure, math.sqrt(GROWTH) * traction), limit)
 
 
+# The tolerance of a step is 1 %, and errors of steps mend each other.
 @pytest.mark.slow
-@pytest.mark.parametrize(("ratio", "taus"), [(0.5, (5.0, 10.0)), (0.8, (3.0, 5.0))])
-def test_wear_is_that_of_the_independent_reference(ratio, taus):
-    known = independent(ratio, STUDY_LIMIT, GROWTH)
-    problem = fretting(load_ratio=ratio, limit=STUDY_LIMIT, junction_growth=ALPHA, geometry=Rings)
+@pytest.mark.parametrize(
+    ("ratio", "limit", "alpha", "taus"),
+    [
+        (0.5, math.inf, 0.0, (1.0, 10.0)),
+        (0.9, STUDY_LIMIT, 0.0, (1.0, 5.0, 10.0)),
+        (0.5, STUDY_LIMIT, ALPHA, (5.0, 10.0)),
+        (0.8, STUDY_LIMIT, ALPHA, (3.0, 5.0)),
+    ],
+)
+def test_wear_is_that_of_the_independent_reference(ratio, limit, alpha, taus):
+    known = independent(ratio, limit, alpha * FRICTION**2)
+    problem = fretting(load_ratio=ratio, limit=limit, junction_growth=alpha, geometry=Rings)
     times = {cycles_of(problem, tau): tau for tau in taus}
     for state in evolve(problem, sorted(times)):
         if state.cycle in times:
             found, expected = measure(problem, state), known[times[state.cycle]]
+            assert found.approach / DEPTH == near(expected["approach"], rel=1e-3)
+            assert found.central_pressure / P0 == near(expected["central_pressure"], rel=1e-3)
             assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=5e-3)
             assert state.wear.max() / DEPTH == near(expected["deepest_wear"], rel=5e-3)
             assert found.stick_half_width_x / A == near(expected["stick_radius"], rel=5e-3)
-    assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.02)
-
-
-# The study's contact after 3000, 7000 and 30000 cycles, by a program of its own with 800 rings and
-# explicit steps of τ/50: wear volume over that of α = 0, and stick radius over a.
-STUDY = {3000: (1.073, 0.497), 7000: (1.457, 0.261), 30_000: (0.964, 0.2155)}
-
-
-def measured(cycles, tolerance=0.01, **changes):
-    """Wear volume, a⁴/R, and stick radius, a, of the study's contact after some cycles."""
-    problem = fretting(limit=STUDY_LIMIT, geometry=Rings, **changes)
-    states = evolve(problem, cycles, tolerance)
-    found = [measure(problem, state) for state in states if state.cycle in cycles]
-    return [(each.wear_volume / VOLUME, each.stick_half_width_x / A) for each in found]
-
-
-@pytest.fixture(scope="module")
-def studied():
-    """What is measured of the study's contact."""
-    return measured([*STUDY], junction_growth=ALPHA)
-
-
-@pytest.mark.slow
-def test_volumes_and_stick_radii_of_the_studys_contact(studied):
-    without = measured([*STUDY])
-    for (volume, _), (found, stick), expected in zip(without, studied, STUDY.values(), strict=True):
-        assert found / volume == near(expected[0], rel=0.005)
-        assert stick == near(expected[1], rel=0.005)
+    within = 0.02 if alpha else 0.03
+    assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=within)

@@ -25,8 +25,19 @@ from fretwear_cracks.inputs import loaded_case, surface_of
 from ..studies import STEEL as STEEL_SPHERE
 from ..studies import near
 from .oracles import explicit_wear
-from .problems import COUPLING, FRICTION, HERTZ, LOAD, MODULUS, WEAR, A, fretting, window
-from .test_graded import EDGE, rubbing
+from .problems import (
+    COUPLING,
+    EDGE,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    WEAR,
+    A,
+    fretting,
+    on_strips,
+    window,
+)
 
 RISING = OverEnergy(start=0.3, end=0.6, energy=1000.0)
 FALLING = OverEnergy(start=0.6, end=0.3, energy=1000.0)
@@ -106,12 +117,6 @@ def following(law, load_ratio=0.8, **changes):
     """The study's contact on rings under Q over the first friction, with friction of a law."""
     given = {"geometry": Rings, "load_ratio": load_ratio, **changes}
     return fretting(32, friction_law=Coulomb(law), **given)
-
-
-def on_strips(law, load_ratio):
-    """The same in a line contact."""
-    problem = rubbing(load_ratio)
-    return replace(problem, friction_law=Coulomb(law))
 
 
 def of_discs(radii, edges):
@@ -195,7 +200,10 @@ def test_friction_that_follows_slip_is_that_of_every_cycle(kind, load_ratio, law
         influence = of_discs(0.5 * (edges[1:] + edges[:-1]), edges)
         areas = np.pi * np.diff(edges**2)
     else:
-        problem, edges = on_strips(law, load_ratio), np.linspace(0.0, 1.25 * EDGE, 161)
+        problem, edges = (
+            on_strips(load_ratio=load_ratio, friction_law=Coulomb(law)),
+            np.linspace(0.0, 1.25 * EDGE, 161),
+        )
         modulus = problem.composite_modulus
         influence = of_strips(0.5 * (edges[1:] + edges[:-1]), edges, modulus)
         areas = 2.0 * np.diff(edges)

@@ -6,14 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.mechanics.surfaces import files
 from fretwear.mechanics.surfaces.files import SourceFile, read_profile, read_topography
 from fretwear.mechanics.surfaces.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
-from fretwear.version import case_digest
 
 from ..studies import near, steel
 
@@ -121,16 +119,6 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
     assert not case.replace(load="20 N").roughness.problem
 
 
-def test_results_of_heights_that_were_read_otherwise_are_those_of_other_code(written, monkeypatch):
-    """As by another version of the library: the file and the id of the case stay the same."""
-    case = steel(roughness={"kind": "measured", "file": written(wave(X, Y))})
-    before, read = case_digest(case), files._map_of
-    monkeypatch.setattr(files, "_map_of", lambda *given: (2.0 * read(*given)[0], read(*given)[1]))
-    read_topography.cache_clear()
-    assert case_digest(case) != before == case_digest(steel()) + f"-{before[-8:]}"
-    read_topography.cache_clear()
-
-
 @pytest.mark.parametrize(
     ("heights", "unit", "sentence"),
     [(np.full((40, 30), np.nan), "um", "every point is missing"),
@@ -155,11 +143,7 @@ def test_a_map_without_a_tip_is_no_indenter(written, heights, rule):
     ("file", "sentence"),
     [("notes.txt", r"notes.txt: cannot be read as a topography"),
      ("line.nc", "is a line scan"),
-     ("gone.x3p", "there is none at"),
      ("", "is a folder"),
-     ("a\0b", "there is none at"),
-     ("a" * 300, "cannot be read: File name too long"),
-     ("/proc/self/mem", "cannot be read: Input/output error"),
      ("huge.x3p", "more than the")],
 )  # fmt: skip
 def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path, file, sentence):
@@ -220,10 +204,6 @@ def test_doubtful_maps_are_told(library, tmp_path):
     assert "curvature of its indenter twice" in told(ball, body="indenter")
     assert "curvature" not in told(ball, body="indenter", form="sphere")
     assert "missing points" in told(hole)
-    spiky = hole.filled(0.0)
-    spiky[60, 60] = 5.0
-    assert "1 points differ" in told(spiky)
-    assert "differ" not in told(spiky, outliers="fill")
 
 
 def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):

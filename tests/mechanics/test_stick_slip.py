@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem, Region
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.coupled import shear
@@ -14,19 +14,19 @@ from fretwear.mechanics.slip.shear import shear_influence, shear_space
 from fretwear.theory import HertzContact
 
 from ..studies import near
-from .neglected import VectorFriction
+from .oracles import vector_friction
 
 MODULUS, COUPLING, FRICTION = 2.0, 1.3, 0.3
 
 
-def whole_matrix(grid):
+def whole_matrix(grid, modulus=MODULUS, coupling=COUPLING):
     """Influence of all cells of a window that is not even, shape (2n, 2n)."""
     x, y = (each.ravel() for each in np.meshgrid(grid.x, grid.y, indexing="ij"))
     i, j = (
         np.round((each[:, None] - each) / size).astype(int)
         for each, size in zip((x, y), grid.spacing, strict=True)
     )
-    fields = shear_influence(grid.shape, grid.spacing, MODULUS, COUPLING)
+    fields = shear_influence(grid.shape, grid.spacing, modulus, coupling)
     along, across, cross = (field[abs(i), abs(j)] for field in fields)
     cross = cross * np.sign(i) * np.sign(j)
     return np.block([[along, cross], [cross, across]])
@@ -59,7 +59,7 @@ def test_influence_is_the_integral_of_the_kernels_of_cerruti():
         assert field[cell] == near(integral / (np.pi * MODULUS), rel=1e-9)
 
 
-@pytest.mark.parametrize("even", [(True, True), (True, False), (False, True), (False, False)])
+@pytest.mark.parametrize("even", [(True, True), (True, False), (False, False)])
 def test_transforms_give_the_sum_over_all_cells(even):
     whole = Grid((12, 8), (0.1, 0.15), (False, False))
     shape = tuple(n // 2 if each else n for n, each in zip(whole.shape, even, strict=True))
@@ -108,23 +108,18 @@ def test_contact_of_kalker_and_vollebregt():
     assert np.abs(result.amplitude[cells] - table["slip_mm"]).max() <= 1e-5
 
 
-@pytest.mark.parametrize(("poisson", "ratio"), [(0.3, 0.3), (0.45, 0.8)])
-def test_projected_gradients_lead_to_the_same_tractions(poisson, ratio):
-    oracle = VectorFriction(poisson, ratio, 10)
-    pressure = oracle.pressed()
-    slip, traction = oracle.slip(pressure)
-    count = int(1.35 * oracle.cells)
-    grid = Grid((count, count), (oracle.side, oracle.side))
-    inside = np.hypot(grid.x[:, None], grid.y) < 1.33
-    bound = np.zeros(grid.shape)
-    bound[inside] = FRICTION * pressure
-    coupling = (2 - poisson) / (2 * (1 - poisson))
+def test_projected_gradients_lead_to_the_same_tractions():
+    coupling, grid = (2 - 0.45) / (2 * (1 - 0.45)), Grid((22, 22), (0.1, 0.1), (False, False))
+    pressure = HertzContact(1.0, 4 / 3, 1.0).pressure(np.hypot(grid.x[:, None], grid.y))
+    bound = FRICTION * pressure
+    matrix = whole_matrix(grid, 1.0, coupling)
+    slip, traction = vector_friction(matrix, bound.ravel(), 0.8 * bound.sum())
     result = shear(
-        shear_space(grid, 1.0, coupling), bound, ratio * grid.integral(bound), tolerance=1e-8
+        shear_space(grid, 1.0, coupling), bound, 0.8 * grid.integral(bound), tolerance=1e-8
     )
-    assert np.abs(result.traction[:, inside].ravel() - traction).max() <= 1e-6 * bound.max()
+    assert np.abs(result.traction.ravel() - traction).max() <= 1e-6 * bound.max()
     touches = pressure > 0
-    assert np.abs(result.amplitude[inside] - slip)[touches].max() <= 1e-5 * slip.max()
+    assert np.abs(result.amplitude.ravel() - slip)[touches.ravel()].max() <= 1e-5 * slip.max()
 
 
 def rough_contact(even, coupling):
@@ -141,8 +136,7 @@ def rough_contact(even, coupling):
     return grid, under, shear_space(grid, 1.0, coupling)
 
 
-@pytest.mark.parametrize("even", [(True, True), (False, True), (False, False)])
-@pytest.mark.parametrize("ratio", [0.2, 0.9])
+@pytest.mark.parametrize(("even", "ratio"), [((True, True), 0.2), ((False, True), 0.9)])
 def test_coulombs_law_holds_in_every_cell_and_the_loop_has_its_work(even, ratio):
     grid, under, bodies = rough_contact(even, 1.4)
     bound = FRICTION * under(1.0).pressure
@@ -165,8 +159,8 @@ def test_coulombs_law_holds_in_every_cell_and_the_loop_has_its_work(even, ratio)
     assert loop == near(work, rel=1e-6)
 
 
-@pytest.mark.parametrize("ratio", [0.2, 0.9])
-def test_without_poissons_ratio_it_is_the_contact_at_the_reduced_load(ratio):
+def test_without_poissons_ratio_it_is_the_contact_at_the_reduced_load():
+    ratio = 0.9
     _, under, bodies = rough_contact((False, True), 1.0)
     full, reduced = under(1.0), under(1.0 - ratio)
     result = shear(bodies, FRICTION * full.pressure, ratio * FRICTION, tolerance=1e-8)
@@ -197,35 +191,3 @@ def test_a_displacement_may_slide_the_contact_as_a_whole_but_a_force_may_not():
     assert 0.999 * FRICTION < result.force <= FRICTION * (1 + 1e-12)
     with pytest.raises(ContactError, match="slides the contact as a whole"):
         shear(bodies, bound, 1.01 * FRICTION)
-
-
-@pytest.mark.parametrize(
-    ("poisson", "ratio", "along", "across", "stick", "moved", "work"),
-    [
-        (0.2, 0.6, 0.902, 1.099, 0.7386, 0.9998, 0.02990),
-        (0.3, 0.8, 0.853, 1.138, None, 0.9993, None),
-    ],
-)
-def test_a_sphere_slips_as_other_codes_say(poisson, ratio, along, across, stick, moved, work):
-    """Slip in mid-annulus on both axes and displacement over the closed form of one direction."""
-    cells = 64
-    grid = Grid((72, 72), (1 / cells, 1 / cells))
-    hertz, coupling = HertzContact(1.0, 4 / 3, 1.0), (2 - poisson) / (2 * (1 - poisson))
-    r = np.hypot(grid.x[:, None], grid.y)
-    bound = FRICTION * hertz.pressure(r)
-    whole = grid.integral(bound)
-    result = shear(shear_space(grid, 1.0, coupling), bound, ratio * whole)
-    reduced = hertz.with_load((1 - ratio) * hertz.load)
-    single = FRICTION * coupling * reduced.gap(r)
-    inner = reduced.contact_radius
-    middle = np.abs(r - 0.5 * (1 + inner)) < 0.25 * (1 - inner)
-    for beside, expected in ((grid.y < 1 / cells, along), (grid.x[:, None] < 1 / cells, across)):
-        there = middle & beside
-        assert result.amplitude[there].sum() / single[there].sum() == near(expected, rel=0.01)
-    displacement = FRICTION * coupling * (hertz.approach - reduced.approach)
-    assert result.displacement / displacement == near(moved, rel=1e-3)
-    if stick is not None:
-        zone = grid.zone(Region(result.stick, 1.0)).area
-        assert np.sqrt(zone / np.pi) == near(stick, rel=0.005)
-        friction = grid.integral(bound * result.amplitude)
-        assert friction / (whole * displacement) == near(work, rel=0.003)

@@ -105,13 +105,12 @@ def wave_numbers(count):
     return np.hypot(numbers[:, None], numbers)
 
 
-@pytest.mark.parametrize("seed", [7, 8])
-def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends(seed):
+def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends():
     wanted = HEIGHT * np.sqrt(moment(3, 0.8) / moment(1, 0.8))
     assert SURFACE.rms_slope == near(wanted, rel=2e-3)
     count = 3 * round(PERIOD / SHORTEST)
     x, number = (np.arange(count) + 0.5) * PERIOD / count, wave_numbers(count)
-    power = np.abs(np.fft.fft2(replace(SURFACE, seed=seed).height(x[:, None], x)) / count**2) ** 2
+    power = np.abs(np.fft.fft2(SURFACE.height(x[:, None], x)) / count**2) ** 2
     assert np.sqrt(power.sum()) == near(HEIGHT, rel=1e-9)
     slope = np.sqrt((power * (2 * np.pi * number / PERIOD) ** 2).sum())
     assert slope == near(SURFACE.rms_slope, rel=1e-9)
@@ -132,6 +131,7 @@ def test_heights_in_contact_are_those_of_its_ellipse_the_highest_first():
     np.testing.assert_allclose(rough - lowered, 1e-9, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_heights_of_a_point_are_normally_distributed_over_the_seeds():
     heights = [replace(SURFACE, seed=seed).height(0.0, 0.0) for seed in range(400)]
     assert np.mean(heights) == pytest.approx(0.0, abs=4 * HEIGHT / 20)
@@ -229,9 +229,7 @@ def test_an_elliptical_contact_is_that_of_hertz(slender):
     assert turned.half_widths == near((half_y, half_x), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("angle", "slender"), [(90, 1.0), (60, 0.482628), (45, 0.313439), (30, 0.180565)]
-)
+@pytest.mark.parametrize(("angle", "slender"), [(90, 1.0), (30, 0.180565)])
 def test_crossed_cylinders_touch_in_an_ellipse(angle, slender):
     crossed = case({"kind": "crossed_cylinders", "radii": "5 mm", "angle": f"{angle} deg"})
     assert crossed.hertz.axis_ratio == near(slender, rel=2e-6)
@@ -283,14 +281,14 @@ INDENTERS = {
 
 
 @pytest.mark.parametrize("kind", INDENTERS)
-def test_closed_forms_hold_for_two_hundred_shapes_of_each_indenter(kind):
+def test_closed_forms_hold_for_forty_shapes_of_each_indenter(kind):
     """Load, approach and pressure belong together, however sharp an edge and light the load."""
     sizes, parts, widths, moduli = 10 ** np.random.default_rng(1).uniform(
-        [[-3], [-1], [-6], [8]], [[-1], [1], [-0.8], [11.5]], (4, 200)
+        [[-3], [-1], [-6], [8]], [[-1], [1], [-0.8], [11.5]], (4, 40)
     )
     angle = (np.arange(100) + 0.5) / 100
     shapes = zip(sizes, parts, widths, moduli, strict=True)
-    for number, (size, part, wide, modulus) in enumerate(shapes):
+    for size, part, wide, modulus in shapes:
         indenter = INDENTERS[kind](size, part)
         flat = getattr(indenter, "flat", 0.0)
         unit = indenter.hertz(NormalLoad(1.0), modulus)
@@ -312,8 +310,6 @@ def test_closed_forms_hold_for_two_hundred_shapes_of_each_indenter(kind):
         heavier = [pressed.with_load(part * pressed.load) for part in (1.0, 1.5, 20.0)]
         for name in ("contact_radius", "approach", "mean_pressure"):
             assert (np.diff([getattr(each, name) for each in heavier]) > 0).all(), name
-        if number % 4:
-            continue
         # The midpoints of two parts of the contact, on and beyond the flat, where r = a sin φ.
         end = math.atan2(flat, math.sqrt((radius - flat) * (radius + flat)))
         angles = np.concatenate([end * angle, end + (0.5 * math.pi - end) * angle])
@@ -327,9 +323,9 @@ def test_closed_forms_hold_for_two_hundred_shapes_of_each_indenter(kind):
         assert pressure.max() <= (1 + 1e-5) * pressed.peak_pressure <= 1.01 * pressure.max()
 
 
-@pytest.mark.parametrize("flat", PUNCHES)
-def test_a_round_punch_is_moved_and_pressed_by_displacements(flat):
+def test_a_round_punch_is_moved_and_pressed_by_displacements():
     """P(c) = (1 − X) P and U = µκ (g(a) − g(c)), whichever of them is given."""
+    flat = 0.5
     approach, _, sticks = PUNCHES[flat]
     indenter, load = punch(flat)
     deep = approach * PUNCH_RADIUS**2 / 10e-3
@@ -346,25 +342,6 @@ def test_a_round_punch_is_moved_and_pressed_by_displacements(flat):
     assert given.loading.transition(0.5, given.coupling, given.hertz) == near(begins, rel=1e-5)
 
 
-def test_a_flat_punch_is_moved_over_the_slope_of_its_loop():
-    """U = µ [δ(P) − δ(P*)] + µ F (P − P*), where F is C_t less dδ/dP of the contact."""
-    indenter = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "10 mm"}
-    given = case(
-        indenter, 20e3, None, displacement_ratio=0.6, tangential_compliance="0.02 um/(N/mm)"
-    )
-    problem = wear_problem(given)
-    state = first_loading(problem)
-    stick = given.hertz.with_load(state.reduced.load)
-    way = given.hertz.approach - stick.approach
-    way += (2e-11 - given.hertz.compliance) * (given.hertz.load - stick.load)
-    assert 0.5 * way == near(given.displacement_amplitude, rel=1e-4)
-    assert given.displacement_amplitude == near(
-        0.3 * (given.hertz.approach + (2e-11 - given.hertz.compliance) * 20e3), rel=1e-9
-    )
-    found = measure(problem, state)
-    assert found.stick_half_width_x == near(stick.contact_radius, rel=1e-3)
-
-
 def punch(flat):
     """A punch, and the load under which its contact has the radius."""
     indenter = {"kind": "round_punch", "flat_radius": flat * PUNCH_RADIUS, "edge_radius": 10e-3}
@@ -375,8 +352,8 @@ def punch(flat):
 @pytest.mark.parametrize(
     ("indenter", "load", "rings"),
     [
-        *((ellipsoid(slender), 50.0, False) for slender in ELLIPSES),
-        *((*punch(flat), rings) for flat in PUNCHES for rings in (False, True)),
+        (ellipsoid(0.2), 50.0, False),
+        *((*punch(0.5), rings) for rings in (False, True)),
         ({"kind": "crossed_cylinders", "radii": ["5 mm", "9 mm"]}, 50.0, False),
     ],
 )

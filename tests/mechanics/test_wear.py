@@ -9,20 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem, Workspace
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.cells import ContactError, Workspace
 from fretwear.mechanics.slip.loading import DisplacementRatio
 from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear import stage as stages
-from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve, first_loading
+from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve
 from fretwear.mechanics.wear.laws import Archard
-from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.stage import Exposure
 from fretwear.mechanics.wear.state import State
-from fretwear.theory import HertzContact, LimitingState
+from fretwear.theory import HertzContact
 
 from ..studies import near
 from .oracles import explicit_wear, worst_violation
@@ -52,15 +50,13 @@ STOPS = (100, 1000, 2500)
 RUNS = {
     "smooth": {},
     "rough": {"roughness": ROUGH},
-    "smooth capped": {"limit": 1.5},
     "rough capped": {"roughness": ROUGH, "limit": 2.0},
     "capped under friction": {"roughness": ROUGH, "limit": 3.2, "junction_growth": 9.0},
     "yielding from the first loading": {"limit": 0.9},
-    "mild": {"load_ratio": 0.2},
     "nearly sliding": {"load_ratio": 0.95, "limit": 2.0},
 }
 # Where explicit steps are compared with.
-CYCLES = {"smooth": 2000, "rough": 1500, "smooth capped": 2500, "rough capped": 2500}
+CYCLES = {"rough": 1500, "rough capped": 2500}
 CYCLES |= {"yielding from the first loading": 1200, "capped under friction": 1700}
 ELASTIC = [name for name, changes in RUNS.items() if "limit" not in changes]
 CAPPED = [name for name in RUNS if name not in ELASTIC]
@@ -94,20 +90,10 @@ def test_every_step_meets_the_conditions_of_contact_and_wears_on(runs, name):
             assert (after >= before).all()
         assert not depths[0].any() or field == "plastic"
     assert depths[-1].any() == (name in CAPPED)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("cells", "cycles", "changes"),
-    [(24, 10**6, {}), (20, 10**5, {"roughness": ROUGH, "load_ratio": 0.4})],
-)
-def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
-    """Wear makes surfaces conform; cells that have touched once touch for ever."""
-    problem = fretting(cells, **changes)
-    states = list(evolve(problem, [cycles]))
-    touching = [state.on(Workspace(problem), states[-1].geometry).in_contact for state in states]
-    for before, after in pairwise(touching):
-        assert not (before & ~after).any()
+    # Wear makes surfaces conform; cells that have touched once touch for ever.
+    if name in ELASTIC:
+        for before, after in pairwise([state.in_contact for state in moved]):
+            assert not (before & ~after).any()
 
 
 @pytest.mark.parametrize("name", ELASTIC)
@@ -143,9 +129,8 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name):
     assert areas[-1] < areas[0] or "first loading" in name
 
 
-@pytest.mark.parametrize("name", ["rough", "smooth capped", "nearly sliding"])
-def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name):
-    problem, states = runs[name]
+def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs):
+    problem, states = runs["rough capped"]
     windows = {state.geometry.shape for state in states}
     assert len(windows) > 1, "the run should outgrow its first window"
     for k in (0, 1, len(states) // 2, len(states) - 2):
@@ -160,12 +145,11 @@ def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["smooth", "rough capped", "capped under friction"])
-def test_quarter_and_whole_domain_wear_alike(name):
-    whole_run = {**RUNS[name], "roughness": uneven(RUNS[name].get("roughness"))}
+def test_quarter_and_whole_domain_wear_alike():
+    capped = RUNS["capped under friction"]
     one, four = (
         list(evolve(fretting(16, **changes), [800], accuracy=CONVERGED))
-        for changes in (RUNS[name], whole_run)
+        for changes in (capped, {**capped, "roughness": uneven(ROUGH)})
     )
     assert len(one) == len(four)
     for quarter, whole in zip(one, four, strict=True):
@@ -175,9 +159,8 @@ def test_quarter_and_whole_domain_wear_alike(name):
         np.testing.assert_array_equal(quarter.reduced.stick, folded(whole.reduced.stick))
 
 
-@pytest.mark.parametrize("name", ["smooth", "rough capped"])
-def test_a_growing_window_gives_what_a_large_one_gives(runs, name):
-    problem, states = runs[name]
+def test_a_growing_window_gives_what_a_large_one_gives(runs):
+    problem, states = runs["rough capped"]
     roomy = replace(problem, extent=(1.9 * A, 1.9 * A))
     *_, large = evolve(roomy, STOPS)
     small = states[-1].on(Workspace(problem), large.geometry)
@@ -218,42 +201,7 @@ def test_stops_are_met_to_the_last_bit_and_do_not_slow_down_the_next_step(runs):
     assert after.next_step >= before.next_step
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("surface", [SMOOTH, ROUGH])
-def test_pressure_of_cells_that_have_just_touched_is_that_of_far_shorter_steps(surface):
-    # A cell of a grid that touched just before keeps an error while its pressure grows from zero.
-    problem, stops = fretting(16, roughness=surface), (1000, 3000)
-    usual, fine = (
-        {state.cycle: state for state in evolve(problem, stops, tolerance)}
-        for tolerance in (0.01, 0.001)
-    )
-    for stop in stops:
-        pressure, exact = (run[stop].pressure for run in (usual, fine))
-        assert pressure.shape == exact.shape
-        loaded = exact > 0.02 * P0
-        off = np.abs(pressure - exact)[loaded] / exact[loaded]
-        assert off.max() < 0.15
-        assert (off > 0.03).mean() < 0.05
-
-
-@pytest.mark.parametrize(("surface", "limit"), [(SMOOTH, 0.8), (ROUGH, 1.2)])
-def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_good(surface, limit):
-    problem = fretting(20, roughness=surface, limit=limit)
-    state = first_loading(problem)
-    assert (state.plastic > 0).any()
-    assert (state.pressure[state.plastic > 0] == problem.plastic_limit).all()
-    # Once sunk, the shape carries the load without a limit, at the same pressure.
-    bodies = problem.half_space(state.geometry)
-    shape = problem.unworn(state.geometry) + state.plastic
-    again = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
-    np.testing.assert_allclose(again.pressure, state.pressure, atol=1e-4 * P0)
-    reduced = Jaeger().reduced(problem, Pressed.of(bodies, shape, state))
-    np.testing.assert_allclose(state.reduced.gap, reduced.gap, atol=3e-8 * HERTZ.approach)
-    unyielding = Jaeger().reduced(problem, Pressed.of(bodies, shape - state.plastic, state))
-    assert not np.allclose(reduced.gap, unyielding.gap, atol=1e-4 * HERTZ.approach)
-
-
-@pytest.mark.parametrize("even", EVEN)
+@pytest.mark.parametrize("even", [EVEN[0], EVEN[2]])
 def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
     problem = fretting(12, roughness=uneven(ROUGH, even), limit=1.2)
     *_, state = evolve(problem, [200])
@@ -278,9 +226,9 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
         assert gap[~inside].min() > 0
 
 
-@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
-def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(surface):
-    problem = fretting(16, roughness=surface)
+@pytest.mark.slow
+def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch():
+    problem = fretting(16, roughness=ROUGH)
     # A stage of x = 3 p₀/p0 + 7 p₁/p0.
     *_, base = evolve(problem, [200], 1e-3)
     window, known, nothing = base.geometry, 3.0 * base.pressure / P0, np.zeros_like(base.pressure)
@@ -301,9 +249,8 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(surface):
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
 
 
-@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
-def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface, monkeypatch):
-    problem = fretting(16, roughness=surface, limit=1.3)
+def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(monkeypatch):
+    problem = fretting(16, roughness=ROUGH, limit=1.3)
     *_, base = evolve(problem, [1200], 1e-3)
     known, nothing = 0.3 * base.pressure / P0, np.zeros(base.geometry.shape)
     steps = Evolution(problem, base, tolerance=1e-4)
@@ -344,12 +291,13 @@ def test_small_explicit_steps_are_met_within_the_tolerance(name, cycles):
     assert np.abs(found.pressure - pressure).sum() <= 0.002 * pressure.sum()
     # The extrapolation of a depth that starts and stops at cells of its own is worth 0.1 %.
     assert np.abs(found.plastic - plastic).sum() <= 0.002 * plastic.sum()
-    assert plastic.any() == (name not in ("smooth", "rough"))
+    assert plastic.any() == (name != "rough")
     np.testing.assert_array_equal(found.reduced.stick, fine.reduced_gap == 0)
     # Once the contact yields, the stick zone shrinks.
     assert (found.reduced.stick.sum() < start.reduced.stick.sum()) == ("capped" in name)
 
 
+@pytest.mark.slow
 def test_the_error_estimate_of_each_step_is_within_the_tolerance():
     """Within a quarter of it where all slides, as the pressure then errs more than the wear."""
     slides = DisplacementRatio(displacement_ratio=1.3).plain(FRICTION, COUPLING, HERTZ)
@@ -377,13 +325,10 @@ class TroubledSlip(Jaeger):
 
 @dataclass(frozen=True)
 class PoisonedSlip(Jaeger):
-    """A slip model whose gap after long steps is not a number."""
-
-    most: float = 1e-8
+    """A slip model whose gap after any wear is not a number."""
 
     def gap_after(self, gap, wear):
-        after = super().gap_after(gap, wear)
-        return np.where(wear > self.most, np.nan, after)
+        return np.where(wear > 0.0, np.nan, super().gap_after(gap, wear))
 
 
 def test_a_step_that_fails_is_halved_until_it_succeeds():
@@ -406,51 +351,16 @@ def test_a_run_that_cannot_go_on_names_cycle_and_residuals_and_keeps_the_last_st
         for state in evolve(fretting(12, slip_model=TroubledSlip(deepest=half_way)), [2000]):
             states.append(state)
     last = states[-1]
-    assert 500 < last.cycle < 2000
     assert f"no step after cycle {last.cycle:.6g} is accurate" in str(error.value)
     assert "the slip model does not go that far: residual 1.0e+00" in str(error.value)
-    assert f"has a residual of {last.residual:.1e}" in str(error.value)
     going_on = next(evolve(fretting(12), [2000], start=last))
-    assert going_on.cycle > last.cycle, "the last state is sound"
-    problem = fretting(12)
+    assert going_on.cycle > last.cycle > 500, "the last state is sound"
     with pytest.raises(WearError, match=r"the error is estimated as .*e-.* instead of 1.0e-15"):
-        list(evolve(problem, [2000], 1e-15, start=first_loading(problem)))
-    run = evolve(fretting(12, slip_model=PoisonedSlip(most=0.0)), [2000])
+        list(evolve(fretting(12), [2000], 1e-15))
+    run = evolve(fretting(12, slip_model=PoisonedSlip()), [2000])
     assert next(run).cycle == 0.0
     with pytest.raises(WearError, match="not finite"):
         next(run)
-
-
-def test_steps_to_values_that_are_not_finite_are_shortened_as_well():
-    states = list(evolve(fretting(12, slip_model=PoisonedSlip()), [20_000]))
-    assert states[-1].cycle == 20_000
-    assert len(states) > len(list(evolve(fretting(12), [20_000])))
-    for state in states:
-        values = state.pressure, state.gap, state.wear, state.plastic, state.reduced.gap
-        assert np.isfinite(values).all()
-
-
-@pytest.mark.slow
-def test_endless_wear_is_the_limiting_state():
-    """30000 cycles at 110 cells per Hertz radius."""
-    problem, limit = fretting(110, load_ratio=0.5), LimitingState(HERTZ, 0.5)
-    *_, last = evolve(problem, (100, 1000, 7000, 30000))
-    found, grid = measure(problem, last), last.geometry
-    assert found.central_pressure == near(limit.central_pressure, rel=5e-3)
-    assert found.wear_volume == near(limit.wear_volume, rel=0.01)
-    assert last.wear.max() == near(limit.deepest_wear, rel=0.01)
-    for width in (found.contact_half_width_x, found.contact_half_width_y):
-        assert width == near(limit.contact_radius, rel=0.01)
-    r = np.hypot(*np.meshgrid(grid.x, grid.y, indexing="ij"))
-    # Close to the edge of stick the limit is singular and no grid follows it.
-    inside = r < 0.8 * limit.stick_radius
-    np.testing.assert_allclose(last.pressure[inside], limit.pressure(r)[inside], rtol=0.01)
-    # Worn surfaces conform without pressure.
-    worn = (r > limit.stick_radius + A / 55) & (r < limit.contact_radius - A / 55)
-    assert last.pressure[worn].max() < 1e-3 * HERTZ.peak_pressure
-    assert last.gap[worn].max() < 1e-3 * HERTZ.approach
-    # The stick zone is made of whole cells.
-    assert np.abs(last.wear - limit.wear_depth(r)).sum() / last.wear.sum() < 0.01
 
 
 few = settings(max_examples=12)
@@ -469,7 +379,7 @@ def scaled(factor):
 @pytest.mark.slow
 @few
 @given(
-    factors=st.tuples(*map(scaled, (1e4, 1e3, 1e4, 3, 1.5, 100))),
+    factors=st.tuples(*map(scaled, (1e3, 1e3, 1e4, 3, 1.5, 100))),
     surface=st.sampled_from([SMOOTH, ROUGH]),
     limit=st.sampled_from([np.inf, 1.4]),
     ratio=st.floats(0.3, 0.9),
@@ -523,14 +433,13 @@ def test_more_tangential_load_wears_more_and_finer_cells_change_it_ever_less():
     assert changes[1] < 0.02
 
 
-@pytest.mark.parametrize("limit", [np.inf, 1.4])
-@pytest.mark.parametrize("even", EVEN)
-def test_turning_roughness_and_grid_turns_the_fields(limit, even):
+@pytest.mark.parametrize("even", EVEN[:2])
+def test_turning_roughness_and_grid_turns_the_fields(even):
     spacing = (A / 10, A / 14)
     surface = uneven(ROUGH, even)
     turned = Waves(ROUGH.amplitude, ROUGH.wavenumber_y, ROUGH.wavenumber_x, even[::-1])
     one, other = (
-        final(fretting(roughness=waves, limit=limit, spacing=cell), accuracy=CONVERGED)
+        final(fretting(roughness=waves, limit=1.4, spacing=cell), accuracy=CONVERGED)
         for waves, cell in ((surface, spacing), (turned, spacing[::-1]))
     )
     assert one.pressure.shape == other.pressure.shape[::-1]
