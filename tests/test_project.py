@@ -4,13 +4,9 @@ import ast
 import json
 import re
 import shutil
-import subprocess
-import sys
 import tomllib
-from itertools import chain
 from pathlib import Path
 
-import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -44,24 +40,6 @@ def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else()
     assert names == sorted(set(names))
 
 
-def test_a_wheel_brings_all_that_init_writes(tmp_path):
-    pytest.importorskip("setuptools", minversion="77")
-    for part in ("setup.py", "pyproject.toml", "README.md", "LICENSE", "Snakefile"):
-        shutil.copy(REPOSITORY / part, tmp_path)
-    for part in ("src", "profiles", "studies"):
-        ignored = shutil.ignore_patterns("*.so", "__pycache__", "*.egg-info")
-        shutil.copytree(REPOSITORY / part, tmp_path / part, ignore=ignored)
-    command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", "built"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    built = tmp_path / "built/fretwear"
-    written = (REPOSITORY.glob(f"{part}/**/*.*") for part in ("profiles", "studies"))
-    for file in chain([REPOSITORY / "Snakefile"], *written):
-        copy = built / "workspace" / file.relative_to(REPOSITORY)
-        assert copy.read_bytes() == file.read_bytes()
-    for file in (REPOSITORY / "src/fretwear").rglob("*.py"):
-        assert (built / file.relative_to(REPOSITORY / "src/fretwear")).exists()
-
-
 def test_version_and_license_are_the_same_everywhere():
     citation = yaml.safe_load(text_of("CITATION.cff"))
     told = re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)[1]
@@ -79,55 +57,14 @@ def test_version_and_license_are_the_same_everywhere():
     assert cited == {*re.findall(r"@article{(\w+),", text_of("paper/paper.bib"))}
 
 
-def test_the_one_wheel_of_a_release_is_tried_on_every_system():
-    release = yaml.safe_load(text_of(".github/workflows/release.yml"))
-    systems = release["jobs"]["try"]["strategy"]["matrix"]["system"]
-    assert {system.split("-")[0] for system in systems} == {"ubuntu", "macos", "windows"}
-
-
-DANGEROUS = {"pickle", "marshal", "shelve", "dill", "eval", "exec", "system"}
-DANGEROUS |= {"unsafe_load", "full_load"}
-
-
-def test_nothing_that_is_read_can_run():
-    sources = [*(REPOSITORY / "src").rglob("*.py")]
-    assert len(sources) > 50
-    for source in sources:
-        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
-            names = {getattr(node, "id", ""), getattr(node, "attr", "")}
-            if isinstance(node, ast.Import):
-                names = {alias.name for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
-                names = {node.module or ""}
-            elif isinstance(node, ast.keyword):
-                if node.arg == "allow_pickle":
-                    assert isinstance(node.value, ast.Constant), source
-                    assert node.value.value is False, source
-                names = {"system"} if node.arg == "shell" else set()
-            assert not names & DANGEROUS, (source, names)
-
-
 COMPUTING = ("mechanics/contact/problem.py", "theory/__init__.py", "quantity.py", "tables.py")
-DRIVERS = (
-    "study/case.py",
-    "study/cycles.py",
-    "study/spacing.py",
-    "run/simulate.py",
-    "data/labels.py",
-)
+COMPUTING += ("study/case.py", "study/cycles.py", "study/spacing.py", "run/simulate.py")
 # Reached from a run, but of no effect on its numbers beyond the parameters that its file names.
 READING = ("arrays.py", "units.py", "study/parameters.py", "study/problems.py")
 READING += ("study/materials.py", "study/designs.py", "study/study.py", "study/yamlfile.py")
-READING += ("plugins.py",)
-CHECKING = ("study/rules.py", "study/case_warnings.py", "study/plan.py", "run/resources.py")
-OUTSIDE = (
-    "study/reading.py",
-    "figures/maps.py",
-    "report/build.py",
-    "cli/show.py",
-    "run/cases.py",
-)
-OTHERS = (*READING, *CHECKING, *OUTSIDE)
+READING += ("plugins.py", "study/rules.py", "study/case_warnings.py", "study/plan.py")
+READING += ("run/resources.py", "data/dataset.py", "platform.py", "version.py")
+OTHERS = (*READING, "study/reading.py", "figures/maps.py", "report/build.py", "cli/show.py")
 
 
 def reached(module, known):
@@ -145,14 +82,8 @@ def reached(module, known):
 
 
 def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
-    covered = version.SOURCES
-    others = {
-        name
-        for name in reached("run/simulate.py", set())
-        if not name.startswith(covered) and not name.endswith("__init__.py")
-    }
-    # What mirrors and opens datasets, and the version itself, come after the numbers.
-    assert others <= {*READING, *CHECKING, "data/dataset.py", "platform.py", "version.py"}
+    for name in reached("run/simulate.py", set()):
+        assert name.startswith(version.SOURCES) or name.endswith("__init__.py") or name in READING
 
 
 def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
@@ -163,7 +94,7 @@ def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
     shutil.copytree(Path(fretwear.__file__).parent, copy, ignore=ignored)
     monkeypatch.setattr("fretwear.version.__file__", str(copy / "version.py"))
     # Wherever the same sources lie, and whatever draws or reports.
-    for name in (*OTHERS, *COMPUTING, *DRIVERS, "mechanics/new.py"):
+    for name in (*OTHERS, *COMPUTING, "mechanics/new.py"):
         with (copy / name).open("ab") as stream:
             stream.write(b"\nnew = 1\n")
         digests.append(code_digest.__wrapped__())
@@ -179,12 +110,10 @@ def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
     monkeypatch.setattr("fretwear.version.SOURCES", ("theory",))
 
     def digest(body, folder="fretwear/theory", packages=()):
-        write(tmp_path / folder / "law.py", body)
-        return code_digest.__wrapped__(*packages)
-
-    def write(file, body):
+        file = tmp_path / folder / "law.py"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(body)
+        return code_digest.__wrapped__(*packages)
 
     code = "def law(p):\n    return '# p' + p\n"
     same = '"""Laws."""\n\ndef law(p):  # of wear\n    """A law."""\n    return \'# p\' + p  # Pa\n'

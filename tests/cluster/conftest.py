@@ -1,7 +1,6 @@
 """The workflow as a user has it, in a folder of its own."""
 
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -16,12 +15,6 @@ import yaml
 from ..studies import write_study
 
 REPOSITORY = Path(__file__).parents[2]
-PAGE = REPOSITORY / "docs/how-to/cluster.md"
-
-
-def documented_commands():
-    blocks = re.findall(r"^```bash\n(.*?)^```$", PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
-    return "".join(blocks).splitlines()
 
 
 def eventually(condition, seconds, what):
@@ -80,13 +73,6 @@ class Checkout:
 
     def write_study(self, name, content):
         return write_study(self.folder / f"studies/{name}.yaml", content)
-
-    def write_one_case(self, name, **base):
-        """Write a study of one case that differs from the default one in some parameters."""
-        base = {**self.demo["base"], **base}
-        cycles = [each for each in self.demo["output"]["cycles"] if each <= base["cycles"]]
-        study = {"title": f"One case: {name}", "base": base, "output": {"cycles": cycles}}
-        return self.write_study(name, study)
 
     def start(self, command):
         self.running.append(Workflow(self.folder, command))
