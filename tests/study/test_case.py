@@ -128,6 +128,13 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     assert all(part in message for part in parts)
 
 
+def test_a_contact_may_be_as_wide_as_a_fifth_of_the_radius():
+    """Half-space theory ends there; Hertz: a³ = 3PR/4E*."""
+    largest = 4 / 3 * steel().composite_modulus * 0.2**3 * 10e-3**2
+    assert steel(load=0.99 * largest).hertz_radius < 2e-3
+    assert "more than 2 mm, the most in half-space theory" in refusal(load=1.01 * largest)
+
+
 def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves():
     dx, dy = steel().grid_spacing
     assert dx == dy == float(f"{dx:.1e}") == near(2.3e-6)
