@@ -7,21 +7,21 @@ which page and figures are written, so that a page can be rewritten without meas
 import argparse
 import json
 import math
+import platform
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear.figures import save_figure
-from fretwear.figures.style import CATEGORICAL, MARKERS, MUTED
 
 ROOT = Path(__file__).resolve().parents[1]
 DIGITS = 6
@@ -114,12 +114,6 @@ class Page:
         Text above the sections, with ``{names}`` of these and ``{minutes}`` that they took.
     sections
         What it is made of.
-    surroundings
-        What is kept of machine and versions beside the data of a section.
-    footer
-        A line below a section, from its stored data.
-    clock
-        Measures the seconds that a section takes.
     front
         What a reader sees first, from the stored data: text and figures of a page ``docs/NAME.md``.
         The page of the sections is then ``docs/DETAILS.md``.
@@ -130,9 +124,6 @@ class Page:
     name: str
     introduction: str
     sections: tuple[Section, ...]
-    surroundings: Callable[[], Data]
-    footer: Callable[[Data], str]
-    clock: Callable[[], float] = time.perf_counter
     front: Front | None = None
     details: str = ""
 
@@ -144,15 +135,17 @@ class Page:
     def measure(self, docs: Path, section: Section) -> None:
         """Measure a section and keep its data; if a library is missing, the old data stay."""
         print(f"== {section.title}", flush=True)
-        surroundings, started = self.surroundings(), self.clock()
+        started = time.process_time()
         try:
             data = section.measure()
         except ModuleNotFoundError as missing:
             print(f"skipped: {missing.name} is not installed")
             return
-        seconds = round(self.clock() - started)
+        seconds = round(time.process_time() - started)
         print(f"{seconds} s", flush=True)
-        entry = {**surroundings, "seconds": seconds, "data": rounded(data)}
+        versions = {name: version(name) for name in ("fretwear", "numpy", "scipy")}
+        versions = {"Python": platform.python_version(), **versions}
+        entry = {"versions": versions, "seconds": seconds, "data": rounded(data)}
         write_json(docs / f"{self.name}.json", self.load(docs) | {section.name: entry})
 
     def render(self, entries: Data) -> str:
@@ -169,8 +162,9 @@ class Page:
                 return f"![{section.title}](images/{self.name}/{stem}.svg)"
 
             body = re.sub(r"\{figure(?::(\w+))?\}", image, section.text(entry["data"])).rstrip()
-            versions = f"\n\n*{footer}*" if (footer := self.footer(entry)) else ""
-            parts.append(f"## {section.title}\n\n{body}{versions}\n")
+            versions = ", ".join(f"{name} {number}" for name, number in entry["versions"].items())
+            footer = f"*{entry['seconds']} s of one core; {versions}*"
+            parts.append(f"## {section.title}\n\n{body}\n\n{footer}\n")
         head = self.introduction.format(
             minutes=-(-seconds // 60),
             names=", ".join(f"`{section.name}`" for section in self.sections),
@@ -281,31 +275,6 @@ def scientific(value: float, form: str = ".0e") -> str:
 def worst(deviations: Iterable[float]) -> float:
     """The deviation that is largest in size, with its sign."""
     return max(deviations, key=abs)
-
-
-def points(
-    axes: Axes, x: Sequence[float], y: Sequence[float], index: int, label: str, **options: Any
-) -> None:
-    """Points of one series joined by a line, in the series' color and marker."""
-    marker, color = MARKERS[index % len(MARKERS)], CATEGORICAL[index % len(CATEGORICAL)]
-    axes.plot(x, y, marker=marker, color=color, label=label, **options)
-
-
-def slope_guide(axes: Axes, x: Sequence[float], start: float, order: float, label: str) -> None:
-    """A thin line that grows like x to a power through (x[0], start)."""
-    first, last = x[0], x[-1]
-    end = start * (last / first) ** order
-    axes.plot([first, last], [start, end], color=MUTED, lw=0.7, ls=(0, (4, 2)))
-    axes.annotate(label, (last, end), color=MUTED, fontsize=6.5, ha="left", va="center")
-
-
-def allowed(axes: Axes, deviation: float, label: str) -> None:
-    """Shade the deviations that are allowed."""
-    axes.axhspan(-deviation, deviation, color="#eaf3ea", lw=0, zorder=0)
-    axes.annotate(
-        label, (1.0, deviation), xycoords=("axes fraction", "data"), fontsize=6.5, color=MUTED,
-        ha="right", va="bottom", xytext=(-2, 1), textcoords="offset points",
-    )  # fmt: skip
 
 
 def order_of(spacing: Sequence[float], error: Sequence[float]) -> float:

@@ -1,8 +1,6 @@
 """The page docs/experiments.md: run ``python -m benchmarks.experiments``."""
 
-import platform
 import sys
-import time
 from itertools import count
 
 from benchmarks.experiments import coating, flat_on_flat, proposed, steel, titanium
@@ -76,19 +74,7 @@ the studies are `studies/experiments/*.yaml`, with the measurements beside them,
 """
 
 
-def surroundings() -> Data:
-    """Versions beside the data."""
-    return {"python": platform.python_version(), "version": fretwear.__version__}
-
-
-PAGE = Page(
-    "experiments",
-    INTRODUCTION,
-    SECTIONS,
-    surroundings,
-    lambda _: "",
-    time.process_time,
-)
+PAGE = Page("experiments", INTRODUCTION, SECTIONS)
 
 if __name__ == "__main__":
     sys.exit(PAGE.main())

@@ -9,7 +9,7 @@ from benchmarks.experiments.measurements import (
     rows,
     solved,
 )
-from benchmarks.pages import Check, Data, Section
+from benchmarks.pages import Data, Section
 
 
 def measure_fouvry2007() -> Data:
@@ -56,9 +56,5 @@ SECTIONS = (
         "Ball on a coating, Fouvry 2007",
         measure_fouvry2007,
         text_fouvry2007,
-        lambda data: [
-            Check(each["label"], each["computed"] / each["measured"] - 1, data["scatter"])
-            for each in data["points"]
-        ],
     ),
 )

@@ -20,7 +20,7 @@ from benchmarks.experiments.measurements import (
     volumes,
     width_at,
 )
-from benchmarks.pages import Check, Data, Section, percent, table
+from benchmarks.pages import Data, Section, percent, table
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
@@ -338,28 +338,12 @@ def figure_arnaud(data: Data) -> dict[str, Figure]:
     return figures
 
 
-def checks_arnaud(data: Data) -> list[Check]:
-    by_label = {each["label"]: each["computed"] / each["measured"] - 1 for each in data["points"]}
-    w = data["shapes"]["W"]
-    found = w["computed"]["0.9"]
-    return [
-        Check("U, depth", by_label["U, depth"], 0.1),
-        Check("U, half-width", by_label["U, half-width"], 0.1),
-        Check("W, centre, over 10 µm", (found["centre"] - w["centre"]) / 10.0, 1.0),
-        Check("W, maxima, over 10 µm", (found["deepest"] - w["deepest"]) / 10.0, 1.0),
-        Check("W, half-width", by_label["W, half-width"], 0.05),
-    ]
-
-
 SECTIONS = (
     Section(
         "laws",
         "Two laws for Ti-6Al-4V",
         measure_laws,
         text_laws,
-        lambda data: [
-            Check(f"rms of the f series, {name}", each["rms"], 0.08) for name, each in data.items()
-        ],
         on_request=True,
     ),
     Section(
@@ -367,40 +351,27 @@ SECTIONS = (
         "Ti-6Al-4V, Fouvry 2017",
         measure_fouvry2017,
         text_fouvry2017,
-        lambda data: [
-            Check(f"rms of held-out repeats, {name}", deviation(points, HELD_OUT), 0.35)
-            for name, points in data["laws"].items()
-        ],
-        figure_volumes,
+        figures=figure_volumes,
     ),
     Section(
         "vanpeteghem2011",
         "Ti-6Al-4V, van Peteghem 2011",
         measure_vanpeteghem,
         text_vanpeteghem,
-        lambda data: [
-            Check(f"rms of nine tests, {name}", deviation(data["laws"][name]), most)
-            for name, most in (("falling", 0.25), ("rim and core", 0.2))
-        ],
-        figure_volumes,
+        figures=figure_volumes,
     ),
     Section(
         "pulsating",
         "Ti-6Al-4V, pulsating and opening load",
         measure_pulsating,
         text_pulsating,
-        lambda data: [
-            Check(f"share of 23 tests more than 30 % off, {name}", outside(points), 0.3)
-            for name, points in data["laws"].items()
-        ],
-        figure_volumes,
+        figures=figure_volumes,
     ),
     Section(
         "arnaud2021",
         "U and W scars, Arnaud 2021",
         measure_arnaud,
         text_arnaud,
-        checks_arnaud,
-        figure_arnaud,
+        figures=figure_arnaud,
     ),
 )

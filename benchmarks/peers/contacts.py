@@ -5,19 +5,21 @@ operator for free surfaces, named to the solver; ContactMechanics with its free 
 solver object keeps model and Green's function. A warm start is the pressure of the solve before:
 tamaas starts from the traction in its model, ContactMechanics from the forces it is given.
 
-`compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual.
+`compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual. Each
+peer has the largest tolerance with which it reaches the residual.
 """
 
 import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
+from statistics import median
 from typing import Any, ClassVar
 
 import numpy as np
-from benchmarks.cases import MARGIN, study_case
-from benchmarks.clock import Spent, Stopwatch, middle
+from benchmarks.cases import study_case
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import ContactProblem
@@ -56,7 +58,6 @@ class Peer(ABC):
     """
 
     name: ClassVar[str]
-    settings: ClassVar[str]
 
     def __init__(self, window: Grid, modulus: float, tolerance: float) -> None:
         if any(window.even):
@@ -89,7 +90,6 @@ class Tamaas(Peer):
     """The solver of Polonsky, Keer and Rey."""
 
     name = "tamaas"
-    settings = "PolonskyKeerRey, pressure as the variable, operator of registerNonPeriodic"
 
     def _make(self, modulus: float) -> None:
         import tamaas
@@ -124,7 +124,6 @@ class ContactMechanics(Peer):
     """The constrained conjugate gradients of Polonsky and Keer."""
 
     name = "ContactMechanics"
-    settings = "minimize_proxy of a NonSmoothContactSystem on a FreeFFTElasticHalfSpace"
 
     def _make(self, modulus: float) -> None:
         from ContactMechanics import FreeFFTElasticHalfSpace
@@ -192,40 +191,25 @@ def unfolded(field: Array) -> Array:
 
 RESIDUAL = 1e-6
 TUNING_CELLS = 128
-_LADDER = tuple(10.0 ** (-0.5 * step) for step in range(8, 19))
+_MARGIN = 1.15  # half-width of the window over the Hertz radius
+_LADDER = tuple(10.0 ** (-0.5 * step) for step in range(8, 21))
 
-
-@dataclass(frozen=True)
-class Contestant:
-    """Someone who can solve the contact from nothing.
-
-    Parameters
-    ----------
-    name
-        Name and version of the library, and what it is given.
-    settings
-        How it is driven.
-    solve
-        Makes everything that it needs and returns the pressure, Pa, on the whole window.
-    """
-
-    name: str
-    settings: str
-    solve: Callable[[], Array]
+Solver = Callable[[], Array]
+"""Makes everything that it needs and returns the pressure, Pa, on the whole window."""
 
 
 def sphere(cells: int, *, quarter: bool = False) -> ContactProblem:
     """The smooth first loading on so many whole cells along x and y."""
     case = study_case()
     problem = simulate.wear_problem(case)
-    width = MARGIN * case.hertz_radius
+    width = _MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
     bodies = window.half_space(problem.bodies.composite_modulus)
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 
-def own(cells: int, *, quarter: bool) -> Contestant:
+def own(cells: int, *, quarter: bool) -> Solver:
     """This simulator's solver, on the quarter or on the whole window."""
 
     def solve() -> Array:
@@ -233,11 +217,10 @@ def own(cells: int, *, quarter: bool) -> Contestant:
         pressure = solve_contact(problem, tolerance=RESIDUAL).pressure
         return unfolded(pressure) if quarter else pressure
 
-    part = "quarter" if quarter else "whole window"
-    return Contestant(f"fretwear, {part}", f"solve_contact, tolerance {RESIDUAL:g}", solve)
+    return solve
 
 
-def other(kind: type[Peer], cells: int, tolerance: float) -> Contestant:
+def other(kind: type[Peer], cells: int, tolerance: float) -> Solver:
     """A peer on the whole window."""
     problem = sphere(cells)
     modulus = simulate.wear_problem(study_case()).bodies.composite_modulus
@@ -246,62 +229,39 @@ def other(kind: type[Peer], cells: int, tolerance: float) -> Contestant:
         peer = kind(problem.half_space.geometry, modulus, tolerance)
         return peer.solve(problem.shape, problem.load).pressure
 
-    return Contestant(kind.title(), f"{kind.settings}, tolerance {tolerance:.1e}", solve)
+    return solve
 
 
-def tuned(kind: type[Peer], cells: int, target: float = RESIDUAL) -> float:
-    """The largest tolerance with which a peer reaches a residual, on so many cells."""
+def tuned(kind: type[Peer], cells: int, largest: float = 1.0) -> float:
+    """The largest tolerance, up to another one, with which a peer reaches the residual."""
     problem = sphere(cells)
-    for tolerance in _LADDER:
-        if residual(problem, other(kind, cells, tolerance).solve()) <= target:
+    for tolerance in (each for each in _LADDER if each <= largest):
+        if residual(problem, other(kind, cells, tolerance)()) <= RESIDUAL:
             return tolerance
     return _LADDER[-1]
 
 
-@dataclass(frozen=True)
-class Result:
-    """Median times of one contestant, s, and the residual of its pressure."""
-
-    name: str
-    settings: str
-    time: Spent
-    residual: float
-
-    def as_json(self) -> dict[str, Any]:
-        times = {"cpu": self.time.cpu, "wall": self.time.wall}
-        return {"name": self.name, "settings": self.settings, "residual": self.residual} | times
-
-
-def compare(cells: int = 512, repeats: int = 3) -> list[Result]:
-    """Everyone in turn, several times; the fastest of this simulator first.
-
-    Each peer runs with the largest tolerance that gives the residual: found on fewer cells, made
-    smaller here as long as it does not.
-    """
+def compare(cells: int = 512, repeats: int = 3) -> list[dict[str, Any]]:
+    """Median processor seconds and residual of everyone, who solve in turn; ours first."""
     import tamaas
 
     tamaas.initialize(1)
     problem = sphere(cells)
-    contestants = [own(cells, quarter=quarter) for quarter in (True, False)]
-    residuals = {}
+    solvers = {
+        "fretwear, quarter": own(cells, quarter=True),
+        "fretwear, whole window": own(cells, quarter=False),
+    }
     for kind in PEERS:
-        tolerance = tuned(kind, min(cells, TUNING_CELLS))
-        while True:
-            peer = other(kind, cells, tolerance)
-            residuals[peer.name] = residual(problem, peer.solve())
-            if residuals[peer.name] <= RESIDUAL or tolerance < 1e-10:
-                break
-            tolerance /= math.sqrt(10.0)
-        contestants.append(peer)
-    for contestant in contestants[:2]:
-        residuals[contestant.name] = residual(problem, contestant.solve())
-    times: dict[str, list[Spent]] = {contestant.name: [] for contestant in contestants}
+        on_few = tuned(kind, min(cells, TUNING_CELLS))
+        solvers[kind.title()] = other(kind, cells, tuned(kind, cells, on_few))
+    residuals = {name: residual(problem, solve()) for name, solve in solvers.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in solvers}
     for _ in range(repeats):
-        for contestant in contestants:
-            watch = Stopwatch()
-            contestant.solve()
-            times[contestant.name].append(watch.read())
+        for name, solve in solvers.items():
+            started = time.process_time()
+            solve()
+            seconds[name].append(time.process_time() - started)
     return [
-        Result(one.name, one.settings, middle(times[one.name]), residuals[one.name])
-        for one in contestants
+        {"name": name, "residual": residuals[name], "cpu": median(spent)}
+        for name, spent in seconds.items()
     ]

@@ -8,14 +8,15 @@ and from the length that a step may have all along it. Shapes and pressures to s
 of this simulator's own run, whose time is what the sum is compared with.
 """
 
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
 from benchmarks.cases import smooth_case
-from benchmarks.clock import Stopwatch, middle
 from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned, unfolded
 
 from fretwear.arrays import Array
@@ -162,10 +163,10 @@ def timed_steps(loop: Loop, cycles: float, count: int) -> float:
     loop.step(cycles)
     times = []
     for _ in range(count):
-        watch = Stopwatch()
+        started = time.process_time()
         loop.step(cycles)
-        times.append(watch.read())
-    return middle(times).cpu
+        times.append(time.process_time() - started)
+    return median(times)
 
 
 def along(cycles: Array, values: Sequence[float]) -> Array:
@@ -183,67 +184,38 @@ def whole_run(lengths: Sequence[float], seconds: Sequence[float]) -> tuple[float
     return float(np.trapezoid(density, cycles)), float(np.trapezoid(spent, cycles))
 
 
-def compare(
-    cells_on_radius: float = 128.0,
-    steps: int = 3,
-    targets: Sequence[float] = (1e-6, 1e-4),
-) -> dict[str, Any]:
+def compare(cells_on_radius: float = 128.0, steps: int = 3) -> dict[str, Any]:
     """This simulator's whole run beside the extrapolated runs of the peers, one thread each."""
     case = smooth_case(cells_on_radius, slip_model="jaeger")  # as the loops have it
     problem = simulate.wear_problem(case, Grid)
     own = []
     for _ in range(3):
-        watch = Stopwatch()
+        started = time.process_time()
         state = deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
-        own.append(watch.read())
-    states = sampled(problem, case.tolerance)
+        own.append(time.process_time() - started)
     coarse_case = smooth_case(min(cells_on_radius, _TRIAL_CELLS), slip_model="jaeger")
     trial = simulate.wear_problem(coarse_case, Grid)
+    states, coarse = (
+        [s for s in evolve(of, CYCLES[1:], case.tolerance) if s.cycle in CYCLES]
+        for of in (problem, trial)
+    )
     # The estimate goes with the spacing; how far beyond it a loop can go is found on fewer cells.
-    factors = [
-        longest_step(trial, coarse) / estimated_step(trial, coarse)
-        for coarse in sampled(trial, case.tolerance)
+    lengths = [
+        estimated_step(problem, state) * longest_step(trial, few) / estimated_step(trial, few)
+        for state, few in zip(states, coarse, strict=True)
     ]
-    limits = [estimated_step(problem, state) for state in states]
-    longer = [factor * limit for factor, limit in zip(factors, limits, strict=True)]
     nx, ny = states[-1].geometry.shape
     window = Grid((2 * nx, 2 * ny), problem.spacing, even=(False, False))
     rows = []
     for kind in PEERS:
-        for target in targets:
-            tolerance = tuned(kind, TUNING_CELLS, target)
-            made = [kind(window, problem.bodies.composite_modulus, tolerance) for _ in range(2)]
-            peers = (made[0], made[1])
-
-            def timed(lengths: Sequence[float], peers: tuple[Peer, Peer] = peers) -> dict[str, Any]:
-                seconds = [
-                    timed_steps(peer_loop(peers, problem, state), length, steps)
-                    for state, length in zip(states, lengths, strict=True)
-                ]
-                total, time = whole_run(lengths, seconds)
-                ratio = time / middle(own).cpu
-                return {"step": seconds, "steps": total, "seconds": time, "ratio": ratio}
-
-            rows.append(
-                {
-                    "name": kind.title(),
-                    "residual": target,
-                    "tolerance": tolerance,
-                    "limit": timed(limits),
-                    "longer": timed(longer),
-                }
-            )
-    return {
-        "own": {"steps": state.step, "cpu": middle(own).cpu, "wall": middle(own).wall},
-        "cells": list(window.shape),
-        "cells_on_radius": cells_on_radius,
-        "at": CYCLES,
-        "limits": limits,
-        "longer": longer,
-        "peers": rows,
-    }
-
-
-def sampled(problem: WearProblem, tolerance: float) -> list[State]:
-    """The states of a run of this simulator at `CYCLES`."""
-    return [s for s in evolve(problem, CYCLES[1:], tolerance) if s.cycle in CYCLES]
+        tolerance = tuned(kind, TUNING_CELLS)
+        full, reduced = (
+            kind(window, problem.bodies.composite_modulus, tolerance) for _ in range(2)
+        )
+        seconds = [
+            timed_steps(peer_loop((full, reduced), problem, state), length, steps)
+            for state, length in zip(states, lengths, strict=True)
+        ]
+        total, spent = whole_run(lengths, seconds)
+        rows.append({"name": kind.title(), "steps": total, "seconds": spent})
+    return {"own": {"steps": state.step, "cpu": median(own)}, "peers": rows}

@@ -1,11 +1,8 @@
 """The page docs/verification.md: run ``python -m benchmarks.verification``."""
 
-import platform
 import sys
-import time
-from importlib.metadata import version
 
-from benchmarks.pages import Data, Page
+from benchmarks.pages import Page
 from benchmarks.verification import (
     closed_forms,
     convergence,
@@ -45,25 +42,10 @@ of a; "capped" is p ≤ 4500 MPa. Deviations are signed: computed over reference
 """
 
 
-def surroundings() -> Data:
-    """Versions of the software and its libraries."""
-    packages = {name: version(name) for name in ("fretwear", "numpy", "scipy")}
-    return {"versions": {"Python": platform.python_version(), **packages}}
-
-
-def footer(entry: Data) -> str:
-    """Time and versions."""
-    versions = ", ".join(f"{name} {number}" for name, number in entry["versions"].items())
-    return f"{entry['seconds']} s of one core; {versions}"
-
-
 PAGE = Page(
     "verification",
     INTRODUCTION,
     tuple(part.SECTION for part in PARTS),
-    surroundings,
-    footer,
-    time.process_time,
     trust.FRONT,
     "checks",
 )

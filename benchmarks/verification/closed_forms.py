@@ -1,21 +1,9 @@
 """The unworn smooth sphere: Hertz, Cattaneo and Mindlin against the spacing."""
 
 import numpy as np
-from benchmarks.pages import (
-    Check,
-    Data,
-    Section,
-    order_of,
-    percent,
-    points,
-    slope_guide,
-    table,
-    worst,
-)
-from matplotlib.figure import Figure
+from benchmarks.pages import Check, Data, Section, order_of, percent, table, worst
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 
-from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.theory import PartialSlip
@@ -41,7 +29,6 @@ REQUIRED = {
     "slip": 1e-2,
     "energy": 5e-3,
 }
-HERTZIAN = ("peak_pressure", "approach", "half_width", "area", "pressure")
 TANGENTIAL = ("stick_area", "displacement", "slip", "energy")
 
 
@@ -109,8 +96,6 @@ The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949) at X 
 largest deviation at a/{REQUIRED_AT} for X = {ratios}. Slip is compared in every cell between stick and contact radius.
 
 {found}
-
-{{figure:orders}}
 """
 
 
@@ -118,25 +103,4 @@ def _order(spacing: list[float], errors: list[float]) -> str:
     return f"{order_of(spacing, errors):.1f}" if min(errors) * max(errors) > 0 else "–"
 
 
-@styled
-def figures(data: Data) -> dict[str, Figure]:
-    figure = JournalFigure(2, 70)
-    left, right = figure.subplots(1, 2, sharey=True)
-    spacing = [1 / row["cells"] for row in data["spacings"]]
-    for axes, names in ((left, HERTZIAN), (right, TANGENTIAL)):
-        for index, name in enumerate(names):
-            errors = [100 * abs(row[name]) for row in data["spacings"]]
-            points(axes, spacing, errors, index, NAMES[name])
-        slope_guide(axes, spacing[::-1], 2e-5, 1.0, "h")
-        slope_guide(axes, spacing[::-1], 2e-5, 2.0, "h²")
-        axes.set(xscale="log", yscale="log", xlabel="spacing h/a")
-        axes.set_xticks([1 / 32, 1 / 64, 1 / 128, 1 / 220], ["1/32", "1/64", "1/128", "1/220"])
-        axes.minorticks_off()
-        axes.margins(x=0.08)
-        axes.legend(loc="upper left")
-    left.set(ylabel="deviation (%)", ylim=(3e-6, 100), title="Hertz")
-    right.set_title("Cattaneo and Mindlin")
-    return {"orders": figure}
-
-
-SECTION = Section("closed_forms", "Closed forms of the unworn sphere", run, text, checks, figures)
+SECTION = Section("closed_forms", "Closed forms of the unworn sphere", run, text, checks)

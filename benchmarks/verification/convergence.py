@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
+from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.verification.problems import snapshots, study_case
-from matplotlib.figure import Figure
 
-from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.run.simulate import wear_problem
@@ -46,18 +44,12 @@ def halved(problem: WearProblem) -> WearProblem:
     return replace(problem, spacing=(dx / 2, dy / 2))
 
 
-def doubled(problem: WearProblem) -> WearProblem:
-    dx, dy = problem.spacing
-    return replace(problem, spacing=(2 * dx, 2 * dy))
-
-
 def compare(*, rough: bool) -> Data:
     problem = wear_problem(study_case(rough=rough), Grid)
     return {
         "default": results(problem, TOLERANCE),
         "tolerance": results(problem, TOLERANCE / 2),
         "spacing": results(halved(problem), TOLERANCE),
-        "coarse": results(doubled(problem), TOLERANCE),
     }
 
 
@@ -100,8 +92,6 @@ The study's contact at X = 0.8, capped at 4500 MPa, on a grid ({_size(data["smoo
 {_size(data["rough"]["default"])} rough), against half the tolerance and half the spacing. Largest change at {", ".join(f"{n:.0f}" for n in CYCLES)} cycles:
 
 {table(["", *(f"half the {finer}" for finer in FINER)], rows)}
-
-{{figure:changes}}
 """
 
 
@@ -110,29 +100,4 @@ def _size(run: Data) -> str:
     return f"{dx:.2g} µm" if dx == dy else f"{dx:.2g} µm × {dy:.2g} µm"
 
 
-@styled
-def figures(data: Data) -> dict[str, Figure]:
-    figure = JournalFigure(2, 66)
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, kind in zip(panels, ("smooth", "rough"), strict=True):
-        case = data[kind]
-        shown = {name: NAMES[name] for name in list(NAMES)[:4]}
-        for index, (name, label) in enumerate(shown.items()):
-            finest = case["spacing"]["values"][name][-1]
-            errors = [
-                100 * (case[size]["values"][name][-1] / finest - 1)
-                for size in ("coarse", "default", "spacing")
-            ]
-            points(axes, [2, 1, 0.5], errors, index, label)
-        allowed(axes, 100 * REQUIRED, "allowed")
-        axes.set(xscale="log", title=f"{kind}, capped, N = {CYCLES[-1]:.0f}")
-        axes.set_xlabel("spacing over the default")
-        axes.set_xticks([0.5, 1, 2], ["½", "1", "2"])
-        axes.minorticks_off()
-        axes.margins(x=0.1)
-    panels[0].set_ylabel("deviation from half the spacing (%)")
-    panels[0].legend(loc="lower left")
-    return {"changes": figure}
-
-
-SECTION = Section("convergence", "Capped runs: tolerance and spacing", run, text, checks, figures)
+SECTION = Section("convergence", "Capped runs: tolerance and spacing", run, text, checks)

@@ -1,12 +1,9 @@
 """The smooth elastic sphere after 30000 cycles against the limit of infinitely many."""
 
-import numpy as np
-from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
+from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.verification.problems import DEPTH, VOLUME, Snapshot, snapshots
-from matplotlib.figure import Figure
 from tests.mechanics.problems import HERTZ, P0, A, fretting
 
-from fretwear.figures.style import JournalFigure, styled
 from fretwear.theory import LimitingState
 
 CYCLES = 30000.0
@@ -31,7 +28,6 @@ def values(snapshot: Snapshot) -> dict[str, float]:
     return {
         "central_pressure": found.central_pressure / P0,
         "deepest_wear": snapshot.deepest_wear / DEPTH,
-        "deepest_mean_wear": snapshot.deepest_mean_wear / DEPTH,
         "wear_volume": found.wear_volume / VOLUME,
         "half_width": found.contact_half_width_x / A,
     }
@@ -43,14 +39,9 @@ def limits(ratio: float) -> dict[str, float]:
     return {
         "central_pressure": state.central_pressure / P0,
         "deepest_wear": state.deepest_wear / DEPTH,
-        "deepest_mean_wear": state.deepest_wear / DEPTH,
         "wear_volume": state.wear_volume / VOLUME,
         "half_width": state.contact_radius / A,
     }
-
-
-def worn(cells: float, ratio: float) -> dict[str, float]:
-    return values(_last(cells, ratio))
 
 
 def _last(cells: float, ratio: float) -> Snapshot:
@@ -75,7 +66,7 @@ def run() -> Data:
             "whole": whole,
             "position": position / count,
             "cells": (whole + position / count) / stick,
-            **worn((whole + position / count) / stick, NARROW),
+            **values(_last((whole + position / count) / stick, NARROW)),
         }
         for whole, count in SCATTER
         for position in range(count)
@@ -126,12 +117,11 @@ def text(data: Data) -> str:
             for name, label in NAMES.items()
         ),
     )
-    shown = {**NAMES, "deepest_mean_wear": "deepest mean around a circle"}
     scatter = table(
         [f"X = {NARROW}, any position", *(f"a/{_nominal(w)}" for w, _ in SCATTER)],
         (
             [label, *(_range(_group(data, whole), name) for whole, _ in SCATTER)]
-            for name, label in shown.items()
+            for name, label in NAMES.items()
         ),
     )
     return f"""\
@@ -143,8 +133,6 @@ At X = {NARROW} the worn annulus is 12 cells of a/110 wide, and the result depen
 within a cell. Moving it through one cell gives the least and the largest deviation:
 
 {scatter}
-
-{{figure:scatter}}
 """
 
 
@@ -157,30 +145,6 @@ def _range(rows: list[Data], name: str) -> str:
     return f"{percent(min(found))} … {percent(max(found))}"
 
 
-def _largest(data: Data, whole: int) -> float:
-    return worst(deviation(row, NARROW, "deepest_wear") for row in _group(data, whole))
-
-
-@styled
-def figures(data: Data) -> dict[str, Figure]:
-    figure = JournalFigure(2, 62)
-    panels = figure.subplots(1, 3, sharey=True)
-    titles = ("deepest wear", "deepest mean around a circle", "wear volume")
-    for axes, name, title in zip(
-        panels, ("deepest_wear", "deepest_mean_wear", "wear_volume"), titles, strict=True
-    ):
-        for index, (whole, _) in enumerate(SCATTER):
-            rows = _group(data, whole)
-            errors = [100 * deviation(row, NARROW, name) for row in rows]
-            points(axes, [row["position"] for row in rows], errors, index, f"a/{_nominal(whole)}")
-        allowed(axes, 100 * REQUIRED_NARROW["deepest_wear"], "allowed at a/110")
-        axes.set(title=title, xlabel="position of the stick edge in its cell", xlim=(-0.03, 1))
-        axes.set_xticks(np.linspace(0, 1, 5), ["0", "¼", "½", "¾", "1"])
-    panels[0].set_ylabel("deviation from the limit (%)")
-    panels[0].legend(loc="upper right")
-    return {"scatter": figure}
-
-
 SECTION = Section(
-    "limiting_state", "The limit of many cycles, smooth and elastic", run, text, checks, figures
+    "limiting_state", "The limit of many cycles, smooth and elastic", run, text, checks
 )

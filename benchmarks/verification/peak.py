@@ -1,11 +1,8 @@
 """What does not converge: the peak pressure of an elastic run."""
 
-from benchmarks.pages import Data, Section, order_of, points, slope_guide, table
+from benchmarks.pages import Data, Section, order_of, table
 from benchmarks.verification.problems import snapshots
-from matplotlib.figure import Figure
 from tests.mechanics.problems import P0, fretting
-
-from fretwear.figures.style import JournalFigure, styled
 
 CELLS = (32, 45, 64, 91, 128, 181, 256)
 CYCLES = (1000.0, 7000.0, 30000.0)
@@ -46,29 +43,7 @@ In a worn elastic contact the pressure tends to infinity at the edge of the stic
 h^−½. X = 0.8:
 
 {table(["", *(f"a/{row['cells']}" for row in shown), "exponent of h"], rows)}
-
-{{figure:peak}}
 """
 
 
-@styled
-def figures(data: Data) -> dict[str, Figure]:
-    figure = JournalFigure(1, 62)
-    axes = figure.subplots()
-    spacing = [1 / row["cells"] for row in data["spacings"]]
-    for index, cycle in enumerate(CYCLES):
-        peaks = [row["peak"][index] for row in data["spacings"]]
-        points(axes, spacing, peaks, index, f"N = {cycle:.0f}")
-    slope_guide(axes, spacing[::-1], 24.0, -0.5, r"$h^{-1/2}$")
-    axes.set(xscale="log", yscale="log", xlabel="spacing h/a", ylabel="peak pressure p/p0")
-    axes.set_xticks([1 / 32, 1 / 64, 1 / 128, 1 / 256], ["1/32", "1/64", "1/128", "1/256"])
-    axes.set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
-    axes.minorticks_off()
-    axes.margins(x=0.12)
-    axes.legend(loc="center left", bbox_to_anchor=(0.0, 0.42))
-    return {"peak": figure}
-
-
-SECTION = Section(
-    "peak", "What does not converge: the elastic peak pressure", run, text, figures=figures
-)
+SECTION = Section("peak", "What does not converge: the elastic peak pressure", run, text)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-import numpy as np
 from benchmarks.cases import WAVES
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
@@ -31,22 +30,6 @@ class Snapshot:
     @property
     def deepest_wear(self) -> float:
         return float(self.state.wear.max())
-
-    @property
-    def deepest_mean_wear(self) -> float:
-        """The largest mean of wear around a circle, m.
-
-        A cell counts for the two circles around it, of radii that are multiples of the spacing.
-        """
-        window = self.state.geometry
-        radius = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")).ravel()
-        inner, share = np.divmod(radius / window.spacing[0], 1.0)
-        circle, wear = inner.astype(int), self.state.wear.ravel()
-        count = int(circle.max()) + 2
-        weight = np.bincount(circle, 1.0 - share, count) + np.bincount(circle + 1, share, count)
-        total = np.bincount(circle, (1.0 - share) * wear, count)
-        total += np.bincount(circle + 1, share * wear, count)
-        return float((total / np.maximum(weight, 1e-9)).max())
 
 
 def snapshots(

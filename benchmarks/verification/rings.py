@@ -2,7 +2,7 @@
 
 import math
 
-from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
+from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.verification.problems import (
     DEPTH,
     STUDY_LIMIT,
@@ -10,10 +10,8 @@ from benchmarks.verification.problems import (
     VOLUME,
     snapshots,
 )
-from matplotlib.figure import Figure
 from tests.mechanics.problems import HERTZ, P0, A, fretting, independent
 
-from fretwear.figures.style import JournalFigure, styled
 from fretwear.theory import LimitingState
 
 TIMES = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
@@ -106,8 +104,6 @@ Runs on grids against an independent solution on concentric rings, with dense ma
 
 {table(["", *NAMES.values(), "cells across the band that yields"], rows)}
 
-{{figure:deviations}}
-
 Bodies yield in a narrow band at the edge of the stick zone. A grid whose cells are wider than this band (X = 0.2 and 0.5)
 stays too close to the elastic result; by default smooth spheres that yield are computed on rings, which resolve it.
 """
@@ -121,26 +117,4 @@ def _band(ratio: float) -> float:
     return LimitingState(HERTZ, ratio).width_above(STUDY_LIMIT * P0) / A
 
 
-@styled
-def figures(data: Data) -> dict[str, Figure]:
-    figure = JournalFigure(2, 70)
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, kind in zip(panels, ("elastic", "capped"), strict=True):
-        for index, row in enumerate(data[kind]):
-            errors = [100 * value for value in row["deviations"]["wear_volume"]]
-            points(axes, TIMES, errors, index, f"X = {row['ratio']}, a/{_cells(row)}")
-        allowed(axes, 100 * REQUIRED, "allowed")
-        axes.set(xscale="log", xlabel="τ = $4 K_w µ κ p_0 N$", title=kind)
-        axes.set_yscale("symlog", linthresh=0.5, linscale=1.5)
-        axes.set_xticks(TIMES, [f"{time:g}" for time in TIMES])
-        axes.set_yticks(
-            [-10, -5, -2, -1, -0.5, 0, 0.5, 1], ["−10", "−5", "−2", "−1", "−0.5", "0", "0.5", "1"]
-        )
-        axes.minorticks_off()
-        axes.margins(x=0.05)
-        axes.legend(loc="lower left")
-    panels[0].set_ylabel("deviation of the wear volume (%)")
-    return {"deviations": figure}
-
-
-SECTION = Section("rings", "Wear history against the solver on rings", run, text, checks, figures)
+SECTION = Section("rings", "Wear history against the solver on rings", run, text, checks)

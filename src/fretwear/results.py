@@ -345,8 +345,6 @@ fatemi_socie        | 1  | | 1   | Fatemi–Socie parameter | |
 crossland           | Pa | | MPa | Crossland parameter | free |
     root of the second invariant of the amplitude of the deviator plus the weighed largest mean
     stress
-dang_van            | Pa | | MPa | Dang Van parameter | free |
-    largest shear stress of the alternating part plus the weighed mean stress
 ruiz                | Pa2 m | | | Ruiz parameter | |
     of the surface: largest stress along x, if it is tension, times shear traction at +Q and slip
     amplitude

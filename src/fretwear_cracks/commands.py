@@ -26,12 +26,10 @@ if TYPE_CHECKING:
 
 _DEPTH = "Depth with its unit, such as '20 um', or several with commas; may be repeated."
 _DEPTHS = "16 from 0.05 to 2 contact half-widths"
-_WHOLE = "Stresses on all cells at these depths; no parameters for cracks."
 _BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
 _DISTANCE = "Critical distance, such as '40 um'; adds the point and the line method."
-_DANG_VAN = "Weight of the mean stress in the Dang Van parameter."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
 _PHASES = "Steps of the force over a cycle."
@@ -49,12 +47,10 @@ def stress_below(
         float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
     ] = 0,
     depth: Annotated[list[str] | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
-    whole: Annotated[bool, typer.Option("--whole", help=_WHOLE)] = False,
     phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
     bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
-    dang_van: Annotated[float | None, option("--dang-van", "ALPHA", _DANG_VAN)] = None,
     critical_distance: Annotated[
         str | None, option("--critical-distance", "LENGTH", _DISTANCE)
     ] = None,
@@ -71,12 +67,10 @@ def stress_below(
         results.stress,
         cycle=cycle,
         depths=depths or None,
-        whole=whole,
         phases=phases,
         bulk_stress=bulk_stress,
         fatemi_socie=socie,
         crossland=crossland,
-        dang_van=dang_van,
         critical_distance=critical_distance,
         command="fretwear stress",
     )

@@ -116,20 +116,6 @@ class PointLoops:
         """
         return self.deviatoric_amplitude + mean_stress_sensitivity * self.largest_mean_stress
 
-    def dang_van(self, mean_stress_sensitivity: float) -> Array:
-        """Largest τ(t) + α P_H(t) of a loop, Pa, shape (n,).
-
-        τ is the largest shear stress of the alternating part, which is what is left once the body
-        has shaken down: Dang Van, "Macro-micro approach in high-cycle multiaxial fatigue", ASTM
-        STP 1191 (1993).
-        """
-        mean = self.steady[:3].sum(axis=0) + abs(self._traces)
-        result: Array = (
-            largest_shear(np.moveaxis(self.alternating, 1, 0))
-            + mean_stress_sensitivity / 3.0 * mean
-        ).max(axis=0)
-        return result
-
     def _worst_plane(self, on_planes: Callable[[_Loops, Array], Array]) -> OverPlanes:
         """Maximize a parameter over the planes of each point.
 

@@ -1,4 +1,4 @@
-"""Stresses of an elastic half-space under uniform tractions on a cell, and under a point load.
+"""Stresses of an elastic half-space under uniform tractions on a cell.
 
 With the distance ρ from a point of the surface, the potentials 1/ρ, ln(ρ + z) and z ln(ρ + z) − ρ
 of Boussinesq and Cerruti give the stresses of a point load: K. L. Johnson (1985), Contact
@@ -96,34 +96,3 @@ def of_strips(x: Array, z: Array | float, poisson_ratio: float) -> Array:
     shear[4] = x * share - angle
     stress[:, 1] = poisson_ratio * (stress[:, 0] + stress[:, 2])
     return np.diff(stress, axis=-2) / np.pi
-
-
-def of_points(x: Array, y: Array, z: float, poisson_ratio: float) -> Array:
-    """Stresses of point loads, per force, 1/m²; `x` and `y`, m, are positions relative to them."""
-    rest = 1.0 - 2.0 * poisson_ratio
-    xx, yy, xy = x * x, y * y, x * y
-    square = xx + yy + z * z
-    distance = np.sqrt(square)
-    cubed = 1.0 / (square * distance)
-    fifth = 3.0 * cubed / square
-    sum_ = 1.0 / (distance + z)
-    flat = sum_ / distance
-    bent = (2.0 * distance + z) * cubed * sum_**2
-    turned = flat * sum_
-    twisted = turned * (1.0 / square + 2.0 * flat)
-    stress = np.empty((2, 6, *distance.shape))
-    normal, shear = stress
-    common = rest * z * cubed
-    normal[0] = common - rest * (flat - xx * bent) - z * xx * fifth
-    normal[1] = common - rest * (flat - yy * bent) - z * yy * fifth
-    normal[2] = -z * z * z * fifth
-    normal[3] = xy * (rest * bent - z * fifth)
-    normal[4] = -x * z * z * fifth
-    normal[5] = -y * z * z * fifth
-    shear[0] = x * (rest * (cubed - 3.0 * turned + xx * twisted) - xx * fifth)
-    shear[1] = x * (rest * (cubed - turned + yy * twisted) - yy * fifth)
-    shear[2] = normal[4]
-    shear[3] = y * (rest * (xx * twisted - turned) - xx * fifth)
-    shear[4] = -xx * z * fifth
-    shear[5] = -xy * z * fifth
-    return stress / (2.0 * np.pi)

@@ -64,6 +64,11 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         raise StressError(
             "a contact that slides over a stroke moves over the flat: its stresses are not computed"
         )
+    if not setup.slip_model.follows_shape:
+        raise StressError(
+            "slip_model cattaneo_mindlin has the slip of the unworn contact: its tractions between "
+            "+Q and −Q are not known"
+        )
     if setup.normal.pulsating_load < 1.0:
         raise StressError(
             "a load that changes within a cycle leaves tractions that depend on how the cycles "
@@ -89,8 +94,6 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
             even[axis] = True
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
     hertz = setup.hertz
-    least = setup.unworn_sliding.of_smooth(hertz)[0]
-    stuck = hertz.with_load(least) if least > 0.0 else None
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
     pressure, shear, gap, slip, *others = fields
     # The case has lost its roughness.
@@ -106,7 +109,6 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         composite_modulus=setup.composite_modulus,
         poisson_ratio=float(flat),
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
-        unworn=None if setup.slip_model.follows_shape else (hertz, stuck),
         across=others[0] if across else None,
         coupling=setup.bodies.coupling,
         is_directed=isinstance(setup.slip_model, Cerruti) and (rough or case.geometry is Grid),
@@ -129,9 +131,7 @@ def usual_depths(snapshot: xr.Dataset, count: int, last: float | None = None) ->
 
 
 def read_constants(
-    fatemi_socie: tuple[float | str, float | str] | None,
-    crossland: float | None,
-    dang_van: float | None,
+    fatemi_socie: tuple[float | str, float | str] | None, crossland: float | None
 ) -> dict[str, tuple[float, ...]]:
     """Constants by the parameter that they are for."""
     constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
@@ -140,9 +140,8 @@ def read_constants(
         if sensitivity < 0.0 or strength <= 0.0:
             raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
         constants["fatemi_socie"] = sensitivity, strength
-    for name, weight in (("crossland", crossland), ("dang_van", dang_van)):
-        if weight is not None:
-            constants[name] = (read_quantity(name, weight, "1"),)
+    if crossland is not None:
+        constants["crossland"] = (read_quantity("crossland", crossland, "1"),)
     return constants
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import EllipsisType
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
@@ -28,14 +26,12 @@ from fretwear.results import (
     X,
     Y,
 )
-from fretwear.run.resources import available_memory
 from fretwear.study.case import Case
 from fretwear.units import (
     MEGAPASCAL,
     NO_UNIT,
     number_text,
     readable_unit,
-    size_text,
     with_unit,
 )
 from fretwear_cracks import StressError
@@ -53,7 +49,6 @@ from fretwear_cracks.inputs import (
 )
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 
-_PART_OF_MEMORY = 0.5
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _NORMAL = "unit normal of the plane on which it is largest"
 # Depths of the means over a line.
@@ -66,12 +61,10 @@ def stress(
     points: ArrayLike | None = None,
     *,
     depths: Iterable[float | str] | None = None,
-    whole: bool = False,
     phases: int = 32,
     bulk_stress: float | str | None = None,
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
-    dang_van: float | None = None,
     critical_distance: float | str | None = None,
     command: str = "fretwear.stress",
 ) -> xr.Dataset:
@@ -91,10 +84,7 @@ def stress(
         Points (x, y, z), m, shape (n, 3), z > 0 their depth. Line contacts ignore y.
     depths : iterable of float or str, optional
         Depths, m or text with a unit, if no points are given; by default 16 from 0.05 to 2 contact
-        half-widths, under a punch from two cells.
-    whole : bool
-        At these depths stresses on all cells, those with y > 0 if the contact is even, and no
-        parameters for cracks, instead of both on the plane y = 0.
+        half-widths, under a punch from two cells; on the plane y = 0.
     phases : int
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
     bulk_stress : float or str, optional
@@ -103,8 +93,8 @@ def stress(
         stress.
     fatemi_socie : (float, float or str), optional
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
-    crossland, dang_van : float, optional
-        Weight α of the mean stress in these parameters.
+    crossland : float, optional
+        Weight α of the mean stress in the Crossland parameter.
     critical_distance : float or str, optional
         A distance L, m, in the material: on the plane y = 0 the parameters too of the stresses at
         the depth L/2, ``<name>_point``, and of their means from the surface to the depth 2L,
@@ -132,59 +122,42 @@ def stress(
     case = loaded_case(ds)
     if phases != int(phases) or phases < 2 or phases % 2:
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
-    constants = read_constants(fatemi_socie, crossland, dang_van)
+    constants = read_constants(fatemi_socie, crossland)
     bulk = case.bulk_stress
     if bulk_stress is not None:
         bulk = read_quantity("bulk_stress", bulk_stress, "Pa")
     distance = None
     if critical_distance is not None:
         distance = read_quantity("critical_distance", critical_distance, "m", positive=True)
-    if points is not None and (depths is not None or whole):
-        raise StressError("give either points or depths")
-    if (whole or points is not None) and distance is not None:
-        raise StressError("a critical distance is for the plane y = 0: leave out points and whole")
-    if whole and len(constants) > 1:
-        raise StressError(
-            "parameters for cracks are computed at points and on the plane y = 0 only"
-        )
+    if points is not None and (depths is not None or distance is not None):
+        raise StressError("points go neither with depths nor with a critical distance")
     snapshot = snapshot_of(ds, cycle)
     surface, slip = surface_of(snapshot, case, cycle)
     history = StressHistory(surface, int(phases), bulk)
     dims: tuple[str, ...]
-    parts: tuple[Array, Array] | None
     if points is not None:
         x, y, z = places = read_points(points).T
-        shape, dims = x.shape, ("point",)
+        dims = ("point",)
         along = [dims] * 3
         parts = history.at(places.T)
     else:
         z = usual_depths(snapshot, USUAL_COUNT) if depths is None else read_depths(depths)
-        x, y = surface.positions(whole=whole)
-        shape, dims = (x.size, y.size, z.size), (X.name, Y.name, DEPTH.name)
+        x, y, dims = history.tractions.x, np.zeros(1), _AXES
         along = [(name,) for name in dims]
-        _require_room(len(STRESSES) * 4.0 * phases * math.prod(shape))
-        parts = None if whole else _on_plane(history, z)
-    chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]] = (
-        (((n,), history.layer(depth)) for n, depth in enumerate(z))
-        if parts is None
-        else [((), parts)]
-    )
-    fields = _filled(chunks, (int(phases), *shape))
+        parts = _on_plane(history, z)
+    tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
+    values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
     variables: dict[str, object] = {
-        of.name: ((PHASE.name, *dims), fields[of.name], of.attributes) for of in STRESSES
+        of.name: ((PHASE.name, *dims), field.astype(of.dtype), of.attributes)
+        for of, field in zip(STRESSES, values, strict=True)
     }
+    variables |= _cracks(parts, dims, ds, constants)
     pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
     coordinates: dict[str, Any] = {
         about.name: (of, values, about.attributes) for about, of, values in pairs
     }
-    if parts is not None:
-        variables |= _cracks(parts, dims, ds, constants)
-        coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
-    elif surface.even[1]:
-        coordinates[Y.name][2]["comment"] = (
-            "the side y > 0: stress_xy and stress_yz are odd in y, the others even"
-        )
-    if points is None and not whole:
+    coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
+    if points is None:
         variables[CRACKS[-1].name] = ((X.name,), _ruiz(history, slip), CRACKS[-1].attributes)
         edges, at_edges = _at_edges(history, ds, constants)
         variables |= at_edges
@@ -258,29 +231,6 @@ def _on_plane(history: StressHistory, depths: Array) -> tuple[Array, Array]:
     """Both parts of the stresses on the plane y = 0, shapes (…, 6, nx, 1, nz)."""
     steady, alternating = zip(*(history.section(depth) for depth in depths), strict=True)
     return np.stack(steady, axis=-1)[:, :, None], np.stack(alternating, axis=-1)[:, :, :, None]
-
-
-def _filled(
-    chunks: Iterable[tuple[tuple[int, ...], tuple[Array, Array]]], shape: tuple[int, ...]
-) -> dict[str, NDArray[np.generic]]:
-    """Every variable of `STRESSES` of one shape, from both parts at places of its last axis."""
-    fields = {about.name: np.empty(shape, about.dtype) for about in STRESSES}
-    for place, parts in chunks:
-        index: tuple[EllipsisType | int, ...] = (..., *place)
-        tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
-        values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
-        for about, field in zip(STRESSES, values, strict=True):
-            fields[about.name][index] = field
-    return fields
-
-
-def _require_room(size: float) -> None:
-    """`StressError` if stresses of so many bytes would fill most of the memory."""
-    if size > _PART_OF_MEMORY * available_memory():
-        raise StressError(
-            f"{size_text(size)} of stresses are asked for, more than the memory holds; ask for "
-            "fewer depths or phases, the plane y = 0, or points"
-        )
 
 
 def _cracks(
@@ -388,7 +338,12 @@ def _doubts(
 ) -> Iterable[str]:
     """Say what makes stresses doubtful at places along x and y, m, from a shallow depth on, m."""
     cell = max(surface.spacing)
-    window = [abs(at).max() + 0.5 * cell for at in surface.positions(whole=True)]
+    window = [
+        count * step * (1.0 if is_even else 0.5)
+        for count, step, is_even in zip(
+            surface.pressure.shape, surface.spacing, surface.even, strict=True
+        )
+    ]
     for axis, at, end in zip("xy", places, window, strict=True):
         if (farthest := float(abs(at).max())) > end:
             yield (
@@ -401,7 +356,7 @@ def _doubts(
             "there show the cells"
         )
     worn = "wear_depth" in snapshot and bool(snapshot["wear_depth"].values.any())
-    if worn and np.isinf(case.plastic_limit) and surface.unworn is None and shallow < 4 * cell:
+    if worn and np.isinf(case.plastic_limit) and shallow < 4 * cell:
         yield (
             "the pressure of worn elastic bodies is singular at the edge of stick: stresses have "
             "no limit at the surface"

@@ -21,7 +21,6 @@ from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.coupled import shear
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
 from fretwear.mechanics.slip.shear import bodies_under_shear
-from fretwear.theory import HertzContact
 from fretwear_cracks.edges import stresses_at_edge
 from fretwear_cracks.influence import ODD
 from fretwear_cracks.tractions import Tractions
@@ -46,8 +45,6 @@ class LoadedSurface:
     poisson_ratio: float  #: of the flat
     #: Distance at which displacements of a line contact are zero, m; None of a point contact.
     reference: float | None = None
-    #: The unworn contact and that under its reduced load, if these determine slip.
-    unworn: tuple[HertzContact, HertzContact | None] | None = None
     #: Shear along y at +Q, Pa, and κ, of friction in two directions.
     across: Array | None = None
     coupling: float = 1.0
@@ -88,14 +85,6 @@ class LoadedSurface:
             return self.half_space
         return self.half_space.along_x(self.coupling, self.coupling)
 
-    def positions(self, *, whole: bool) -> tuple[Array, Array]:
-        """Centres of the cells of a layer along x and y, m, or of a section, where y is 0."""
-        fields = self.pressure[None]
-        of_cells = Tractions(
-            fields, fields, self.spacing, self.even, self.poisson_ratio, self.plane_strain
-        )
-        return of_cells.x, of_cells.y if whole else np.zeros(1)
-
     def vectors_over_half_a_loop(self, count: int) -> tuple[Array, Array | None]:
         """Shear along x and, if there is any, y as of `over_half_a_loop`.
 
@@ -126,14 +115,10 @@ class LoadedSurface:
         """
         shears = np.empty((count, *self.pressure.shape))
         shears[0] = self.shear
-        steps = np.arange(1, count) / count
-        if self.unworn is not None:
-            shears[1:] = self.shear * (1.0 - 2.0 * self._reversed(steps))
-            return shears
         full = below = self.ratio * self.pressure
         limit = self.friction * full
-        for step, part in enumerate(steps, 1):
-            below = self.reduced(part, below).pressure
+        for step in range(1, count):
+            below = self.reduced(step / count, below).pressure
             fallen = 2.0 * self.friction * (full - below)
             shears[step] = np.clip(self.shear - fallen, -limit, limit)
         return shears
@@ -146,26 +131,6 @@ class LoadedSurface:
         shape += part * self.tilt * geometry.x[:, None]
         start = start * (load / geometry.integral(start))
         return contact_under(self.sheared, shape, load, None, start, _TOLERANCE)
-
-    def _reversed(self, steps: Array) -> Array:
-        """Parts of the traction that have reversed where slip stays as in the unworn contact.
-
-        On its own pressure p_H this is the reversal of Cattaneo and Mindlin, (p_H − p̂)/(p_H − p*).
-        """
-        assert self.unworn is not None
-        contact, stuck = self.unworn
-        x, y = self.half_space.geometry.x[:, None], self.half_space.geometry.y
-        r = np.hypot(x, y)
-        whole, least = contact.pressure(r), 0.0 if stuck is None else stuck.pressure(r)
-        low = 0.0 if stuck is None else stuck.load
-        falls = np.empty((steps.size, *r.shape))
-        for fall, part in zip(falls, steps, strict=True):
-            fall[...] = whole - contact.with_load(
-                contact.load - (contact.load - low) * part
-            ).pressure(r)
-        full = whole - least
-        # Beyond the unworn contact nothing has ever stuck.
-        return np.divide(falls, full, out=np.ones_like(falls), where=full > 0.0)
 
 
 @dataclass(frozen=True)
@@ -200,20 +165,16 @@ class StressHistory:
         falling = 1.0 - 4.0 * np.arange(self.phases // 2) / self.phases
         return np.concatenate([falling, -falling])
 
-    def layer(self, depth: float) -> tuple[Array, Array]:
-        """Stresses at one depth, m: steady part (6, nx, ny), alternating (h, 6, nx, ny), Pa.
-
-        It is added at the phases of the first half of the loop and subtracted, in the same order,
-        in the second half; see `Tractions.layer`.
-        """
-        return self._with_bulk(self.tractions.layer(depth))
-
     def section(self, depth: float) -> tuple[Array, Array]:
-        """Stresses as of `layer`, but on the plane y = 0, shapes (6, nx) and (h, 6, nx)."""
+        """Stresses at one depth, m, on the plane y = 0: steady (6, nx), alternating (h, 6, nx), Pa.
+
+        The alternating part is added at the phases of the first half of the loop and subtracted, in
+        the same order, in the second half; see `Tractions.section`.
+        """
         return self._with_bulk(self.tractions.section(depth))
 
     def at(self, points: Array) -> tuple[Array, Array]:
-        """Stresses as of `layer` at points (x, y, z), m, shapes (6, n) and (h, 6, n)."""
+        """Stresses as of `section` at points (x, y, z), m, shapes (6, n) and (h, 6, n)."""
         return self._with_bulk(self.tractions.at(points))
 
     def at_edges(self) -> list[tuple[float, Array, Array]]:

@@ -1,8 +1,7 @@
 """Stresses of an elastic half-space under pressure and shear traction on equal cells.
 
-The stress of a cell is even or odd along x and along y, and so are parts of the tractions: a layer
-of stresses is a convolution by cosine and sine transforms of one quarter, padded with zeros so that
-it has no periodic images.
+On the plane y = 0 they are convolutions along x, by Fourier transforms padded with zeros, of the
+rows of cells; at points they are sums over cells.
 """
 
 from __future__ import annotations
@@ -12,17 +11,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Even
-from fretwear.mechanics.contact.kernels import dct, dst
 from fretwear_cracks.influence import ODD, TURNED, of_rectangles, of_strips
 
 # Corners of cells, seen from points, of which functions are computed at a time.
 _AT_A_TIME = 2**16
-
-# Parts of fields along x and y, odd (1) or even (0), on the cells of the positive sides.
-_Parts = dict[tuple[int, int], Array]
 
 
 @dataclass(frozen=True)
@@ -45,17 +41,8 @@ class Tractions:
     @cached_property
     def x(self) -> Array:
         """Centres of the cells along x, m, on both sides."""
-        return self._centres(0, both=True)
-
-    @cached_property
-    def y(self) -> Array:
-        """Centres of the cells along y, m, of a layer: y > 0 of an even one, 0 of strips."""
-        return np.zeros(1) if self.plane_strain else self._centres(1, both=not self.even[1])
-
-    def _centres(self, axis: int, *, both: bool) -> Array:
-        half = self._half[axis]
-        cells = np.arange(-half if both else 0, half, dtype=np.float64)
-        return (cells + 0.5) * self.spacing[axis]
+        half = self._half[0]
+        return (np.arange(-half, half) + 0.5) * self.spacing[0]
 
     @cached_property
     def _half(self) -> tuple[int, int]:
@@ -64,34 +51,55 @@ class Tractions:
         return nx if self.even[0] else nx // 2, ny if self.even[1] or self.plane_strain else ny // 2
 
     @cached_property
-    def _padded(self) -> tuple[int, int]:
-        """Number of cells along x and y of the padded quarter."""
-        return 2 * self._half[0], 2 * self._half[1]
-
-    def layer(self, depth: float) -> tuple[Array, Array]:
-        """Stresses at the cells at one depth, m, at the positions `x` and `y`.
-
-        Two arrays, Pa, in the order of `COMPONENTS`: by each pressure, shape (m, 6, nx, ny), and by
-        each shear traction, shape (k, 6, nx, ny). σ_xy and σ_yz are odd along y if the fields
-        are even, the other components even.
-        """
-        if self.plane_strain:
-            of_pressure, of_shear = self.section(depth)
-            return of_pressure[..., None], of_shear[..., None]
-        nx, ny = self._padded
-        x = (np.arange(nx + 2.0) - 0.5) * self.spacing[0]
-        y = (np.arange(ny + 2.0) - 0.5) * self.spacing[1]
-        return self._convolved(self._of_kinds(of_rectangles, x[:, None], y, depth), (0, 1))
+    def _length(self) -> int:
+        """Cells along x with the zeros beside them."""
+        return int(next_fast_len(4 * self._half[0], real=True))
 
     def section(self, depth: float) -> tuple[Array, Array]:
-        """Stresses as of `layer`, but on the plane y = 0: without the axis of y."""
-        x = (np.arange(self._padded[0] + 2.0) - 0.5)[:, None] * self.spacing[0]
+        """Stresses at one depth, m, on the plane y = 0, at the positions `x`.
+
+        Two arrays, Pa, in the order of `COMPONENTS`: by each pressure, shape (m, 6, nx), and by
+        each shear traction, shape (k, 6, nx).
+        """
+        count = 2 * self._half[0]
+        x = (np.arange(count + 1.0) - 0.5)[:, None] * self.spacing[0]
         if self.plane_strain:
             kernels = of_strips(x, depth, self.poisson_ratio)
         else:
             y = np.arange(self._half[1] + 1.0) * self.spacing[1]
-            kernels = 2.0 * self._of_kinds(of_rectangles, x, y, depth)
-        return self._convolved(kernels, (0,))
+            kernels = self._of_kinds(of_rectangles, x, y, depth)
+        stresses = []
+        for kernel, parity, rows in zip(kernels, ODD, self._rows, strict=False):
+            signs = np.array([-1.0 if odd_x else 1.0 for odd_x, _ in parity])
+            behind = signs[:, None, None] * kernel[:, :0:-1]
+            between = np.zeros((6, self._length - 2 * count + 1, kernel.shape[2]))
+            spectrum = rfft(np.concatenate([kernel, between, behind], axis=1), axis=1)
+            stress = np.empty((rows[0].shape[1], 6, count))
+            for is_odd, fields in enumerate(rows):
+                some = [at for at, (_, odd_y) in enumerate(parity) if odd_y == is_odd]
+                product = fields @ np.moveaxis(spectrum[some], 0, -1)
+                summed = irfft(product, self._length, axis=0)[:count]
+                stress[:, some] = np.moveaxis(summed, 0, -1)
+            stresses.append(stress)
+        return _summed(stresses)
+
+    @cached_property
+    def _rows(self) -> list[tuple[Array, Array]]:
+        """Spectra along x of the rows of cells, for each kind, shape (frequencies, k, rows).
+
+        Rows at −y and y are added for components that are even along y, subtracted for odd ones.
+        """
+        rows = []
+        for number, fields in enumerate(self._kinds):
+            whole = rfft(self.on_both_sides(fields, odd=number > 1), self._length, axis=1)
+            whole = np.moveaxis(whole, 1, 0)
+            if self.plane_strain:
+                rows.append((whole, 0.0 * whole))
+            else:
+                behind, ahead = np.split(whole, 2, axis=2)
+                behind = np.flip(behind, axis=2)
+                rows.append((behind + ahead, behind - ahead))
+        return rows
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Stresses at points (x, y, z), m, shape (n, 3), by the sum over all loaded cells.
@@ -127,7 +135,8 @@ class Tractions:
         """Fields on all cells, from those on the positive sides; odd ones change sign."""
         for axis in (0, 1):
             if self.even[axis] and not (axis == 1 and self.plane_strain):
-                fields = _on_both_sides(fields, axis + 1, int(odd))
+                flipped = np.flip(fields, axis + 1)
+                fields = np.concatenate([-flipped if odd else flipped, fields], axis + 1)
         return fields
 
     # The kinds of tractions: pressure, shear along x and, if there is any, shear along y.
@@ -148,121 +157,7 @@ class Tractions:
         turned = np.swapaxes(of_cells(*y_first, depth, self.poisson_ratio)[1], -1, -2)
         return np.concatenate([kernels, turned[None, [*TURNED]]])
 
-    # The convolution.
-
-    @cached_property
-    def _parts(self) -> list[_Parts]:
-        """Even and odd parts of all kinds of fields."""
-        of_kinds = []
-        for kind, fields in enumerate(self._kinds):
-            odd_sides = (int(self.even[0]), int(self.even[1])) if kind > 1 else (0, 0)
-            parts: _Parts = {odd_sides: fields}
-            for axis in (0, 1):
-                if self.even[axis] or (axis == 1 and self.plane_strain):
-                    continue
-                split: _Parts = {}
-                for (x, y), values in parts.items():
-                    negative, positive = np.split(values, 2, axis + 1)
-                    for odd, sign in ((0, 0.5), (1, -0.5)):
-                        part = 0.5 * positive + sign * np.flip(negative, axis + 1)
-                        split[(odd, y) if axis == 0 else (x, odd)] = part
-                parts = split
-            of_kinds.append(parts)
-        return of_kinds
-
-    @cached_property
-    def _spectra(self) -> dict[tuple[int, ...], list[_Parts]]:
-        return {}
-
-    def _sources(self, axes: tuple[int, ...]) -> list[_Parts]:
-        """Frequencies of the parts along some axes."""
-        if axes not in self._spectra:
-            self._spectra[axes] = [
-                {odd: _of_fields(part, odd, axes, self._padded) for odd, part in parts.items()}
-                for parts in self._parts
-            ]
-        return self._spectra[axes]
-
-    def _convolved(self, kernels: Array, axes: tuple[int, ...]) -> tuple[Array, Array]:
-        """Convolve all kinds of fields with kernels of shape (kinds, 6, offsets, offsets or rows).
-
-        With the axis of x alone, rows are summed to the results at y = 0.
-        """
-        nx, ny = self._half
-        in_section = len(axes) == 1
-        shape = (2 * nx,) if in_section else (2 * nx, ny if self.even[1] else 2 * ny)
-        stresses = []
-        for kernel, parity, sources in zip(kernels, ODD, self._sources(axes), strict=False):
-            stress = np.zeros((len(next(iter(sources.values()))), 6, *shape))
-            for component, of_cell in enumerate(parity):
-                spectrum = _of_kernel(kernel[component], of_cell, axes)
-                for of_part, source in sources.items():
-                    odd = (of_part[0] ^ of_cell[0], of_part[1] ^ of_cell[1])
-                    if in_section and odd[1]:
-                        continue  # zero at y = 0, and in plane strain everywhere
-                    if in_section:
-                        # Rows at y > 0 lie at negative offsets seen from y = 0.
-                        field = np.einsum("kxr,xr->kx", source, spectrum)
-                        sign = (of_part[0] & of_cell[0]) + of_cell[1]
-                    else:
-                        field = self._back(source * spectrum, 1, odd[1])
-                        sign = (of_part[0] & of_cell[0]) + (of_part[1] & of_cell[1])
-                        if not self.even[1]:
-                            field = _on_both_sides(field, 2, odd[1])
-                    field = (-1.0) ** sign * self._back(field, 0, odd[0])
-                    stress[:, component, nx:] += field
-                    stress[:, component, nx - 1 :: -1] += -field if odd[0] else field
-            stresses.append(stress)
-        return _summed(stresses)
-
-    def _back(self, spectrum: Array, axis: int, odd: int) -> Array:
-        """Fields of a spectrum on the cells of the positive side along an axis."""
-        along = np.moveaxis(spectrum, axis + 1, -1)[..., slice(1, None) if odd else slice(-1)]
-        field = _transformed(along, 3, odd, -1)[..., : self._half[axis]]
-        return np.moveaxis(field / (2.0 * self._padded[axis]), -1, axis + 1)
-
 
 def _summed(stresses: Sequence[Array]) -> tuple[Array, Array]:
     """Stresses of pressure, and of shear along both axes together."""
     return stresses[0], sum(stresses[2:], stresses[1])
-
-
-def _of_fields(
-    fields: Array, odd: tuple[int, int], axes: tuple[int, ...], padded: tuple[int, int]
-) -> Array:
-    """Frequencies 0 to n of fields that are padded by zeros to n cells on the positive side."""
-    for axis in axes:
-        ends = [(0, 0)] * fields.ndim
-        ends[axis + 1] = (0, padded[axis] - fields.shape[axis + 1])
-        moved = _transformed(np.pad(fields, ends), 2, odd[axis], axis + 1)
-        # A sine transform lacks the first frequency, a cosine transform the last: both are zero.
-        ends[axis + 1] = (1, 0) if odd[axis] else (0, 1)
-        fields = np.pad(moved, ends)
-    return fields
-
-
-def _of_kernel(kernel: Array, odd: tuple[int, int], axes: tuple[int, ...]) -> Array:
-    """Frequencies of a kernel that is given at offsets from zero to the length of the window."""
-    for axis in axes:
-        along = np.moveaxis(kernel, axis, -1)
-        if odd[axis]:
-            moved = np.zeros(along.shape)
-            moved[..., 1:-1] = _transformed(along[..., 1:-1], 1, odd[axis], -1)
-        else:
-            moved = _transformed(along, 1, odd[axis], -1)
-        kernel = np.moveaxis(moved, -1, axis)
-    return kernel
-
-
-def _transformed(fields: Array, kind: int, odd: int, axis: int) -> Array:
-    """The cosine transform of fields along an axis, or if they are odd the sine transform."""
-    axes = (axis % fields.ndim,)
-    if not odd:
-        return dct(kind, fields, axes, np.empty(fields.shape))
-    return dst(kind, fields, axes)
-
-
-def _on_both_sides(fields: Array, axis: int, odd: int) -> Array:
-    """Fields that are odd or even along an axis, from those on the positive side."""
-    flipped = np.flip(fields, axis)
-    return np.concatenate([-flipped if odd else flipped, fields], axis)

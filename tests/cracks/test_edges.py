@@ -7,7 +7,7 @@ import pytest
 
 import fretwear
 from fretwear_cracks.edges import stresses_at_edge
-from fretwear_cracks.influence import of_points
+from fretwear_cracks.influence import of_rectangles
 
 from ..studies import near, steel
 
@@ -63,7 +63,12 @@ def test_the_trailing_edge_of_a_sphere_in_partial_slip():
     # The root in p* vanishes in the angle whose sine is r/c.
     arcs = math.pi / 4 * (1 + nodes)
     r, pressure = stick * np.sin(arcs), stick * np.cos(arcs)
-    kernel = of_points(-1 - r[:, None] * np.cos(angles), -r[:, None] * np.sin(angles), 0.0, NU)
+    corners = np.array([-0.5, 0.5]) * 1e-3
+    x, y = (
+        each[..., None, None]
+        for each in (-1 - r[:, None] * np.cos(angles), -r[:, None] * np.sin(angles))
+    )
+    kernel = of_rectangles(x + corners[:, None], y + corners, 0.0, NU)[..., 0, 0] / 1e-6
     areas = math.pi / 4 * weights * stick * np.cos(arcs) * r * (2 * math.pi / 400)
     expected = friction * (TRAILING - (kernel[1, XX].sum(axis=1) * pressure * areas).sum())
     assert edge.of_shears[:, XX] == near([expected, -expected], rel=2e-3)
