@@ -142,18 +142,14 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scars", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--kinds", nargs="+", choices=[*KINDS], default=[*KINDS])
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
-    parser.add_argument("--keep", type=Path, help="folder of scars and runs, to fit them again")
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
-    for number in range(given.first, given.first + given.scars):
-        kind = given.kinds[number % len(given.kinds)]
-        with tempfile.TemporaryDirectory() as temporary, given.output.open("a") as stream:
-            folder = given.keep / f"{number}" if given.keep else Path(temporary)
-            folder.mkdir(parents=True, exist_ok=True)
-            stream.write(json.dumps(one(kind, number, folder)) + "\n")
+    kinds = [*KINDS]
+    for number in range(given.scars):
+        with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
+            row = one(kinds[number % len(kinds)], number, Path(folder))
+            stream.write(json.dumps(row) + "\n")
     report([json.loads(line) for line in given.output.read_text().splitlines()])
 
 

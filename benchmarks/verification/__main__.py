@@ -5,7 +5,6 @@ import sys
 from benchmarks.pages import Page
 from benchmarks.verification import (
     closed_forms,
-    convergence,
     coverage,
     explicit,
     limiting_state,
@@ -22,7 +21,6 @@ PARTS = (
     rings,
     tangential,
     explicit,
-    convergence,
     coverage,
     peak,
     peers,

@@ -3,11 +3,8 @@
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-from benchmarks.cases import WAVES
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
-from benchmarks import cases
-from fretwear import Case
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.state import State, WearProblem
@@ -41,9 +38,3 @@ def snapshots(
         if state.cycle in cycles:
             kept[state.cycle] = Snapshot(state, measure(problem, state))
     return kept
-
-
-def study_case(*, rough: bool, limit: str = "4500 MPa", **changes: object) -> Case:
-    """The study's contact, 50 N and 20 N, on the default spacing."""
-    waves = WAVES if rough else None
-    return cases.study_case(plastic_limit=limit, roughness=waves, **changes)

@@ -7,7 +7,6 @@ import numpy as np
 from benchmarks.pages import ROOT, Check, Data, Front, Section, anchor, percent, table
 from benchmarks.verification import (
     closed_forms,
-    convergence,
     coverage,
     explicit,
     limiting_state,
@@ -36,7 +35,6 @@ ROWS = {
     "Pressure of rough and yielding contacts": peers,
     "Wear over the cycles, on a grid": rings,
     "Wear over the cycles, step by step": explicit,
-    "Halved tolerance and cells, yielding contacts": convergence,
     "Estimated errors against true ones": coverage,
 }
 AGAINST = {
@@ -46,7 +44,6 @@ AGAINST = {
     peers: "tamaas and ContactMechanics",
     rings: "a dense, explicit solver",
     explicit: "Archard's law cycle by cycle",
-    convergence: "itself",
     coverage: "cells four times as fine",
 }
 

@@ -42,7 +42,7 @@ class Tractions:
     def x(self) -> Array:
         """Centres of the cells along x, m, on both sides."""
         half = self._half[0]
-        return (np.arange(-half, half) + 0.5) * self.spacing[0]
+        return np.asarray((np.arange(-half, half) + 0.5) * self.spacing[0])
 
     @cached_property
     def _half(self) -> tuple[int, int]:

@@ -342,14 +342,15 @@ class Comparison:
         evidence = NoiseEvidence(x, rest, basis[:, sizes > _DEPENDENT * sizes[0]])
         return replace(self, noise=evidence.best(), evidence=evidence)
 
-    def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
-        """Derivatives of residuals by changes of the signal and nuisances, not yet whitened.
+    def derivatives(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
+        """Derivatives of residuals by changes of the signal, then nuisances, (n + k, p + m)."""
+        by_signal = [self.by_signal(signal, nuisances, change) for change in changes]
+        return np.column_stack([*by_signal, self.slopes(signal, nuisances)])
 
-        Their shape is (n + k, p + m); residuals of a profile are in m.
-        """
+    def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
+        """The same derivatives, not yet whitened: those of residuals of a profile are in m."""
         blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
-        by_signal = [blank.by_signal(signal, nuisances, change) for change in changes]
-        return np.column_stack([*by_signal, blank.slopes(signal, nuisances)])
+        return blank.derivatives(signal, nuisances, changes)
 
 
 def _evenly_along(displacement: Array, force: Array) -> Array:

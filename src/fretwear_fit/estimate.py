@@ -126,11 +126,13 @@ class Fitter:
             nuisances.append(self.settled[place])
         return nuisances  # type: ignore[return-value]
 
+    def parts(self, signal: Array) -> list[tuple[Comparison, Array, Array]]:
+        """Each measurement with its signal and the nuisances that suit it best."""
+        return [*zip(self.comparisons, self.split(signal), self.settle(signal), strict=True)]
+
     def residuals(self, signal: Array) -> Array:
         """Whitened residuals of all measurements at the best nuisances."""
-        nuisances = self.settle(signal)
-        parts = zip(self.comparisons, self.split(signal), nuisances, strict=True)
-        return np.concatenate([c.residuals(s, n) for c, s, n in parts])
+        return np.concatenate([c.residuals(s, n) for c, s, n in self.parts(signal)])
 
     def misfit_of(self, signals: Sequence[Array]) -> float:
         """χ² of the signal of each measurement."""
@@ -147,17 +149,10 @@ class Fitter:
 
         Kaufman's approximation of variable projection (BIT 15, 1975).
         """
-        columns = []
-        nuisances = self.settle(signal)
-        parts = zip(self.comparisons, self.split(signal), nuisances, strict=True)
-        split = [self.split(change) for change in changes.T]
-        for place, (comparison, part, fixed) in enumerate(parts):
-            slopes = comparison.slopes(part, fixed)
-            moved = np.column_stack(
-                [comparison.by_signal(part, fixed, column[place]) for column in split]
-            )
-            q, _ = np.linalg.qr(slopes)
-            columns.append(moved - q @ (q.T @ moved))
+        count, columns = changes.shape[1], []
+        for place, (comparison, part, nuisances) in enumerate(self.parts(signal)):
+            slopes = comparison.derivatives(part, nuisances, self.split_all(changes, place))
+            columns.append(_without_nuisances(slopes, count))
         return np.concatenate(columns)
 
     def derivatives(self, u: Array, signal: Array) -> Array:
@@ -239,10 +234,8 @@ class Fitter:
         if all(evidence is None for evidence in evidences):
             return np.ones((1, len(self.unknowns)))
         parts = [
-            comparison.unweighted(part, nuisances, self.split_all(derivatives, place))
-            for place, (comparison, part, nuisances) in enumerate(
-                zip(self.comparisons, self.split(signal), self.settle(signal), strict=True)
-            )
+            c.unweighted(s, n, self.split_all(derivatives, place))
+            for place, (c, s, n) in enumerate(self.parts(signal))
         ]
 
         def variances(noises: Sequence[Noise | None]) -> Array:
@@ -253,9 +246,7 @@ class Fitter:
                     x, _ = comparison.measurement.readings
                     readings = noise.whitened(x, columns[: x.size])
                     whitened = np.concatenate([readings, columns[x.size :]])
-                moved, of_nuisances = np.split(whitened, [len(self.unknowns)], axis=1)
-                q, _ = np.linalg.qr(of_nuisances)
-                slopes.append(moved - q @ (q.T @ moved))
+                slopes.append(_without_nuisances(whitened, len(self.unknowns)))
             return np.diag(self._covariance(np.concatenate(slopes)))
 
         taken = [comparison.noise for comparison in self.comparisons]
@@ -375,6 +366,13 @@ class Fitter:
         monotonic = np.maximum.accumulate(roots)
         falls = bool((np.sign(roots) * (roots**2 - monotonic**2) < -_FALLEN).any())
         return Profile(place, points, monotonic, spread, falls)
+
+
+def _without_nuisances(columns: Array, count: int) -> Array:
+    """The first columns without what the others, derivatives by nuisances, take up."""
+    moved, of_nuisances = np.split(columns, [count], axis=1)
+    q, _ = np.linalg.qr(of_nuisances)
+    return np.asarray(moved - q @ (q.T @ moved))
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,8 @@ _NUMBERS = {result.name: result for result in (*SCALARS, *OPTIONAL_SCALARS)}
 _QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
 _OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")
+_WEAR = ("wear_coefficient", "energy_wear_coefficient")
+_PARTS_OF_WEAR = ("", *_BODIES, "value", "rim", "core")
 _FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 _FORCE = BY_SI_UNIT["N"]
 
@@ -79,6 +81,18 @@ class FreeParameter:
     about: Quantity  # its unit, words and symbol
     logarithmic: bool  # whether it is sought on its logarithm
     each: bool = False  # whether every test has its own value
+    path: tuple[str | int, ...] = ()  # keys of parts and places of pairs below its key of `base`
+
+    @property
+    def key(self) -> str:
+        """Its key of `base`, which may hold more."""
+        return self.name.partition(".")[0]
+
+    @property
+    def is_of_wear(self) -> bool:
+        """Whether it is a wear coefficient, also of one body or within a law."""
+        _, _, part = self.name.partition(".")
+        return self.key in _WEAR and part.rpartition(".")[2] in _PARTS_OF_WEAR
 
     @property
     def middle(self) -> float:
@@ -93,20 +107,15 @@ class FreeParameter:
 
     def given_in(self, base: Mapping[str, object]) -> float | None:
         """Its value in the plain keys of `base`, or None if they do not have it."""
-        whole, *path = self.name.split(".")
-        value: object = base.get(whole)
-        if not path and is_list(value):
-            with suppress(QuantityError):
-                return float(sum(self.about.read(number, _UNITS) for number in value))
-            return None
-        for step in path:
-            if isinstance(value, Mapping):
-                value = value.get(step)
-            elif is_list(value) and step in (places := _places(case_keys()[whole].about)):
-                value = value[places.index(step)]
-            elif step not in _places(case_keys()[whole].about):
-                return None
+        value = base.get(self.key)
         with suppress(QuantityError):
+            if not self.path and is_list(value):
+                return float(sum(self.about.read(number, _UNITS) for number in value))
+            for step in self.path:
+                if isinstance(step, str):
+                    value = as_mapping(value).get(step)
+                elif is_list(value):
+                    value = value[step]
             return float(self.about.read(value, _UNITS))
         return None
 
@@ -115,26 +124,23 @@ class FreeParameter:
 
         Where `base` has a pair, the value is the sum of both, whose shares stay.
         """
-        whole, *path = self.name.split(".")
-        text, given = self.text(sought), base.get(whole)
-        if not path and is_list(given):
+        text, given = self.text(sought), base.get(self.key)
+        if not self.path and is_list(given):
             parts = [self.about.read(number, _UNITS) for number in given]
-            return whole, [self.text(sought * part / sum(parts)) for part in parts]
+            return self.key, [self.text(sought * part / sum(parts)) for part in parts]
 
-        def put(value: object, about: Parameter, path: Sequence[str]) -> object:
+        def put(value: object, path: Sequence[str | int]) -> object:
             if not path:
                 return text
             step, *further = path
-            if step in (places := _places(about)):
-                values = [*value] if is_list(value) else [value or text] * len(places)
-                at = places.index(step)
-                values[at] = put(values[at], about, further)
-                return values
-            inner = as_mapping(value)
-            below = _below(about, step) or about
-            return {**inner, step: put(inner.get(step), below, further)}
+            if isinstance(step, str):
+                inner = as_mapping(value)
+                return {**inner, step: put(inner.get(step), further)}
+            values = [*value] if is_list(value) else [value or text] * 2
+            values[step] = put(values[step], further)
+            return values
 
-        return whole, put(given, case_keys()[whole].about, path)
+        return self.key, put(given, self.path)
 
 
 class Range(BaseModel):
@@ -158,7 +164,7 @@ class Range(BaseModel):
 
     def of(self, name: str) -> FreeParameter:
         """The parameter with this range."""
-        about = _parameter_at(name)
+        about, path = _parameter_at(name)
         if about is None:
             raise QuantityError(
                 "is not a case parameter", did_you_mean(name, case_keys().all_names)
@@ -171,7 +177,7 @@ class Range(BaseModel):
         if self.scale == "log" and low <= 0.0:
             raise QuantityError("must begin above 0 on a logarithmic scale")
         scale = self.scale or ("log" if low > 0.0 else "linear")
-        return FreeParameter(name, low, high, about, scale == "log", self.each)
+        return FreeParameter(name, low, high, about, scale == "log", self.each, path)
 
 
 def _checked(ranges: dict[str, Range]) -> dict[str, Range]:
@@ -436,7 +442,7 @@ def with_sought(
     """The plain keys of `base` with a value within its range for what is sought, if missing."""
     filled = dict(base)
     for parameter in free:
-        whole, _, further = parameter.name.partition(".")
+        whole, further = parameter.key, parameter.name.partition(".")[2]
         if whole in vary or parameter.name in vary:
             rule = "is varied too: every test has its own value already"
             remedy = "leave it out of vary and write each: true beside its range"
@@ -458,28 +464,27 @@ def with_sought(
     return filled
 
 
-def _places(about: Parameter) -> tuple[str, ...]:
+def _places(about: Parameter | None) -> tuple[str, ...]:
     """The names of the values of a pair, such as indenter and flat."""
     return tuple(end for end, _ in about.places) if isinstance(about, Quantity) else ()
 
 
-def _below(about: Parameter, step: str) -> Parameter | None:
-    """The parameter of a key within a law."""
-    forms = about.forms if isinstance(about, Quantity) else ()
-    return next((declared(form)[step] for form in forms if step in declared(form)), None)
-
-
-def _parameter_at(name: str) -> Parameter | None:
-    """The single quantity of a name, which may lead into a pair or a law."""
-    whole, *path = name.split(".")
+def _parameter_at(name: str) -> tuple[Parameter | None, tuple[str | int, ...]]:
+    """The single quantity of a name, and its path through parts, laws and pairs."""
+    whole, *steps = name.split(".")
+    path: list[str | int] = [*steps]
+    about: Parameter | None = None
     if name in case_keys().all_names:
-        about: Parameter | None = case_keys()[name].about
-    else:
-        about = case_keys()[whole].about if whole in case_keys().names else None
-        for step in path:
-            if about is not None and step not in _places(about):
-                about = _below(about, step)
-    return about.single if isinstance(about, Quantity) else about
+        about = case_keys()[name].about
+    elif whole in case_keys().names:
+        about = case_keys()[whole].about
+        for place, step in enumerate(steps):
+            if step in (places := _places(about)):
+                path[place] = places.index(step)
+            else:
+                forms = about.forms if isinstance(about, Quantity) else ()
+                about = next((declared(f)[step] for f in forms if step in declared(f)), None)
+    return (about.single if isinstance(about, Quantity) else about), (*path,)
 
 
 def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWithUnit, float]:

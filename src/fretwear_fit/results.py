@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,7 +66,6 @@ class Fit:
     runs: int  # runs that it needs
     computed: int  # runs that no folder had kept
     warnings: tuple[str, ...]
-    fitted: Mapping[str, object]  # plain content of a study of the best values
     posterior: Posterior
     seed: int = 0
 
@@ -92,6 +90,7 @@ class Fit:
         if self.posterior.reason and not any(self.profiles[place].is_open(level)):
             low, high = self.posterior.interval(place, level)
         unknown = self.unknowns[place]
+        low = unknown.ends[0] if self.is_limit(name) else low
         return float(unknown.value(low)), float(unknown.value(high))
 
     @property
@@ -122,7 +121,13 @@ class Fit:
 
     def is_open(self, name: str, level: float = LEVELS[-1]) -> tuple[bool, bool]:
         """Whether the range of a parameter ends its interval, below and above."""
-        return self.profiles[self.names.index(name)].is_open(level)
+        low, high = self.profiles[self.names.index(name)].is_open(level)
+        return low or self.is_limit(name), high
+
+    def is_limit(self, name: str) -> bool:
+        """Whether the data give an upper limit only: of wear that no measured profile shows."""
+        free = self.unknowns[self.names.index(name)].free
+        return free.is_of_wear and all(datum.comparison.is_placed for datum in self.measurements)
 
     def as_dict(self, level: float = LEVELS[-1]) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -157,7 +162,6 @@ class Fit:
             "p_value": self.p_value,
             "runs": self.runs,
             "warnings": [*self.warnings],
-            "fitted_study": self.fitted,
         }
 
     def groups(self) -> dict[str, xr.Dataset]:
@@ -241,28 +245,22 @@ def _rounded(value: float) -> float:
 
 def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:
     """Each measurement beside the best run, with errors of its base line."""
-    settled = fitter.settle(signal)
-    parts = [*zip(fitter.comparisons, fitter.split(signal), settled, strict=True)]
-    blocks, by_u = [], []
-    for place, (comparison, part, nuisances) in enumerate(parts):
-        blocks.append(comparison.slopes(part, nuisances))
-        changes = [fitter.split(column)[place] for column in derivatives.T]
-        by_u.append(np.column_stack([comparison.by_signal(part, nuisances, c) for c in changes]))
-    rows = sum(len(block) for block in blocks)
-    count, nuisance_count = derivatives.shape[1], sum(block.shape[1] for block in blocks)
-    whole = np.zeros((rows, count + nuisance_count))
-    row, column = 0, count
-    for block, of_u in zip(blocks, by_u, strict=True):
-        whole[row : row + len(block), :count] = of_u
-        whole[row : row + len(block), column : column + block.shape[1]] = block
-        row, column = row + len(block), column + block.shape[1]
+    from scipy.linalg import block_diag
+
+    parts, count = fitter.parts(signal), derivatives.shape[1]
+    columns = [
+        c.derivatives(s, n, fitter.split_all(derivatives, place))
+        for place, (c, s, n) in enumerate(parts)
+    ]
+    by_u = np.concatenate([each[:, :count] for each in columns])
+    whole = np.hstack([by_u, block_diag(*(each[:, count:] for each in columns))])
     scales = np.maximum(np.abs(whole).max(axis=0), 1e-150)  # products of two are not 0
     covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
     covariance = covariance / np.outer(scales, scales)
     fitted, column = [], count
     for comparison, part, nuisances in parts:
-        columns = np.r_[0:count, column : column + nuisances.size]
-        block = covariance[np.ix_(columns, columns)]
+        places = np.r_[0:count, column : column + nuisances.size]
+        block = covariance[np.ix_(places, places)]
         deviations = np.sqrt(np.maximum(np.diag(block)[count:], 0.0))
         spread = np.sqrt(np.maximum(np.diag(block), 1e-300))
         correlation = (block / np.outer(spread, spread))[:count, count:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.study.case import Case
 from fretwear.study.problems import StudyError
-from fretwear.study.reading import MAX_TITLE, assign, case_of_content, content_of, load_study
+from fretwear.study.reading import assign, case_of_content, content_of, load_study
 from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError
 from fretwear_fit.comparison import Comparison
@@ -87,19 +86,6 @@ class _Tests:
             # On the same cells, predictions change smoothly from run to run.
             changes |= {"accuracy": "none", "error_estimate": case.error_estimate and errors}
         return case.replace(**changes)
-
-    def fitted(self, u: Array) -> dict[str, object]:
-        """The plain content of a study of the best values, or of the first test if they differ."""
-        if any(unknown.test for unknown in self.unknowns):
-            content = self.content(min(self.contents), u)
-        else:
-            content = {key: v for key, v in self.study.content.items() if key != "fit"}
-            for unknown, inner in zip(self.unknowns, u, strict=True):
-                base = as_mapping(content["base"])
-                sought = float(f"{float(unknown.value(inner)):.5g}")
-                assign(content, *unknown.free.placed(base, sought))
-        title = f"{self.study.title}: best values of a fit"[:MAX_TITLE]
-        return json.loads(json.dumps({**content, "title": title}))  # type: ignore[no-any-return]
 
     @staticmethod
     def cycle_of(case: Case, cycle: int | None) -> int:
@@ -219,10 +205,9 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
             break
         signal = fitter.signal(best)
         before = [c.noise for c in fitter.comparisons]
-        settled = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
         fitter.comparisons = [
             c.with_noise_of_residuals(s, n, fitter.split_all(derivatives, place))
-            for place, (c, s, n) in enumerate(settled)
+            for place, (c, s, n) in enumerate(fitter.parts(signal))
         ]
         for old, c in zip(before, fitter.comparisons, strict=True):
             if old is not None and c.noise is not None:
@@ -258,7 +243,6 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         len(runs.done),
         runs.computed,
         (),
-        tests.fitted(emulator.best),
         posterior,
         seed,
     )
@@ -295,9 +279,8 @@ def _best_of_all(fitter: Fitter, best: Array) -> tuple[Array, list[str]]:
 
 def _with_noise(fitter: Fitter, best: Array) -> tuple[list[Comparison], list[str]]:
     """The comparisons with the noise beside their scars, and doubts about it."""
-    signal, comparisons, doubts = fitter.signal(best), [], []
-    parts = zip(fitter.comparisons, fitter.split(signal), fitter.settle(signal), strict=True)
-    for comparison, part, nuisances in parts:
+    comparisons, doubts = [], []
+    for comparison, part, nuisances in fitter.parts(fitter.signal(best)):
         better, doubt = comparison.with_noise_beside(part, nuisances)
         comparisons.append(better)
         if doubt:

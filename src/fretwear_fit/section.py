@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ import pandas as pd
 import xarray as xr
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from ruamel.yaml import YAML
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group
@@ -58,10 +56,7 @@ def _body(record: Mapping[str, Any]) -> Markup:
     body += Markup("<h3>Noise and base lines</h3>") + table_html(lines)
     items = Markup("").join(Markup("<li>{}</li>").format(told) for told in record["warnings"])
     body += Markup("<h3>What the data leave open</h3><ul>{}</ul>").format(items) if items else ""
-    stream = StringIO()
-    YAML().dump(record["fitted_study"], stream)
-    study = Markup("<h3>Study of the best values</h3><pre>{}</pre>").format(stream.getvalue())
-    return body + study
+    return body
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all

@@ -18,8 +18,6 @@ _AT_AN_END = 2e-3  # of a range
 _INSENSITIVE = 0.1  # change of a scar over the change of its coefficient
 _SMALL_STROKE = 0.1  # over the contact half-width
 _UNLIKELY = 0.01
-_WEAR = ("wear_coefficient", "energy_wear_coefficient")
-_COEFFICIENTS = (*_WEAR, "indenter", "flat", "value", "rim", "core")  # within a pair or a law
 _OF_PATH = {"cycles", "sliding_amplitude", "displacement_amplitude", "sliding_distance"}
 
 
@@ -70,11 +68,7 @@ def _of_correlations(fit: Fit) -> Iterator[str]:
 def _of_wear(fit: Fit, case: Case) -> Iterator[str]:
     """What is known of wear coefficients and of the bodies."""
     names = [unknown.free.name for unknown in fit.unknowns]
-    of_wear = {
-        name
-        for name in names
-        if name.partition(".")[0] in _WEAR and name.rpartition(".")[2] in _COEFFICIENTS
-    }
+    of_wear = {unknown.free.name for unknown in fit.unknowns if unknown.free.is_of_wear}
     if of_wear and not _OF_PATH & {*names}:
         yield (
             "only the product of wear coefficient, cycles and slip counts: relative errors of "

@@ -1,12 +1,12 @@
-"""The claims of the source study: its words, how each is read, and whether it holds."""
+"""The claims of the source study, in its words and as they are read (claims.csv), and judged."""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -71,14 +71,18 @@ class Finding(NamedTuple):
 
     answer: Verdict
     numbers: Mapping[str, str]  # the measured numbers behind it, with units, by their words
-    remark: str  # why the claim does not hold, or which part does; empty if it holds
+
+    @classmethod
+    def graded(cls, holds: bool, in_part: bool, numbers: Mapping[str, str]) -> Finding:
+        """The finding on a claim that holds, or holds in part."""
+        answer = Verdict.HOLDS if holds else Verdict.IN_PART if in_part else Verdict.FAILS
+        return cls(answer, numbers)
 
     @property
     def text(self) -> str:
-        """Verdict, remark and numbers."""
-        verdict = f"{self.answer.value}: {self.remark}" if self.remark else self.answer.value
+        """Verdict and numbers."""
         numbers = [f"{what}: {number}" for what, number in self.numbers.items()]
-        return "; ".join([verdict, *numbers])
+        return "; ".join([self.answer.value, *numbers])
 
 
 @dataclass(frozen=True)
@@ -93,36 +97,24 @@ class PublishedClaim:
 
     def judge(self, cases: Cases) -> Judgement:
         """Judge the claim by the four cases."""
-        findings = {
-            subject: self.measure(*(cases[title] for title in titles))
-            for subject, titles in self.subjects.items()
-        }
-        return Judgement(self, findings)
+        return Judgement(
+            {
+                subject: self.measure(*(cases[title] for title in titles))
+                for subject, titles in self.subjects.items()
+            }
+        )
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """A claim with the findings of its subjects."""
+class Judgement(NamedTuple):
+    """The findings on a claim, by subject."""
 
-    claim: PublishedClaim
     findings: Mapping[str, Finding]
-
-    @property
-    def answers(self) -> dict[str, Verdict]:
-        """The answer of each subject."""
-        return {subject: finding.answer for subject, finding in self.findings.items()}
 
     @property
     def verdict(self) -> Verdict:
         """The answer common to all subjects; if they differ, the claim holds in part."""
-        answers = {*self.answers.values()}
+        answers = {finding.answer for finding in self.findings.values()}
         return answers.pop() if len(answers) == 1 else Verdict.IN_PART
-
-    @property
-    def by_subject(self) -> str:
-        """The answers of the subjects in words if they differ, else empty."""
-        differ = len({*self.answers.values()}) > 1
-        return ", ".join(f"{s}: {answer.value}" for s, answer in self.answers.items() if differ)
 
 
 def short(value: float) -> str:
@@ -135,12 +127,6 @@ def short(value: float) -> str:
 def percent(share: float) -> str:
     """Return a share in percent, as `short` writes it."""
     return f"{short(100.0 * share)} %"
-
-
-def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]) -> Finding:
-    """Grade a claim; the remark applies if it does not hold completely."""
-    answer = Verdict.HOLDS if holds else Verdict.IN_PART if in_part else Verdict.FAILS
-    return Finding(answer, numbers, "" if holds else remark)
 
 
 def _steps(values: Array) -> Array:
@@ -157,46 +143,13 @@ def _last_to_first(stick: Array, slip: Array) -> dict[str, str]:
     }
 
 
-_EACH = {title: (title,) for title in TITLES}
-_SMOOTH_ELASTIC = {"smooth elastic": ("smooth elastic",)}
-_ROUGH = {title: (title,) for title in TITLES if title.startswith("rough")}
-_PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")}
-
-
-@partial(
-    PublishedClaim,
-    1,
-    "Pressure increases within the stick zone and decreases inside the slip zones.",
-    "From every snapshot to the next the mean pressure rises over the first stick disc and falls "
-    "over the ring from there to the edge of the contact; changes by less than 0.1 % of the first "
-    "mean do not count. In part: from the first snapshot to the last.",
-    _EACH,
-)
 def _pressure_moves_inward(case: StudyCase) -> Finding:
     stick, slip = zone_means(case, "pressure")
-    against = {
-        "falls in the stick zone": _steps(stick) < 0.0,
-        "rises in the slip zone": _steps(slip) > 0.0,
-    }
-    back = [
-        f"{what} from cycle {cycle_text(case.cycles[int(steps.argmax())])} on"
-        for what, steps in against.items()
-        if steps.any()
-    ]
+    against = (_steps(stick) < 0.0).any() or (_steps(slip) > 0.0).any()
     in_all = bool(stick[-1] > stick[0] and slip[-1] < slip[0])
-    remark = f"it {' and '.join(back)}" if back else "it does not change"
-    return _finding(in_all and not back, in_all, remark, _last_to_first(stick, slip))
+    return Finding.graded(in_all and not against, in_all, _last_to_first(stick, slip))
 
 
-@partial(
-    PublishedClaim,
-    2,
-    "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
-    "last cycle.",
-    "After the last cycle the cell of highest pressure is within two cells of the edge of the "
-    "stick zone.",
-    _SMOOTH_ELASTIC,
-)
 def _peak_at_stick_edge(case: StudyCase) -> Finding:
     pressure = case.field("pressure", case.last)
     peak = case.radius[np.unravel_index(int(pressure.argmax()), pressure.shape)]
@@ -206,20 +159,9 @@ def _peak_at_stick_edge(case: StudyCase) -> Finding:
         "peak beyond the edge": f"{short(beyond)} cells",
         "peak, last to first": short(growth_of_peak),
     }
-    return _finding(abs(beyond) <= _PEAK_CELLS, False, "the peak is elsewhere", numbers)
+    return Finding.graded(abs(beyond) <= _PEAK_CELLS, False, numbers)
 
 
-@partial(
-    PublishedClaim,
-    3,
-    f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
-    "of a smooth surface after the same number.",
-    f"At the snapshot nearest cycle {RUN_IN}, over the slip zone that both have in common, the "
-    "mean differences of pressure and of slip are at most 5 % of the means of the smooth "
-    "contact. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
-    "slip, indistinguishable in a figure.",
-    _PAIRS,
-)
 def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
     cycle = smooth.nearest(RUN_IN)
     pressure, mean_pressure, _ = differences(smooth, rough, "pressure", cycle)
@@ -233,31 +175,19 @@ def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
         "pressure apart, to Hertz": percent(pressure / hertz),
         "slip apart, to the largest": percent(slip / largest_slip),
     }
-    return _finding(
-        pressure <= _ALMOST * mean_pressure and slip <= _ALMOST * mean_slip,
-        in_figure,
-        f"{'equal' if in_figure else 'not equal even'} on the scale of a figure",
-        numbers,
-    )
+    alike = pressure <= _ALMOST * mean_pressure and slip <= _ALMOST * mean_slip
+    return Finding.graded(alike, in_figure, numbers)
 
 
-@partial(
-    PublishedClaim,
-    4,
-    "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces continuously.",
-    "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
-    "outer quarter of the stick zone, and the area that sticks falls from every snapshot to "
-    "the next once bodies yield. In part: it falls from a later cycle on.",
-    _EACH,
-)
 def _stick_zone(case: StudyCase) -> Finding:
     if math.isinf(case.parameter("plastic_limit")):
         sticks, slips = (
             np.any([case.field("contact_state", n) == state for n in case.cycles], axis=0)
             for state in (ContactState.STICK, ContactState.SLIP)
         )
-        changed, what = int((sticks & slips).sum()), "cells that go from stick to slip or back"
-        return _finding(not changed, False, f"{changed} {what}", {what: str(changed)})
+        changed = int((sticks & slips).sum())
+        numbers = {"cells that go from stick to slip or back": str(changed)}
+        return Finding.graded(not changed, False, numbers)
     area = case.dataset["stick_area"].values
     zones = {cycle: case.zones(cycle) for cycle in case.cycles}
     outer = {c: z.stick & (case.radius >= _OUTER_PART * z.stick_radius) for c, z in zones.items()}
@@ -266,32 +196,17 @@ def _stick_zone(case: StudyCase) -> Finding:
     rises = np.flatnonzero(np.diff(area) >= 0.0)
     falls = case.cycles[rises[-1] + 1] if rises.size else 0
     reduces = bool(yields) and falls < case.last and bool(area[-1] < area[0])
-    if not yields:
-        remark = "its edge does not yield"
-    elif not reduces:
-        remark = "its edge yields, but it does not reduce"
-    else:
-        remark = f"the area that sticks falls only from cycle {cycle_text(falls)} on"
     extent = zones[case.last].stick_radius / zones[0].stick_radius
     numbers = {
         "stick area left": percent(area[-1] / area[0]),
         "largest on the way": percent(area.max() / area[0]),
         "radius of the zone left": percent(extent),
         "edge yields by cycle": cycle_text(yields[0]) if yields else "–",
+        "area falls from cycle": cycle_text(falls) if falls < case.last else "–",
     }
-    return _finding(reduces and falls <= max(elastic, default=0), reduces, remark, numbers)
+    return Finding.graded(reduces and falls <= max(elastic, default=0), reduces, numbers)
 
 
-@partial(
-    PublishedClaim,
-    5,
-    "The maximum wear is in the middle of the slip zones; this area supports the highest wear at "
-    "the beginning of the process (smooth).",
-    "Averaged over rings, the wear of cycle 0 and the wear depth after the last cycle are largest "
-    "in the middle third of the slip zone. In part: one of the two. The closed form of the unworn "
-    "contact has the largest product of pressure and slip at 0.76 of the width for Q/µP = 0.8.",
-    _EACH,
-)
 def _wears_most_in_the_middle(case: StudyCase) -> Finding:
     first = largest_on_rings(case, "wear_rate", 0)[0]
     places = {c: largest_on_rings(case, "wear_depth", c)[0] for c in case.cycles[1:]}
@@ -305,21 +220,9 @@ def _wears_most_in_the_middle(case: StudyCase) -> Finding:
         "place of the deepest wear after the last cycle": short(places[case.last]),
     }
     begins, ends = start <= first <= end, start <= places[case.last] <= end
-    remark = f"it is at {short(first)} of the width of the slip zone at first"
-    if not ends:
-        remark += f", at {short(places[case.last])} at the end"
-    return _finding(begins and ends, begins or ends, remark, numbers)
+    return Finding.graded(begins and ends, begins or ends, numbers)
 
 
-@partial(
-    PublishedClaim,
-    6,
-    "After some number of cycles the wear of one cycle becomes almost constant over the slip zone.",
-    "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
-    "mean, at the last snapshot at which the mean is still at least 1 % of the first. In part: "
-    "at most 10 % over the middle half of the slip zone.",
-    _EACH,
-)
 def _even_wear(case: StudyCase) -> Finding:
     means = [case.field("wear_rate", n)[case.zones(n).slip()].mean() for n in case.cycles]
     cycle = case.cycles[np.flatnonzero(np.array(means) >= _STILL_WEARING * means[0])[-1]]
@@ -330,21 +233,9 @@ def _even_wear(case: StudyCase) -> Finding:
         "unevenness there": percent(now),
         "over the middle half": percent(middle),
     }
-    remark = "over the middle half only" if middle <= _EVEN else "nor over the middle half"
-    return _finding(now <= _EVEN, middle <= _EVEN, remark, numbers)
+    return Finding.graded(now <= _EVEN, middle <= _EVEN, numbers)
 
 
-@partial(
-    PublishedClaim,
-    7,
-    "Rough: wear is first on the asperities with the biggest pressures; after about "
-    f"{RUN_IN} cycles the asperities on the slip area are worn.",
-    "In cycle 0 at least 90 % of the wear is on the higher half of the surface, where pressure "
-    "is higher than in the slip zone on average; at the snapshot nearest cycle "
-    f"{RUN_IN} at most 10 % of the amplitude of the waves is left in the slip zone. In part: "
-    "one of the two, or at most 10 % in its middle half.",
-    _ROUGH,
-)
 def _asperities(case: StudyCase) -> Finding:
     wear, pressure = case.field("wear_rate", 0), case.field("pressure", 0)
     on_tips = float(wear[case.waves < 0.0].sum() / wear.sum())
@@ -362,32 +253,14 @@ def _asperities(case: StudyCase) -> Finding:
         "in its middle half": percent(middle),
     }
     gone, gone_in_part = abs(slip) <= _WORN_OFF, abs(middle) <= _WORN_OFF
-    remark = "gone in the middle half only" if gone_in_part else "asperities remain"
-    if not first:
-        remark = "wear is not first on asperities"
-    return _finding(first and gone, first or gone_in_part, remark, numbers)
+    return Finding.graded(first and gone, first or gone_in_part, numbers)
 
 
-@partial(
-    PublishedClaim,
-    8,
-    "Contact width grows much faster for rough surfaces and stabilises at almost the same level.",
-    "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
-    "after the last cycle they are within 5 % of each other, and in the second half of all "
-    "cycles each grows by at most 5 % of its whole growth. In part: one of the two.",
-    _PAIRS,
-)
 def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
     ratio = growth(rough, _EARLY) / growth(smooth, _EARLY)
     last = [case.at("contact_half_width_x", case.last) for case in (rough, smooth)]
     level = last[0] / last[1] - 1.0
     late = max(late_growth(smooth), late_growth(rough))
-    reasons = {
-        f"it grows {short(ratio)} times as much": ratio < _MUCH,
-        f"the last widths are {percent(abs(level))} apart": abs(level) > _ALMOST,
-        f"{percent(late)} of the growth is in the second half of the cycles": late > _ALMOST,
-    }
-    against = [reason for reason, applies in reasons.items() if applies]
     numbers = {
         f"growth by cycle {_EARLY:.0f}, rough to smooth": short(ratio),
         "growth by cycle 1000": short(growth(rough, 1000.0) / growth(smooth, 1000.0)),
@@ -395,17 +268,10 @@ def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Findi
         "growth in the second half": f"{percent(late)} of all",
     }
     stabilises = abs(level) <= _ALMOST and late <= _ALMOST
-    return _finding(not against, ratio >= _MUCH or stabilises, " and ".join(against), numbers)
+    faster = ratio >= _MUCH
+    return Finding.graded(faster and stabilises, faster or stabilises, numbers)
 
 
-@partial(
-    PublishedClaim,
-    9,
-    "Shear tractions exhibit a similar behaviour.",
-    "From snapshot to snapshot the mean shear over the two zones of claim 1 rises where the mean "
-    "pressure rises, and falls where it falls. In part: more often than not.",
-    _EACH,
-)
 def _shear_like_pressure(case: StudyCase) -> Finding:
     shear, pressure = (zone_means(case, name) for name in ("shear_traction", "pressure"))
     opposite = [_steps(q) * _steps(p) < 0.0 for q, p in zip(shear, pressure, strict=True)]
@@ -414,18 +280,9 @@ def _shear_like_pressure(case: StudyCase) -> Finding:
         **_last_to_first(*shear),
         "changes against the pressure": f"{against} of {steps}",
     }
-    remark = f"{against} of {steps} changes go the other way"
-    return _finding(not against, against < steps // 2, remark, numbers)
+    return Finding.graded(not against, against < steps // 2, numbers)
 
 
-@partial(
-    PublishedClaim,
-    10,
-    "Wear has higher values at the beginning for rough bodies.",
-    f"From cycle 1 to {RUN_IN} the rough contact exceeds the smooth one in wear volume and largest "
-    "depth. In part: in one of them, or at some snapshots.",
-    _PAIRS,
-)
 def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
     cycles = [cycle for cycle in smooth.cycles if 0 < cycle <= RUN_IN and cycle in rough.cycles]
     ratios = {
@@ -437,28 +294,10 @@ def _more_wear_when_rough(smooth: StudyCase, rough: StudyCase) -> Finding:
         for what, values in ratios.items()
         for index in (0, -1)
     }
-    less = [
-        f"less {what} at cycle {', '.join(lower)}"
-        for what, values in ratios.items()
-        if (lower := [cycle_text(n) for n, v in zip(cycles, values, strict=True) if v <= 1.0])
-    ]
-    higher = max(map(max, ratios.values())) > 1.0
-    return _finding(not less, bool(higher), " and ".join(less), numbers)
+    every = [value for values in ratios.values() for value in values]
+    return Finding.graded(min(every) > 1.0, max(every) > 1.0, numbers)
 
 
-@partial(
-    PublishedClaim,
-    11,
-    "On a macro-scale the results are comparable to a smooth surface, and on a micro-scale the "
-    "pressure profile of each asperity behaves as a smooth surface.",
-    "The micro-scale; claims 3, 8 and 10 compare the whole. In cycle 0 the pressure of asperities "
-    "(half a wave by half a wave around a tip) differs by at most 10 % (root mean square, mean "
-    "weighted by load) from the pressure of a smooth contact with the curvatures, load and limit "
-    f"of the tip. Up to the snapshot nearest cycle {RUN_IN}, mean pressure rises where asperities "
-    "stuck and falls where they slipped, as on the whole of a smooth contact: on asperities that "
-    "carry 90 % of the load of all that both stick and slip. In part: one of the two.",
-    _ROUGH,
-)
 def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
     cycle, apart = case.nearest(RUN_IN), deviation_from_hertz(case)
     share, behaving = asperities_like_the_whole(case, cycle)
@@ -469,15 +308,10 @@ def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
         "share of that load that behaves as smooth": percent(behaving),
     }
     alike, behave = apart <= _ALIKE, behaving >= _MOST_ASPERITIES
-    against = [
-        "pressure profiles differ from smooth contacts" if not alike else "",
-        "pressure does not move from slip to stick" if not behave else "",
-    ]
-    remark = " and ".join(filter(None, against))
-    return _finding(alike and behave, alike or behave, remark, numbers)
+    return Finding.graded(alike and behave, alike or behave, numbers)
 
 
-CLAIMS = (
+_MEASURES: tuple[Callable[..., Finding], ...] = (
     _pressure_moves_inward,
     _peak_at_stick_edge,
     _rough_becomes_smooth,
@@ -490,13 +324,30 @@ CLAIMS = (
     _more_wear_when_rough,
     _asperities_behave_as_smooth,
 )
+_SUBJECTS: Mapping[str, Mapping[str, Sequence[str]]] = {
+    "each": {title: (title,) for title in TITLES},
+    "smooth elastic": {"smooth elastic": ("smooth elastic",)},
+    "rough": {title: (title,) for title in TITLES if title.startswith("rough")},
+    "pairs": {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")},
+}
+
+
+def _claims() -> Iterator[PublishedClaim]:
+    """The claims of the table beside this module."""
+    table = Path(__file__).with_suffix(".csv").read_text(encoding="utf-8").splitlines()
+    for row, measure in zip(csv.DictReader(table), _MEASURES, strict=True):
+        subjects = _SUBJECTS[row["subjects"]]
+        yield PublishedClaim(int(row["number"]), row["words"], row["criterion"], subjects, measure)
+
+
+CLAIMS = tuple(_claims())
 """All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
 
 
 _INTRODUCTION = Markup(
     "<p>The claims of the study “Wear investigation of rough bodies in contact under partial slip "
     "conditions”, judged by numbers measured on the cases that have its parameters. The source "
-    "gives no radius of the sphere: these cases have {}. It takes slip and stick zone of the "
+    "gives no radius of the sphere: what was measured has {}. It takes slip and stick zone of the "
     "unworn smooth sphere for every cycle (<code>cattaneo_mindlin</code>); slip can also follow "
     "the worn shape (<code>jaeger</code>).</p>"
 )
@@ -520,8 +371,8 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     """Yield the sections on the source study from a merged study's case files.
 
     A study without the four cases of the source study has none. The first section judges the claims
-    at one radius and compares others if present; the second, if the study has both slip models,
-    says what the simpler one costs.
+    at every radius and measures them at one; the second, if the study has both slip models, says
+    what the simpler one costs.
     """
     judged: dict[tuple[str, float], list[Judgement]] = {}
     models: list[Cases] = []
@@ -532,22 +383,28 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     if not judged:
         return
     radius = next(iter(judged))[1]
-    columns = {model: group for (model, at), group in sorted(judged.items()) if at == radius}
+    several = len({at for _, at in judged}) > 1
+    columns = {
+        f"R = {value_text('radius', at)}, {_words(model)}" if several else _words(model): group
+        for (model, at), group in sorted(judged.items())
+    }
     claims = [
         {"No.": claim.number, "Claim": claim.words, "How it is read": claim.criterion}
-        | {_words(model): group[row].verdict.value for model, group in columns.items()}
+        | {words: group[row].verdict.value for words, group in columns.items()}
         for row, claim in enumerate(CLAIMS)
     ]
     measured = [
         {"Claim": claim.number, "Case": subject}
-        | {_words(model): group[row].findings[subject].text for model, group in columns.items()}
+        | {
+            _words(model): group[row].findings[subject].text
+            for (model, at), group in sorted(judged.items())
+            if at == radius
+        }
         for row, claim in enumerate(CLAIMS)
         for subject in claim.subjects
     ]
     body = _INTRODUCTION.format(value_text("radius", radius)) + table_html(pd.DataFrame(claims))
     body += _MEASURED + table_html(pd.DataFrame(measured))
-    if len(judged) > len(columns):
-        body += _at_other_radii(judged, columns, radius)
     yield Section("claims", "Claims of the source study", body)
     if len(models) > 1:
         cases, simple = models[:2]
@@ -563,31 +420,6 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
 
 def _words(model: str) -> str:
     return _MODELS.get(model, model.replace("_", " "))
-
-
-def _at_other_radii(
-    judged: Mapping[tuple[str, float], Sequence[Judgement]],
-    columns: Mapping[str, Sequence[Judgement]],
-    radius: float,
-) -> Markup:
-    """The verdicts at all radii, with those marked that differ from those at the first one."""
-    rows, varied = [], []
-    for number, claim in enumerate(CLAIMS):
-        row: dict[str, object] = {"Claim": claim.number}
-        for (model, at), group in sorted(judged.items()):
-            answer = group[number]
-            differs = answer.answers != columns.get(model, group)[number].answers
-            varied += [str(claim.number)] if differs else []
-            texts = [answer.verdict.value + " *" * differs, answer.by_subject]
-            head = f"R = {value_text('radius', at)}, {_words(model)}"
-            row[head] = "; ".join(filter(None, texts))
-        rows.append(row)
-    told = f"claims {', '.join(dict.fromkeys(varied))}" if varied else "there are none"
-    words = Markup(
-        "<h3>The same claims at other radii</h3><p>Answers that differ from the answers at {} are "
-        "marked (*): {}.</p>"
-    )
-    return words.format(value_text("radius", radius), told) + table_html(pd.DataFrame(rows))
 
 
 def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:

@@ -46,6 +46,12 @@ _SLIP_ZONE_TOP = 500e6
 _MARGIN = 0.03
 
 _AT_Y = "on the line nearest y = 0"
+_AT_EDGE = "Around the edge of the contact, within the window of the case."
+_STICK = "Grey: stick zone at the last cycle shown."
+_SINGULAR = (
+    "Curves that leave the panel at the top are elastic: their peak at the edge of the stick zone "
+    "grows without bound as the grid is refined."
+)
 _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 
 _PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
@@ -132,28 +138,16 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     contact = f"{surface} contact" if both else f"{surface} {body} contact"
     bodies = ": elastic, and with a plastic limit" if both else ""
     caption = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
-    caption.append(
-        "Around the edge of the contact, within the window of the case."
-        if at_edge(field) and not is_rough
-        else "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
-        if not is_rough
-        else "Grey in the zoom: stick zone at the last cycle shown."
-    )
     if is_rough:
-        # The median number of consecutive cells in contact at first.
-        touches = profiles_of(cases[titles[0]].dataset, _PRESSURE, 0).values[0] > 0.0
-        ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
         caption.append(
             f"Left: cycle {cycle_text(cycles[-1])}, filled, over a strip of its zones, and the "
             f"line of cycle {cycle_text(cycles[0])}. Right: two waves "
-            f"{_ZOOMS[field.name][1]}; marks are the cells, {int(np.median(np.diff(ends)[::2]))} "
-            "on a tip in contact at cycle 0."
+            f"{_ZOOMS[field.name][1]}; marks are the cells. {_STICK}"
         )
+    else:
+        caption.append(_AT_EDGE if at_edge(field) else _STICK)
     if field.si_unit == _PRESSURE.si_unit:
-        caption.append(
-            "Curves that leave the panel at the top are elastic: their peak at the edge of the "
-            "stick zone grows without bound as the grid is refined."
-        )
+        caption.append(_SINGULAR)
     return figure, caption
 
 

@@ -26,9 +26,6 @@ ROUGH = {
 }
 """Waves of the rough cases, m and rad."""
 
-# Processor seconds to draw the figures, and to judge the claims on four cases.
-_SECONDS_OF_FIGURES, _SECONDS_OF_CLAIMS = 13.0, 2.4
-
 
 def title_of(values: Mapping[str, object]) -> str:
     """Return which of `TITLES` a point with these parameters is; empty if it is none."""

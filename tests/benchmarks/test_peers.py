@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benchmarks.cases import smooth_case
 from benchmarks.peers import contacts
-from benchmarks.peers.contacts import PEERS, ContactMechanics, Pressed, pressed_by, residual
+from benchmarks.peers.contacts import PEERS, pressed_by, residual
 from benchmarks.peers.wear_loop import estimated_step, own_loop
 
 from fretwear.mechanics.contact.cells import ContactProblem, Workspace
@@ -47,33 +47,6 @@ def test_a_peer_finds_the_same_elastic_contact(kind, surface):
         noise = 0.1e-6 * np.random.default_rng(11).standard_normal(CELLS)
         problem = ContactProblem(problem.half_space, problem.shape + noise, problem.load)
     assert_same(problem, pressed_by(kind, problem, MODULUS))
-
-
-@pytest.mark.peers
-@pytest.mark.parametrize("limit", [0.8, 1.5])
-def test_contact_mechanics_yields_alike(limit):
-    pytest.importorskip("ContactMechanics", reason="not installed (extra: bench)")
-    problem = pressed(window(CELLS, even=(False, False)), roughness=ROUGH, limit=limit)
-    theirs = pressed_by(ContactMechanics, problem, MODULUS)
-    assert theirs.max() == pytest.approx(problem.limit, rel=1e-9)
-    assert_same(problem, theirs)
-
-
-@pytest.mark.peers
-def test_a_peer_solves_from_nothing_and_from_a_start(kind):
-    problem = contacts.sphere(64)
-    bodies = problem.half_space
-    modulus = simulate.wear_problem(smooth_case(16)).bodies.composite_modulus
-    peer = kind(bodies.geometry, modulus, 1e-8)
-    first = peer.solve(problem.shape, problem.load)
-    warm = peer.solve(problem.shape, problem.load, first.pressure)
-    for found in (first, warm):
-        assert residual(problem, found.pressure) < 1e-6
-        # tamaas leaves the displacement shifted by the approach: gaps are what can be compared.
-        own = Pressed(found.pressure, bodies.displacement(found.pressure))
-        np.testing.assert_allclose(
-            found.gap(problem.shape), own.gap(problem.shape), atol=1e-6 * problem.shape.max()
-        )
 
 
 def test_the_residual_is_that_of_the_solver_and_a_quarter_unfolds_to_the_whole():

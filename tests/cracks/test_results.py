@@ -52,15 +52,6 @@ def test_planes_and_points_agree(worn):
     np.testing.assert_allclose(at, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
 
 
-def test_no_traction_exceeds_friction_at_the_edge_of_stick_of_worn_bodies():
-    """Contacts of the stored shape differ a little from those of which its cells are means."""
-    case = steel(cycles=3000, cell=CELL, error_estimate=False)
-    last = fretwear.simulate(case, quarter=True).isel(cycle=-1)
-    surface, _ = surface_of(last, case, 3000)
-    shears = surface.over_half_a_loop(8)
-    assert (abs(shears[1:]) <= surface.friction * surface.pressure).all()
-
-
 def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):
     blocks = [{"cycles": 1000, "friction": 0.5}, {"cycles": 500, "friction": 0.7}]
     case = steel(cycles=None, friction=None, cell=CELL, blocks=blocks)

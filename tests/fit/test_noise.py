@@ -33,14 +33,6 @@ def test_size_and_length_of_noise_are_recovered_beside_a_tilted_base_line():
     assert found.length == pytest.approx(noise.length, rel=0.4, abs=0.0)
 
 
-def test_white_noise_is_taken_to_be_uncorrelated():
-    x = np.linspace(0.0, 1e-3, 400)
-    readings = np.random.default_rng(1).normal(scale=5e-8, size=x.size)
-    found = NoiseEvidence(x, readings, np.vander(x, 2)).best()
-    assert found.length < 0.4 * (x[1] - x[0])
-    assert found.size == pytest.approx(5e-8, rel=0.1, abs=0.0)
-
-
 def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
     """White noise with a known length and ten degrees of freedom: quantiles of t, not normal."""
     readings = np.random.default_rng(1).normal(size=12)
@@ -68,12 +60,3 @@ def test_the_power_of_the_noise_lies_among_what_the_readings_allow():
             row.append(min(powers) < noise.size**2 * noise.length < max(powers))
     assert 0.85 < np.mean(inside[0]) <= 1.0  # 95 % asked
     assert np.mean(inside[1]) < 0.75
-
-
-def test_noise_with_a_known_size_or_length_keeps_it():
-    readings = Noise(2.0, 3.0).drawn(np.arange(40.0), np.random.default_rng(1))
-    known = np.arange(40.0), readings, np.ones((40, 1))
-    shares = np.random.default_rng(1).uniform(size=(20, 2))
-    assert {each.size for each in NoiseEvidence(*known, size=2.5).drawn(shares)} == {2.5}
-    assert {each.length for each in NoiseEvidence(*known, length=3.5).drawn(shares)} == {3.5}
-    assert NoiseEvidence(*known, size=2.5).best().size == 2.5

@@ -8,7 +8,7 @@ from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Fitter, Profile, Unknown
 from fretwear_fit.posterior import sampled, why_to_sample
 from fretwear_fit.request import FreeParameter, Measurement
-from fretwear_fit.search import _best_of_all, fit
+from fretwear_fit.search import _best_of_all
 
 REACH = np.linspace(-3.0, 3.0, 25)
 UNCORRELATED = np.eye(2)
@@ -16,11 +16,6 @@ UNCORRELATED = np.eye(2)
 
 def profile(values, falls=False):
     return Profile(0, values[:, None], REACH, np.ones(1), falls)
-
-
-def test_a_normal_profile_needs_no_sampler():
-    assert not why_to_sample([profile(0.1 * REACH)], UNCORRELATED)
-    assert not why_to_sample([profile(np.expm1(0.2 * REACH))], UNCORRELATED)
 
 
 @pytest.mark.parametrize(
@@ -95,20 +90,3 @@ def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(
     best, doubts = _best_of_all(fitter, first)
     assert unknown.value(best[0]) == pytest.approx(1.0, abs=0.01)
     assert any("several minima" in doubt for doubt in doubts) is told
-
-
-@pytest.mark.slow
-def test_draws_that_runs_have_checked_agree_with_those_near_the_best_parameters(
-    titanium, monkeypatch
-):
-    """On an emulator that is checked farther out, where χ² is flatter: 68 % within a fifth."""
-    assert not titanium.posterior.reason
-    monkeypatch.setattr("fretwear_fit.search.why_to_sample", lambda *_: "asked for")
-    file = titanium.study.file
-    found = fit(file, folder=file.parent / "runs")
-    assert found.runs > titanium.runs
-    assert found.posterior.is_checked
-    for place in range(2):
-        low, high = titanium.posterior.interval(place, 0.68)
-        ends = found.posterior.interval(place, 0.68)
-        assert ends == pytest.approx((low, high), abs=0.2 * (high - low))

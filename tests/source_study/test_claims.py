@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from fretwear.results import ContactState
 from fretwear_source_study.cases import (
@@ -70,9 +69,7 @@ def test_pressure_that_moves_outward_fails_the_first_claim(cases):
     # Zones of the late contact are larger: judge by one constant state.
     late = case.field("contact_state", case.last)
     constant = doctored(reversed_, contact_state=lambda _cycle: late)
-    judgement = judged(1, dict.fromkeys(TITLES, constant))
-    assert judgement.verdict is FAILS
-    assert "falls in the stick zone" in judgement.findings["smooth elastic"].remark
+    assert verdict(1, constant) is FAILS
     swapped = {1000: 2000, 2000: 1000}
 
     def vanished(cycle):
@@ -124,25 +121,16 @@ def test_a_changed_cell_or_a_stick_zone_that_does_not_yield_or_shrink_fails_the_
     state[-1, 0, 0] = ContactState.SLIP
     changed = replace(smooth, dataset=smooth.dataset.assign(contact_state=state))
     count = len(plastic.cycles)
-    for title, case, answer, reason in (
-        ("smooth elastic", changed, FAILS, "1 cells"),
-        ("smooth plastic", with_area(plastic, np.ones(count)), FAILS, "does not reduce"),
-        (
-            "smooth plastic",
-            doctored(plastic, plastic_depth=lambda _cycle: 0.0 * plastic.radius),
-            FAILS,
-            "does not yield",
-        ),
-        (
-            "rough plastic",
-            with_area(rough, np.r_[1.0, np.linspace(1.2, 0.5, count - 1)]),
-            IN_PART,
-            "falls only from cycle 1 on",
-        ),
+    whole = doctored(plastic, plastic_depth=lambda _cycle: 0.0 * plastic.radius)
+    late = with_area(rough, np.r_[1.0, np.linspace(1.2, 0.5, count - 1)])
+    for title, case, answer, (what, number) in (
+        ("smooth elastic", changed, FAILS, ("cells that go from stick to slip or back", "1")),
+        ("smooth plastic", with_area(plastic, np.ones(count)), FAILS, ("stick area left", "100 %")),
+        ("smooth plastic", whole, FAILS, ("edge yields by cycle", "–")),
+        ("rough plastic", late, IN_PART, ("area falls from cycle", "1")),
     ):
         found = finding(title, case)
-        assert found.answer is answer
-        assert reason in found.remark
+        assert (found.answer, found.numbers[what]) == (answer, number)
 
 
 @pytest.mark.parametrize(
@@ -249,22 +237,6 @@ def test_wear_that_levels_the_slip_zone_holds_whatever_the_stick_zone_keeps(case
     assert verdict(7, all_over) is HOLDS
 
 
-def test_asperities_go_in_the_middle_of_the_slip_zone_first_and_stay_without_wear(cases):
-    case = cases["rough elastic"]
-    zones = case.zones(case.last)
-    assert abs(amplitude_left(case, case.last, zones.slip(0.25, 0.75))) < 0.1
-    assert amplitude_left(case, case.last, zones.stick) > 0.5
-    nothing = np.zeros_like(case.radius)
-    unworn = doctored(case, **dict.fromkeys(("wear_depth", "plastic_depth"), lambda _: nothing))
-    judgement = judged(7, dict.fromkeys(TITLES, unworn))
-    assert judgement.verdict is IN_PART
-    finding = judgement.findings["rough elastic"]
-    assert finding.numbers["amplitude left in the slip zone"] == "100 %"
-    assert finding.remark == "asperities remain"
-    even = doctored(unworn, wear_rate=lambda _cycle: nothing + 1e-9)
-    assert verdict(7, even) is FAILS
-
-
 def with_width(case, width):
     cycles = case.history["cycle"].values
     return replace(case, history=case.history.assign(contact_half_width_x=("step", width(cycles))))
@@ -275,33 +247,22 @@ def approaching(rate, end):
 
 
 @pytest.mark.parametrize(
-    ("rough", "expected", "remark"),
+    ("rough", "expected"),
     [
-        (approaching(200.0, 1.42), HOLDS, ""),
-        (approaching(500.0, 1.4), IN_PART, "times as much"),
-        (approaching(200.0, 1.6), IN_PART, "apart"),
-        (approaching(800.0, 1.6), FAILS, "apart"),
-        (lambda n: 1e-4 * (1.0 + n / 20000.0), FAILS, "in the second half of the cycles"),
+        (approaching(200.0, 1.42), HOLDS),
+        (approaching(500.0, 1.4), IN_PART),
+        (approaching(200.0, 1.6), IN_PART),
+        (approaching(800.0, 1.6), FAILS),
+        (lambda n: 1e-4 * (1.0 + n / 20000.0), FAILS),
     ],
     ids=["fast", "slow", "wide", "slow and wide", "growing"],
 )
-def test_widths_that_stabilise_hold_and_others_do_not(cases, rough, expected, remark):
+def test_widths_that_stabilise_hold_and_others_do_not(cases, rough, expected):
     smooth = with_width(cases["smooth elastic"], approaching(400.0, 1.4))
     rough = with_width(cases["rough elastic"], rough)
-    judgement = judged(8, dict(zip(TITLES, (smooth, rough) * 2, strict=True)))
-    assert judgement.verdict is expected
-    assert remark in judgement.findings["elastic"].remark
+    assert verdict(8, smooth, rough) is expected
     linear = with_width(smooth, lambda n: 1e-4 * (1.0 + n / 35000.0))
     assert late_growth(linear) == pytest.approx(0.5)
-
-
-def test_shear_that_moves_otherwise_than_pressure_fails(cases):
-    case = cases["smooth elastic"]
-
-    def opposite(cycle):
-        return 2.0 * case.field("shear_traction", 0) - case.field("shear_traction", cycle)
-
-    assert verdict(9, doctored(case, shear_traction=opposite)) is FAILS
 
 
 @pytest.mark.parametrize(
@@ -315,12 +276,14 @@ def test_rough_bodies_wear_more_where_volume_and_depth_say_so(cases, volume, dep
     assert verdict(10, smooth, replace(rough, dataset=dataset)) is expected
 
 
-def test_the_end_of_the_run_is_not_its_beginning(cases):
-    dataset = cases["smooth elastic"].dataset.sel(cycle=[0, 1, 1000])
-    dataset = dataset.assign_coords(cycle=[0, 1, 30000])
-    factor = xr.where(dataset["cycle"] > 7000, 0.5, 1.1)
-    more = {name: factor * dataset[name] for name in ("wear_volume", "wear_depth")}
-    smooth, rough = (
-        replace(cases["smooth elastic"], dataset=one) for one in (dataset, dataset.assign(more))
+def test_unworn_waves_and_shear_against_the_pressure_fail(cases):
+    rough, smooth = cases["rough elastic"], cases["smooth elastic"]
+    nothing = np.zeros_like(rough.radius)
+    unworn = doctored(rough, **dict.fromkeys(("wear_depth", "plastic_depth"), lambda _: nothing))
+    assert verdict(7, unworn) is IN_PART
+    assert verdict(7, doctored(unworn, wear_rate=lambda _: nothing + 1e-9)) is FAILS
+    shear = smooth.field("shear_traction", 0)
+    opposite = doctored(
+        smooth, shear_traction=lambda n: 2.0 * shear - smooth.field("shear_traction", n)
     )
-    assert verdict(10, smooth, rough) is HOLDS
+    assert verdict(9, opposite) is FAILS

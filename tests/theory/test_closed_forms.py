@@ -129,17 +129,6 @@ def test_dissipated_energy_is_the_loop_of_force_and_displacement(hertz):
     assert slip.dissipated_energy == exactly(area, 1e-8)
 
 
-@BOTH
-def test_no_tangential_load_sticks_everywhere(hertz):
-    slip, limit = partial_slip(hertz, 0.0), limit_of(hertz, 0.0)
-    assert slip.stick_radius == exactly(hertz.contact_radius)
-    assert slip.dissipated_energy == 0.0
-    assert slip.tangential_displacement == 0.0
-    assert limit.contact_radius == exactly(hertz.contact_radius)
-    assert limit.central_pressure == exactly(hertz.peak_pressure, 1e-12)
-    assert limit.width_above(4 * hertz.peak_pressure) < 1e-16
-
-
 def test_what_is_not_positive_and_gross_sliding_are_refused():
     for named in ("radius", "load", "composite_modulus"):
         valid = {"radius": 1.0, "load": 1.0, "composite_modulus": 1.0}
