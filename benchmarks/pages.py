@@ -9,8 +9,6 @@ import json
 import math
 import platform
 import re
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -45,10 +43,6 @@ class Check:
     what: str
     measured: float
     required: float
-
-    @property
-    def holds(self) -> bool:
-        return abs(self.measured) <= self.required
 
 
 def no_checks(_: Data) -> list[Check]:
@@ -217,13 +211,8 @@ class Page:
             return self.check(options.docs)
         usual = [each.name for each in self.sections if not each.on_request]
         wanted = [each for each in self.sections if each.name in (options.sections or usual)]
-        if not options.render and len(wanted) == 1:
-            self.measure(options.docs, wanted[0])
-        elif not options.render:
-            # Each in a process of its own, whose largest memory counts all that it ever had.
-            for section in wanted:
-                alone = [sys.executable, "-m", f"benchmarks.{self.name}", section.name]
-                subprocess.run([*alone, "--docs", str(options.docs)], check=True, cwd=ROOT)
+        for section in () if options.render else wanted:
+            self.measure(options.docs, section)
         self.write(options.docs)
         return 0
 
@@ -259,12 +248,6 @@ def percent(fraction: float) -> str:
         return scientific(fraction, "+.1e")
     decimals = min(max(1 - math.floor(math.log10(abs(100.0 * fraction))), 0), 6)
     return f"{100.0 * fraction:+.{decimals}f} %"
-
-
-def bound(fraction: float) -> str:
-    """An allowed deviation."""
-    is_share = fraction >= 1e-4 or fraction == 0.0
-    return f"{100.0 * fraction:g} %" if is_share else scientific(fraction)
 
 
 def scientific(value: float, form: str = ".0e") -> str:
