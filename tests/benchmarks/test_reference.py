@@ -19,8 +19,6 @@ from benchmarks.verification.reference_rings import (
     solve_contact,
 )
 
-from fretwear.theory import LimitingState
-
 P0 = UNIT_HERTZ.peak_pressure
 LIMIT = 4.1622421
 APPROACH, CENTRAL, DEEPEST, VOLUME, PLASTIC, CONTACT, STICK = range(7)
@@ -95,19 +93,6 @@ def test_forward_and_backward_steps_meet(limit, time, backwards, forwards):
     np.testing.assert_allclose(found[integrals], expected[integrals], rtol=2e-4)
     # Plastic flow goes ring by ring, which the extrapolations cannot see.
     np.testing.assert_allclose(found[PLASTIC], expected[PLASTIC], rtol=5e-3, atol=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("load_ratio", [0.2, 0.5, 0.9])
-def test_endless_wear_reaches_the_limiting_state(load_ratio):
-    # At τ = 40 the worn volume lacks less than a thousandth of its limit.
-    resolution = Resolution(swept_width=0.02, edge_width=1e-4, widest=0.01, step=0.4)
-    values, _ = dimensionless_history(load_ratio, math.inf, [40.0], resolution)
-    limit = LimitingState(UNIT_HERTZ, load_ratio)
-    heights = limit.approach, limit.central_pressure, limit.deepest_wear, limit.wear_volume
-    expected = [*heights, 0.0, limit.contact_radius, limit.stick_radius]
-    tolerance = [1e-4, 1e-4, 1e-3, 2e-3, 0.0, 1e-3, 1e-3]
-    assert np.all(np.abs(values[:, 0] - expected) <= np.multiply(tolerance, expected))
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Stresses that a study asks for: beside its cases, in the merged study, drawn and reported."""
 
-import shutil
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -60,21 +58,6 @@ def test_a_merged_study_has_the_fatigue_of_its_cases(cracked):
             before = file.stat().st_mtime_ns
             study.added["output.stress"].stored(folder / f"cases/{case_id}.nc")
             assert file.stat().st_mtime_ns == before
-
-
-def test_another_depth_is_computed_again(cracked, tmp_path):
-    study, folder = cracked
-    case = tmp_path / "cases/case.nc"
-    case.parent.mkdir()
-    shutil.copy(folder / f"cases/{next(iter(study.cases()))}.nc", case)
-    content = {**study.content, "output": {"stress": {"depth": "0.1 mm", "cycles": [2000]}}}
-    other = load_study(write_study(tmp_path / "other.yaml", content))
-    assert 2000 in next(iter(other.cases().values())).output_cycles
-    for asked, deepest in ((study, 0.3e-3), (other, 0.1e-3)):
-        found = asked.added["output.stress"].stored(case)
-        assert float(found.z[-1]) == pytest.approx(deepest)
-    assert found.cycle.values.tolist() == [0.0, 2000.0]
-    assert "life" not in found
 
 
 def test_figures_show_who_wins_and_where(cracked):

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -43,20 +41,3 @@ def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
     for level, quantile in ((0.68, 1.046), (0.9, 1.812), (0.95, 2.228)):  # of t with ν = 10
         assert root_of(level, spread) == pytest.approx(quantile, rel=0.01)
     assert root_of(0.95, np.ones(1)) == pytest.approx(1.95996, rel=1e-5)
-
-
-@pytest.mark.slow
-def test_the_power_of_the_noise_lies_among_what_the_readings_allow():
-    """σ²ℓ, which tells how well a smooth scar is known; with the best ℓ alone it is missed."""
-    x, noise, generator = np.linspace(0.0, 1.0, 60), Noise(1.0, 0.05), np.random.default_rng(2)
-    shares = np.column_stack([generator.permutation((np.arange(20) + 0.5) / 20) for _ in "sl"])
-    inside: list[list[bool]] = [[], []]
-    for _ in range(40):
-        free = NoiseEvidence(x, noise.drawn(x, generator), np.vander(x, 2))
-        for row, evidence in zip(
-            inside, (free, replace(free, length=free.best().length)), strict=True
-        ):
-            powers = [each.size**2 * each.length for each in evidence.drawn(shares)]
-            row.append(min(powers) < noise.size**2 * noise.length < max(powers))
-    assert 0.85 < np.mean(inside[0]) <= 1.0  # 95 % asked
-    assert np.mean(inside[1]) < 0.75

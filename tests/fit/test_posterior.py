@@ -5,31 +5,10 @@ import pytest
 
 from fretwear.study.case import case_keys
 from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import Fitter, Profile, Unknown
-from fretwear_fit.posterior import sampled, why_to_sample
+from fretwear_fit.estimate import Fitter, Unknown
+from fretwear_fit.posterior import sampled
 from fretwear_fit.request import FreeParameter, Measurement
 from fretwear_fit.search import _best_of_all
-
-REACH = np.linspace(-3.0, 3.0, 25)
-UNCORRELATED = np.eye(2)
-
-
-def profile(values, falls=False):
-    return Profile(0, values[:, None], REACH, np.ones(1), falls)
-
-
-@pytest.mark.parametrize(
-    ("profiles", "correlation", "reason"),
-    [
-        ([profile(REACH)], np.array([[1.0, -0.97], [-0.97, 1.0]]), "correlation of 0.970"),
-        ([profile(np.expm1(0.5 * REACH))], UNCORRELATED, "faster on one side"),
-        ([profile(REACH, falls=True)], UNCORRELATED, "falls again"),
-    ],
-)
-def test_correlated_lopsided_and_multimodal_posteriors_need_a_sampler(
-    profiles, correlation, reason
-):
-    assert reason in why_to_sample(profiles, correlation)
 
 
 def banana(u):

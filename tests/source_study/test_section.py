@@ -75,15 +75,8 @@ def with_radii(summary, *radii):
 
 
 def test_other_parameters_make_another_study_and_cases_not_done_none(merged, tmp_path):
-    for name in (
-        "normal_load",
-        "tangential_load",
-        "friction",
-        "wear_coefficient",
-        "roughness_slope_y",
-    ):
-        other = merged.summary.assign_coords({name: merged.summary[name] * 1.01})
-        assert not [*reference_cases(other, merged.folder)], name
+    other = merged.summary.assign_coords(friction=merged.summary["friction"] * 1.01)
+    assert not [*reference_cases(other, merged.folder)]
     other = merged.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
     assert not [*reference_cases(other, merged.folder)]
     assert not [*reference_cases(xr.Dataset(), tmp_path)]
