@@ -6,6 +6,8 @@ import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 from fretwear.results import RESULTS
 
 from .studies import base, two_loads, write_study
@@ -59,6 +61,7 @@ def test_imports_between_packages_run_one_way():
         assert not needed[name] & {*BESIDE}, name
 
 
+@pytest.mark.slow
 def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
     for file in (SOURCE / "fretwear").rglob("*.*"):
         if file.suffix in (".py", ".j2", ".js"):

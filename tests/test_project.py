@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from pathlib import Path
 
+import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -86,6 +87,7 @@ def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
         assert name.startswith(version.SOURCES) or name.endswith("__init__.py") or name in READING
 
 
+@pytest.mark.slow
 def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
     tmp_path, monkeypatch
 ):

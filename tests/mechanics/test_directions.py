@@ -111,6 +111,7 @@ def test_results_obey_coulombs_law_and_loops_have_their_work(loading, roughness)
     assert loop.force.max() == near(float(last.tangential_force), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_mirrored_tractions_along_y_change_sign_from_quarter_to_quarter():
     last = fretwear.simulate(steel(slip_model="coupled", cycles=10, cell="7.5 um")).isel(cycle=-1)
     for name in ("slip_y", "shear_traction_y"):

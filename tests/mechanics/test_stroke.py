@@ -79,6 +79,7 @@ def test_a_scar_lies_by_two_finite_element_solutions_and_resumes_whatever_the_ce
     assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
 
 
+@pytest.mark.slow
 def test_each_body_loses_what_archard_says(worn):
     for cycle, state in worn.items():
         for wear, coefficient in ((state.wear_indenter, INDENTER), (state.wear_flat, FLAT)):
@@ -109,6 +110,7 @@ def hold_at_each_position(problem, state, displacement, slack):
         assert gap.min() > -slack
 
 
+@pytest.mark.slow
 def test_every_position_carries_the_load_without_penetration(worn):
     def displacement(pressure, half):
         """By a dense matrix."""
