@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fretwear.quantity import Quantity
+from fretwear.study.case import Case, CaseError
 from fretwear.units import (
     ANGLE,
     COMPLIANCE,
@@ -23,6 +25,8 @@ from fretwear.units import (
     size_text,
     with_unit,
 )
+
+from .studies import STEEL
 
 PHYSICAL = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
 
@@ -135,3 +139,10 @@ def test_numbers_as_people_read_them(write, texts):
 def test_a_readable_unit_makes_the_largest_value_one_to_a_thousand(largest, si_unit, text):
     unit = readable_unit([0.1 * largest, -largest, math.nan, math.inf], si_unit)
     assert with_unit(number_text(largest / unit.size), unit) == text
+
+
+def test_a_quantity_of_an_unknown_unit_and_a_length_beyond_ten_metres_are_refused():
+    with pytest.raises(ValueError, match="strange: 'J m-5' is not among the SI units"):
+        Quantity("J m-5", "$x$", "strange")
+    with pytest.raises(CaseError, match="radius = 11 m: must be at most 10 m"):
+        Case(**STEEL | {"radius": "11 m"})

@@ -70,6 +70,8 @@ MATERIALS: Endings = (("1", "of body I"), ("2", "of body II"))
 AXES: Endings = (("x", "along x"), ("y", "along y"))
 BODIES: Endings = (("indenter", "of the indenter"), ("flat", "of the flat"))
 
+LONGEST = 10.0
+"""Longest length, m, that a parameter may have; a path of sliding may be longer."""
 # No physical value lies beyond these; powers and quotients of values within them stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
@@ -189,6 +191,12 @@ class Quantity(Parameter):
     is_whole: bool = False
     description: str = field(default="", kw_only=True)
 
+    def __post_init__(self) -> None:
+        """Check the unit."""
+        if self.si_unit not in BY_SI_UNIT:
+            known = ", ".join(BY_SI_UNIT)
+            raise ValueError(f"{self.words}: {self.si_unit!r} is not among the SI units {known}.")
+
     @property
     def may_be_drawn(self) -> bool:  # type: ignore[override]
         """Whether values may be drawn from a range."""
@@ -280,6 +288,8 @@ class Quantity(Parameter):
             number = self._parsed(value, units_required)
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
             raise QuantityError(f"must be {self.range_text()}")
+        if self.si_unit == "m" and abs(number) > LONGEST and self.words != "sliding distance":
+            raise QuantityError(f"must be at most {LONGEST:g} m")
         if number > _LARGEST or (0.0 in (self.gt, self.ge) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
