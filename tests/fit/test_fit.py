@@ -98,6 +98,20 @@ def test_archards_law_gives_coefficient_and_error_of_a_volume(tmp_path):
 
 
 @pytest.mark.slow
+def test_readings_without_a_scar_give_an_upper_limit(tmp_path):
+    x, noise = np.linspace(-4.0, 4.0, 161), np.random.default_rng(0).normal(scale=5.0, size=161)
+    rows = (f"{a},{b}" for a, b in zip(x, noise, strict=True))
+    (tmp_path / "flat.csv").write_text("\n".join(["x (mm),depth (um)", *rows]))
+    free = {"wear_coefficient": ["1e-16 / Pa", "1e-12 / Pa"]}
+    data = {"file": "flat.csv", "quantity": "wear_depth"}
+    found = fit(study_of(tmp_path, free, data, error_estimate=False))
+    low, high = found.interval("wear_coefficient")
+    assert low == near(1e-16)
+    assert 1e-15 < high < 2e-13
+    assert found.is_open("wear_coefficient") == (True, False)
+
+
+@pytest.mark.slow
 def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     """Forces µP give each friction, both volumes 4 K P δ N one K: 3 %/√2."""
     tests = ((1066e3, 75e-6, 0.6), (500e3, 60e-6, 0.4))
