@@ -73,13 +73,6 @@ def two_loads(**sections: object) -> dict[str, object]:
     return {"title": "Two loads", "base": base(), "vary": vary, **sections}
 
 
-class HandClock:
-    now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 def near(expected: float, rel: float = 1e-6) -> object:
     """Equal within a relative tolerance alone.
 

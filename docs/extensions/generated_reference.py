@@ -14,23 +14,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from notation import NOTATION
+
 from fretwear.data.files import MERGED_PROFILES
 from fretwear.quantity import Inline, Parameter, Part, PartOf, Quantity, declared, required
 from fretwear.results import (
     CONVOLUTIONS,
-    CRACKS,
     CYCLE,
     DEPTH,
-    EDGE_STRESSES,
     ERROR_ESTIMATE,
-    FATIGUE,
     FIELDS,
     LOOP,
-    NOTATION,
     RESULTS,
     SCALARS,
     STEP,
-    STRESSES,
     Variable,
     X,
     Y,
@@ -40,6 +37,7 @@ from fretwear.study.materials import material_table
 from fretwear.study.parameters import parameter
 from fretwear.study.reading import study_schema
 from fretwear_cracks.section import StressOutput
+from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, STRESSES
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

@@ -12,6 +12,6 @@ cases = {
     title: f"results/gallery/cases/{summary['case_id'].sel(roughness_amplitude=value).item()}.nc"
     for title, value in {"smooth": 0, "rough": 2e-7}.items()
 }
-figure = fretwear.figures.compare_wear_maps(
+figure = fretwear.figures.wear_map(
     {title: fretwear.open_case(file) for title, file in cases.items()}
 )

@@ -9,4 +9,6 @@ import xarray as xr
 import fretwear
 
 summary = xr.open_dataset("results/gallery/summary.nc")
-figure = fretwear.figures.stick_half_width(summary.sel(normal_load=40), columns=1)
+figure = fretwear.figures.scalar_history(
+    summary.sel(normal_load=40), "stick_half_width_x", columns=1
+)

@@ -8,4 +8,4 @@ import xarray as xr
 import fretwear
 
 summary = xr.open_dataset("results/gallery/summary.nc")
-figure = fretwear.figures.wear_volume(summary)
+figure = fretwear.figures.scalar_history(summary, "wear_volume")

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 
 from fretwear.figures.profiles import ZONE_COLORS
 from fretwear.figures.style import CATEGORICAL, INK, MUTED, JournalFigure, save_as, style_context
-from fretwear.results import NOTATION, RESULTS, ContactState
+from fretwear.results import RESULTS, ContactState
 from fretwear.study.parameters import parameter
 
 RATIO = 0.8
@@ -24,9 +24,8 @@ SIZE = 8.5
 
 
 def symbol(name: str) -> str:
-    """The symbol of a parameter, a result or a quantity of the theory."""
-    theory = {one.name: one.symbol for one in NOTATION}
-    return theory.get(name) or (RESULTS[name] if name in RESULTS else parameter(name)).symbol
+    """The symbol of a parameter or a result."""
+    return (RESULTS[name] if name in RESULTS else parameter(name)).symbol
 
 
 def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], style: str) -> None:

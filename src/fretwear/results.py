@@ -165,25 +165,25 @@ _MARKS: dict[str, dict[str, Any]] = {
 }
 
 
-def _rows(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
+def variables(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
     """Read rows of name, SI unit, symbol, unit for people, words, mark, comment.
 
     Indented lines continue a comment.
     """
-    variables = []
+    found = []
     for row in re.sub(r"\n +", " ", table.strip()).splitlines():
         cells = (cell.strip() for cell in row.split("|"))
         name, si_unit, symbol, unit, words, mark, comment = cells
         words = words or name.replace("_", " ")
         marked = {"dtype": dtype, **_MARKS[mark]}
-        variables.append(Variable(name, si_unit, words, symbol, comment, _UNITS[unit], **marked))
-    return tuple(variables)
+        found.append(Variable(name, si_unit, words, symbol, comment, _UNITS[unit], **marked))
+    return tuple(found)
 
 
 (
     X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE,
     CONVOLUTIONS,
-) = _rows("""
+) = variables("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
 y     | m | $y$ | | position across the slip direction | Y | cell centres
 cycle | 1 | $N$ | | number of load cycles | |
@@ -198,7 +198,7 @@ convolutions   | 1 | | | convolutions spent on the step | int32 |
 """)  # fmt: skip
 
 
-_FIELDS = _rows(
+_FIELDS = variables(
     r"""
 pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
 shear_traction | Pa | $q$ | MPa | | |
@@ -237,7 +237,7 @@ friction in two directions."""
 FRICTION_FIELD = _FIELDS[-1]
 """The field of cases whose friction follows slip."""
 
-_SCALARS = _rows(
+_SCALARS = variables(
     r"""
 approach                | m  | $δ$   | µm | | | of the bodies
 tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
@@ -300,105 +300,16 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
-LOOP = _rows("""
+LOOP = variables("""
 force        | N | $Q$ | | tangential force | | round a cycle
 displacement | m | $δ_x$ | µm | tangential displacement | |
     of distant points round a cycle, of the rig if there is one
 """)
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 
-(DEPTH,) = _rows("z | m | $z$ | µm | depth below the surface of the flat | | positive downwards")
-STRESSES = _rows(
-    r"""
-stress_xx | Pa | $σ_{xx}$ | MPa | normal stress along x | free | tension is positive
-stress_yy | Pa | $σ_{yy}$ | MPa | normal stress along y | free | tension is positive
-stress_zz | Pa | $σ_{zz}$ | MPa | normal stress along the depth | free | tension is positive
-stress_xy | Pa | $σ_{xy}$ | MPa | shear stress in planes of equal depth | free |
-stress_xz | Pa | $σ_{xz}$ | MPa | shear stress along x and the depth | free |
-    the negative shear traction just below the surface
-stress_yz | Pa | $σ_{yz}$ | MPa | shear stress along y and the depth | free |
-von_mises | Pa | $σ_\mathrm{M}$ | MPa | von Mises stress | |
-tresca    | Pa | $σ_\mathrm{T}$ | MPa | Tresca stress    | | twice the largest shear stress
-""",
-    "float32",
+(DEPTH,) = variables(
+    "z | m | $z$ | µm | depth below the surface of the flat | | positive downwards"
 )
-"""Stresses below the surface over the phases of a loop."""
-
-EDGE, *EDGE_STRESSES = _rows(
-    r"""
-edge_x | m | | µm | end of contact on the plane y = 0 | free | where the traction vanishes
-edge_stress_xx | Pa | $σ_{xx}$ | MPa | surface stress along x at the edge | free |
-    of contact on the plane y = 0; tension is positive
-edge_stress_yy | Pa | $σ_{yy}$ | MPa | surface stress along y at the edge | free |
-    of contact on the plane y = 0; tension is positive
-"""
-)
-"""Stresses of the surface at both ends of contact, where tension along x is largest."""
-
-CRACKS = _rows(
-    r"""
-smith_watson_topper | Pa | $P_\mathrm{SWT}$ | MPa | Smith–Watson–Topper parameter | |
-    largest normal stress of the loop times the amplitude of normal strain on the worst plane
-fatemi_socie        | 1  | | 1   | Fatemi–Socie parameter | |
-    amplitude of shear strain times 1 + k times the largest normal stress over the yield strength,
-    on the worst plane
-crossland           | Pa | | MPa | Crossland parameter | free |
-    root of the second invariant of the amplitude of the deviator plus the weighed largest mean
-    stress
-ruiz                | Pa2 m | | | Ruiz parameter | |
-    of the surface: largest stress along x, if it is tension, times shear traction at +Q and slip
-    amplitude
-"""
-)
-"""Parameters for the initiation of cracks in a loop of stresses."""
-
-FATIGUE = _rows(
-    r"""
-largest_tension | Pa | | MPa | largest surface stress along x | none | at the edge of
-    contact on the plane y = 0; NaN where it is singular
-largest_smith_watson_topper | Pa | $P_\mathrm{SWT,max}$ | MPa |
-    largest Smith–Watson–Topper parameter | | on the plane y = 0, below the surface
-crack_x     | m | | µm | place of the largest parameter along x | free | where a crack is expected
-crack_depth | m | | µm | depth of the largest parameter | | below the surface of the snapshot
-crack_angle | degree | | | angle of the worst plane | free | from +x downwards
-life        | 1 | $N_f$ | | fatigue life at the stresses of the snapshot | log |
-    to a crack, in cycles; infinite where nothing is in tension
-largest_damage | 1 | $D$ | 1 | largest fatigue damage of what is left | | Miner's sum since
-    cycle 0 of points that keep their place in the material; 1 is a crack
-crack_cycle | 1 | | | cycle of the first crack | none | by Miner's sum, also of points that
-    wear has removed since; NaN if there is none
-fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or without wear;
-    1 wear wins: a crack would be there without it, or was worn away; 2 a crack wins
-"""
-)
-"""What stresses over the snapshots say of cracks, dimension ``cycle``."""
-
-FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
-"""Words for the values of ``fatigue_outcome``."""
-
-NOTATION = _rows(
-    r"""
-shape | m | $h$ | | height of the surfaces | | gap without load and approach, with all wear
-roughness_height | m | $h_\mathrm{r}$ | | height of the roughness | | a part of $h$
-elastic_displacement | m | $u_z$ | | elastic displacement of the surface | | by the pressure
-composite_modulus | Pa | $E^*$ | | composite modulus | |
-shear_modulus | Pa | $G$ | | | |
-tangential_modulus | Pa | $G^*$ | | composite modulus of tangential traction | |
-coupling | 1 | $κ$ | | tangential over normal compliance | | $E^*/G^*$; 1 in plane strain
-dundurs_parameter | 1 | $β_\mathrm{D}$ | | Dundurs' parameter of two materials | |
-reduced_load | N | $P^*$ | | reduced load | | $P - Q/µ$; the contact under it is the stick zone
-reduced_pressure | Pa | $p^*$ | | pressure under the reduced load | |
-reduced_approach | m | $δ^*$ | | approach under the reduced load | |
-reduced_gap | m | $g^*$ | | gap under the reduced load | | zero where the surfaces stick
-load_ratio | 1 | $X$ | | tangential load ratio in equations | | $Q/µP$
-sliding_displacement | m | $U_t$ | | displacement at which the unworn contact begins to slide | |
-loop_opening | m | $U_0$ | | displacement at which the force of a loop vanishes | |
-wear_growth | Pa-1 | $β$ | | wear per cycle over pressure and reduced gap | | $4 K_w µ κ$
-wear_time | 1 | $τ$ | | cycles without dimension | | $β p_0 N$
-"""
-)
-"""Quantities of the theory that no dataset has, for the table of notation."""
-
 HEADLINES = (
     "wear_volume",
     "maximum_wear_depth",

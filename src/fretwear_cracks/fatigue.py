@@ -16,21 +16,14 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_case
 from fretwear.data.labels import attributes_from
-from fretwear.results import (
-    CRACKS,
-    CYCLE,
-    DEPTH,
-    EDGE_STRESSES,
-    FATIGUE,
-    FATIGUE_OUTCOMES,
-    X,
-)
+from fretwear.results import CYCLE, DEPTH, X
 from fretwear.units import cycle_text, listed, number_text
 from fretwear.version import code_digest
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import read_pair, read_quantity, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
 from fretwear_cracks.results import open_stresses, stress, write_stresses
+from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, FATIGUE_OUTCOMES
 
 # Number of depths of stresses.
 _COUNT = 20

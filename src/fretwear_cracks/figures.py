@@ -16,9 +16,10 @@ from fretwear.figures.axes import add_scale, make_panels
 from fretwear.figures.history import representative_cases, scalar_history
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
-from fretwear.results import CRACKS, FATIGUE, FATIGUE_OUTCOMES, PointStatus
+from fretwear.results import PointStatus
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
+from fretwear_cracks.variables import CRACKS, FATIGUE, FATIGUE_OUTCOMES
 
 _SHOWN = {about.name: about for about in FATIGUE}
 _HISTORIES = ("largest_smith_watson_topper", "largest_damage")

@@ -13,10 +13,10 @@ from markupsafe import Markup
 from fretwear.arrays import Array
 from fretwear.data.effects import point_values, varied_names
 from fretwear.report import Section
-from fretwear.results import FATIGUE_OUTCOMES
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text, number_text
 from fretwear_cracks.figures import first_crack
+from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
 _MOST_ROWS = 2000
 # Heads of columns, results, sizes of the units and digits.

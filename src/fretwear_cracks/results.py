@@ -14,18 +14,7 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group, write_groups
 from fretwear.data.labels import attributes_from
-from fretwear.results import (
-    CRACKS,
-    CYCLE,
-    DEPTH,
-    EDGE,
-    EDGE_STRESSES,
-    LOOP,
-    PHASE,
-    STRESSES,
-    X,
-    Y,
-)
+from fretwear.results import CYCLE, DEPTH, LOOP, PHASE, X, Y
 from fretwear.study.case import Case
 from fretwear.units import (
     MEGAPASCAL,
@@ -48,6 +37,7 @@ from fretwear_cracks.inputs import (
     usual_depths,
 )
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
+from fretwear_cracks.variables import CRACKS, EDGE, EDGE_STRESSES, STRESSES
 
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _NORMAL = "unit normal of the plane on which it is largest"

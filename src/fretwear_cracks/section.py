@@ -12,10 +12,11 @@ from pydantic.dataclasses import dataclass
 from fretwear.arrays import Array
 from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity
-from fretwear.results import CYCLE, FATIGUE, Variable
+from fretwear.results import CYCLE, Variable
 from fretwear.study.case import Case
 from fretwear.study.cycles import Snapshots
 from fretwear_cracks import StressError
+from fretwear_cracks.variables import FATIGUE
 
 if TYPE_CHECKING:
     import xarray as xr

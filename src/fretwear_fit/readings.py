@@ -91,7 +91,7 @@ def _line_of_instrument(
     """Positions and depths along a line scan, or along a line of a map of heights, m."""
     if (scan := read_line(file, unit)) is not None:
         return scan[0], -scan[1]
-    surface = read_topography(file, False, unit=unit)
+    surface = read_topography(file, "none", unit=unit)
     is_x = along == X.name
     heights, x, across = (
         (surface.heights, surface.x, surface.y)

@@ -5,7 +5,7 @@ from typer.testing import CliRunner
 
 from fretwear.cli.program import app
 
-from ..studies import HandClock, base, two_loads, write_study
+from ..studies import base, two_loads, write_study
 
 
 def tiny_study():
@@ -50,11 +50,6 @@ def desk(tmp_path, monkeypatch):
 @pytest.fixture
 def content():
     return tiny_study()
-
-
-@pytest.fixture
-def clock():
-    return HandClock()
 
 
 @pytest.fixture(scope="session")

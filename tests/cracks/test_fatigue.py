@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.results import FATIGUE_OUTCOMES
 from fretwear_cracks.fatigue import fatigue_table
+from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
 from ..studies import near, steel
 

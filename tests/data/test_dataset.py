@@ -141,15 +141,11 @@ def test_parameters_differ_beyond_rounding_and_results_have_their_ratio_if_there
     assert math.isnan(results["plastic_volume"].ratio)
 
 
-def test_the_accessor_gives_the_case_a_line_and_values_in_units_for_people(results, case):
+def test_the_accessor_gives_the_case_and_values_in_units_for_people(results, case):
     quarter = results.dataset
     assert quarter.fretwear.case.case_id == case.case_id
     with pytest.raises(ValueError, match="no attribute 'parameters'"):
         quarter.drop_attrs().fretwear.case.case_id  # noqa: B018
-    line = quarter.fretwear.line()
-    assert line.pressure.dims == ("cycle", "x")
-    whole = quarter.fretwear.full()
-    np.testing.assert_array_equal(line.pressure, whole.pressure.sel(y=0, method="nearest"))
     read = quarter.fretwear.in_units()
     assert {read[name].attrs["units"] for name in ("x", "y")} == {"µm"}
     np.testing.assert_allclose(read.x, 1e6 * quarter.x)

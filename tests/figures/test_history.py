@@ -6,10 +6,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.figures.axes import ValueAxis, outside_key, set_cycle_axis
+from fretwear.figures.axes import ValueAxis, set_cycle_axis
 from fretwear.figures.history import representative_cases
-from fretwear.figures.index import HISTORIES, PROFILES
-from fretwear.figures.style import JournalFigure, style_context
+from fretwear.figures.style import JournalFigure
 from fretwear.results import RESULTS
 
 
@@ -46,13 +45,6 @@ def test_values_over_decades_have_a_logarithmic_axis_and_steady_ones_begin_at_ze
     assert axis.label == "Peak pressure (MPa)"
 
 
-def test_every_field_and_scalar_has_a_figure_under_its_name(smooth):
-    assert {*PROFILES, *HISTORIES} <= set(dir(figures))
-    assert figures.approach(smooth).axes[0].get_ylabel() == "Approach (µm)"
-    with pytest.raises(AttributeError, match="no attribute 'pressures'"):
-        figures.pressures  # noqa: B018
-
-
 def curves(figure):
     return [line for axes in figure.axes for line in axes.get_lines()]
 
@@ -60,7 +52,7 @@ def curves(figure):
 def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
     summary = xr.open_dataset(small_study.cases.parent / "summary.nc")
     part = summary.sel(normal_load=30, roughness_amplitude=0, plastic_limit=np.inf)
-    (curve,) = curves(figures.wear_volume(part))
+    (curve,) = curves(figures.scalar_history(part, "wear_volume"))
     with fretwear_history(small_study, part) as history:
         kept = history["cycle"].values
         np.testing.assert_array_equal(curve.get_xdata(), kept)
@@ -69,7 +61,7 @@ def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
         np.testing.assert_allclose(drawn / drawn[-1], volumes / volumes[-1], rtol=1e-6)
     snapshots = part.load()
     snapshots.encoding.clear()
-    (curve,) = curves(figures.wear_volume(snapshots))
+    (curve,) = curves(figures.scalar_history(snapshots, "wear_volume"))
     assert curve.get_xdata().tolist() == part["cycle"].values.tolist()
 
 
@@ -81,7 +73,7 @@ def fretwear_history(study, part):
 
 def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, check_texts):
     summary = small_study.summary
-    figure = figures.contact_half_width(summary)
+    figure = figures.scalar_history(summary, "contact_half_width_x")
     assert len(curves(figure)) == 8
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[0].startswith(r"$\bf{a}$")
@@ -95,7 +87,7 @@ def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, c
     ]
     check_texts(figure)
     with pytest.raises(ValueError, match=r"takes 2 panels.*dataset\.isel"):
-        figures.wear_volume(summary, ax=Figure().subplots())
+        figures.scalar_history(summary, "wear_volume", ax=Figure().subplots())
 
 
 def test_points_that_are_not_done_are_left_out(small_study):
@@ -103,7 +95,7 @@ def test_points_that_are_not_done_are_left_out(small_study):
     summary.encoding.clear()
     summary["wear_volume"][0, 0, 0] = np.nan
     summary["contact_half_width_x"][0, 0, 0] = np.nan
-    assert len(curves(figures.wear_volume(summary))) == 7
+    assert len(curves(figures.scalar_history(summary, "wear_volume"))) == 7
 
 
 def test_seeds_are_drawn_by_their_mean_and_deviation():
@@ -112,7 +104,7 @@ def test_seeds_are_drawn_by_their_mean_and_deviation():
         {"peak_pressure": (("roughness_seed", "cycle"), 1e9 * values)},
         {"roughness_seed": [1, 2, 3], "cycle": [0, 5]},
     )
-    (axes,) = figures.peak_pressure(seeds).axes
+    (axes,) = figures.scalar_history(seeds, "peak_pressure").axes
     (line,) = axes.get_lines()
     np.testing.assert_allclose(line.get_ydata(), [3000.0, 5000.0], rtol=1e-12)
     (band,) = axes.collections
@@ -128,21 +120,9 @@ def test_many_points_have_a_colour_bar_of_the_parameter_that_matters():
         {"maximum_wear_depth": (("point", "cycle"), volume)},
         {"cycle": [0, 10], "friction": ("point", friction), "radius": ("point", load)},
     )
-    panel, bar = figures.maximum_wear_depth(sample).axes
+    panel, bar = figures.scalar_history(sample, "maximum_wear_depth").axes
     assert len(panel.get_lines()) == 20
     assert "radius" in bar.get_ylabel().lower()
-
-
-def test_a_key_is_no_wider_than_its_figure():
-    for columns in (1, 2):
-        with style_context():
-            figure = JournalFigure(columns, 60.0)
-            labels = [f"roughness amplitude {number} µm" for number in range(9)]
-            axes = figure.subplots()
-            handles = [axes.plot([0, 1])[0] for _ in labels]
-            key = outside_key(figure, handles, labels)
-            figure.draw_without_rendering()
-        assert key.get_window_extent().width <= figure.bbox.width
 
 
 def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_study):

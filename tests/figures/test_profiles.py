@@ -30,7 +30,7 @@ def test_a_smooth_profile_is_the_line_of_cells_nearest_the_middle(name, smooth):
 
 
 def test_slip_is_drawn_only_where_surfaces_touch(smooth):
-    lines = figures.slip_profiles(smooth).axes[0].get_lines()
+    lines = figures.field_profiles(smooth, "slip").axes[0].get_lines()
     for curve, edge in zip(lines, 1e6 * smooth["contact_half_width_x"].values, strict=True):
         x, slip = curve.get_data()
         assert np.nanmax(slip) > 0.0
@@ -38,7 +38,7 @@ def test_slip_is_drawn_only_where_surfaces_touch(smooth):
 
 
 def test_a_rough_profile_is_filled_before_the_line_of_the_first(rough):
-    axes = figures.pressure_profiles(rough).axes[0]
+    axes = figures.field_profiles(rough, "pressure").axes[0]
     first, last = axes.get_lines()
     pressure = 1e-6 * line_near_the_middle(rough["pressure"]).transpose("cycle", "x").values
     np.testing.assert_allclose(first.get_ydata(), pressure[0], rtol=1e-6)
@@ -49,30 +49,31 @@ def test_a_rough_profile_is_filled_before_the_line_of_the_first(rough):
 
 
 def test_cases_stand_side_by_side_with_letters(smooth, rough, check_texts):
-    figure = figures.compare_profiles({"smooth": smooth, "rough": rough}, "pressure")
+    figure = figures.field_profiles({"smooth": smooth, "rough": rough}, "pressure")
     assert [axes.get_title(loc="left")[-6:].strip() for axes in figure.axes] == ["smooth", "rough"]
     check_texts(figure)
     with pytest.raises(ValueError, match=r"cycles = \[7\]: the cases have snapshots"):
-        figures.compare_profiles({"smooth": smooth, "rough": rough}, "pressure", cycles=7)
+        figures.field_profiles({"smooth": smooth, "rough": rough}, "pressure", cycles=7)
 
 
 def test_a_singular_peak_is_cut_and_its_value_is_written(smooth):
     singular = smooth.copy(deep=True)
     singular["peak_pressure_error"] = singular["peak_pressure"] * np.inf
     singular["pressure"][-1, 10, 0] = 4.0 * float(singular["pressure"].max())
-    (axes,) = figures.pressure_profiles(singular).axes
+    (axes,) = figures.field_profiles(singular, "pressure").axes
     highest = 1e-6 * float(singular["pressure"].max())
     assert axes.get_ylim()[1] < highest
     assert axes.texts[0].get_text().strip() == f"↑ {number_text(highest, 3)} MPa"
 
 
 @pytest.mark.parametrize(
-    "name", ["wear_map", "pressure_profiles", "wear_volume", "stick_half_width"]
+    "given", [("wear_map",), ("field_profiles", "pressure"), ("scalar_history", "wear_volume")]
 )
-def test_a_panel_is_drawn_into_axes_that_are_there(name, smooth):
+def test_a_panel_is_drawn_into_axes_that_are_there(given, smooth):
     figure = Figure()
     left, right = figure.subplots(1, 2)
-    assert getattr(figures, name)(smooth, ax=right) is figure
+    name, *quantity = given
+    assert getattr(figures, name)(smooth, *quantity, ax=right) is figure
     assert right.has_data()
     assert not left.has_data()
 
@@ -93,22 +94,11 @@ def test_the_map_is_the_whole_scar_to_scale_with_the_edges_of_the_zones(smooth):
 
 def test_scars_of_very_different_depths_are_seen_on_one_scale(smooth):
     shallow = smooth.assign(wear_depth=smooth["wear_depth"] / 100.0)
-    figure = figures.compare_wear_maps({"deep": smooth, "shallow": shallow})
+    figure = figures.wear_map({"deep": smooth, "shallow": shallow})
     deep, flat = (axes.get_images()[0] for axes in figure.axes[:2])
     assert deep.norm is flat.norm
     assert flat.norm(np.max(flat.get_array())) == pytest.approx(0.1)
     assert "square root" in figure.caption
-
-
-def test_bearing_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough):
-    (axes,) = figures.bearing_area(rough).axes
-    before, after = (line.get_ydata() for line in axes.get_lines())
-    assert (np.diff(before) <= 0.0).all()
-    assert (np.diff(after) <= 0.0).all()
-    unit = 1e-9 if "(nm)" in axes.get_ylabel() else 1e-6
-    amplitude = 0.3e-6  # of waves, whose heights span up to four times that
-    assert amplitude < unit * np.ptp(before) < 4.01 * amplitude
-    assert np.mean(after) < np.mean(before), "wear lowers the surface"
 
 
 def test_all_of_a_case_on_one_page(smooth_run, check_texts):
@@ -137,17 +127,21 @@ def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
 
 def test_anything_but_a_dataset_with_these_fields_and_cycles_is_refused(smooth_run, small_study):
     with pytest.raises(ValueError, match=r"cycles = \[5\]: this dataset has snapshots at \[0, 1"):
-        figures.pressure_profiles(smooth_run.dataset, cycles=5)
+        figures.field_profiles(smooth_run.dataset, "pressure", cycles=5)
     for dataset in (smooth_run.history, small_study.summary):
         with pytest.raises(ValueError, match="has no variable 'wear_depth'"):
             figures.wear_map(dataset)
-    for draw in (figures.pressure_profiles, figures.wear_volume, figures.wear_map):
+    for draw, *quantity in (
+        (figures.field_profiles, "pressure"),
+        (figures.scalar_history, "wear_volume"),
+        (figures.wear_map,),
+    ):
         with pytest.raises(TypeError, match="open_case"):
-            draw("case.nc")
+            draw("case.nc", *quantity)
 
 
 def test_a_file_that_cannot_be_written_leaves_nothing(smooth, tmp_path):
-    figure = figures.wear_volume(smooth)
+    figure = figures.scalar_history(smooth, "wear_volume")
     with pytest.raises(ValueError, match=r"end the name in .png, .svg or .pdf"):
         figures.save_as(figure, tmp_path / "figure.jp")
     (tmp_path / "figure.png").mkdir()

@@ -122,15 +122,6 @@ def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends():
     assert power[number > 64.5].max() < 1e-20 * power.max()
 
 
-def test_heights_in_contact_are_those_of_its_ellipse_the_highest_first():
-    x, y = (1e-6 * (np.arange(count) + 0.5) for count in (24, 16))
-    lost = np.stack([np.zeros((24, 16)), np.full((24, 16), 1e-9)])
-    rough, lowered = SURFACE.in_contact((x, y), (10e-6, 5e-6), lost)
-    assert rough.size == np.count_nonzero((x[:, None] / 10e-6) ** 2 + (y / 5e-6) ** 2 <= 1.0)
-    assert (np.diff(rough) <= 0.0).all()
-    np.testing.assert_allclose(rough - lowered, 1e-9, rtol=1e-6)
-
-
 @pytest.mark.slow
 def test_heights_of_a_point_are_normally_distributed_over_the_seeds():
     heights = [replace(SURFACE, seed=seed).height(0.0, 0.0) for seed in range(400)]

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from fretwear.figures import save_figure, scalar_history
-from fretwear.figures.index import INDEX_NAME
 from fretwear.report import build_report
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
@@ -61,7 +60,7 @@ def finished(made_once):
         figure = scalar_history(summary, "contact_half_width_x")
         save_figure(figure, folder / "figures" / "contact_half_width")
         entry = {"name": "contact_half_width", "caption": "Half-width < 1. All."}
-        (folder / "figures" / INDEX_NAME).write_text(json.dumps([entry]))
+        (folder / "figures/index.json").write_text(json.dumps([entry]))
         (folder / "cases" / f"{failed}.failed").write_text(REASON)
 
     folder = made_once("small-report", make)

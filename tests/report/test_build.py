@@ -10,9 +10,8 @@ import pytest
 from markupsafe import Markup
 
 from fretwear.data.atomic import DataFileError
-from fretwear.data.effects import Points, effects_table, final_results
+from fretwear.data.effects import Points, effects_table, final_results, key_results
 from fretwear.report import Section, answer_text, build_report
-from fretwear.report.build import _key_results
 
 from ..studies import near
 
@@ -106,7 +105,7 @@ def test_the_matrix_and_answer_have_the_factors_of_the_table_of_effects(page, fi
 
 
 def test_every_point_has_a_row_of_values_with_errors_in_the_same_unit(finished):
-    table, final = _key_results(finished.summary), final_results(finished.summary)
+    table, final = key_results(finished.summary), final_results(finished.summary)
     assert len(table) == 8
     assert list(table["Status"]).count("invalid") == 2
     assert list(table["Status"]).count("failed") == 1

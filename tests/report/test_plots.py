@@ -5,9 +5,8 @@ import pytest
 from scipy.stats import qmc
 
 from fretwear.data.effects import Points, effects_table
-from fretwear.report.matrix import build_matrix, factor_text, range_text
+from fretwear.report.matrix import build_matrix
 from fretwear.report.plots import curve, explorer
-from fretwear.results import RESULTS
 
 from ..data.test_effects import listed
 from ..studies import sampled
@@ -57,25 +56,6 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     (dots,) = curve(points, effects_table(points), "wear_volume", "load").data
     assert len(dots.x) == 64
     assert dots.mode == "markers"
-
-
-@pytest.mark.parametrize(
-    ("values", "text"),
-    [
-        ([62.9e-18, 1.11e-12], "62.9 µm³ to 1.11·10⁶ µm³"),
-        ([8.2e-18, 63e-18], "8.2 to 63 µm³"),
-        ([5e-18, 5e-18], "5 µm³"),
-    ],
-)
-def test_ranges_have_no_common_power_of_ten(values, text):
-    assert range_text(RESULTS["wear_volume"], np.array(values)) == text
-
-
-@pytest.mark.parametrize(
-    ("factor", "text"), [(1.934, "1.93"), (123.4, "123"), (0.0462, "0.046"), (1e7, "1·10⁷")]
-)
-def test_factors_have_two_or_three_digits(factor, text):
-    assert factor_text(factor) == text
 
 
 def test_the_explorer_has_profiles_of_every_case_and_cycle(finished):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.state import State
 from fretwear.results import RESULTS
@@ -20,7 +19,6 @@ from fretwear.run.accuracy import (
 from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case
-from fretwear.study.plan import affordable_width, estimate
 from fretwear.study.spacing import WIDEST
 
 from ..studies import near
@@ -199,50 +197,6 @@ def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
     resumed = run(case, record=kept).dataset
     for name in ("wear_depth", "wear_volume", "wear_volume_error", "stick_area_error"):
         np.testing.assert_array_equal(resumed[name], whole[name])
-
-
-def test_steps_are_as_long_as_the_accuracy_allows():
-    """They are by default as for 0.01 times the square of the width; a written tolerance stays."""
-    for accuracy, expected in ((0.02, 0.03), (0.01, 0.015), (0.05, 0.04), (0.001, 0.01)):
-        case = make(roughness=WAVES, accuracy=accuracy)
-        assert case.on_cells(1.0).tolerance == near(expected)
-        assert case.on_cells(2.0).tolerance == near(0.04)
-        assert case.on_cells(0.5).tolerance == near(max(min(1.5 * accuracy, 0.04), 0.0025))
-        assert case.replace(tolerance=0.005).on_cells(1.0).tolerance == 0.005
-    on_rings = make(slip_model="jaeger")
-    for case in (on_rings, make(roughness=WAVES, accuracy="none")):
-        assert case.on_cells(1.0).tolerance == Case.tolerance
-
-
-def test_contacts_between_snapshots_are_no_more_accurate_than_the_case():
-    """They take fewer convolutions, and change the wear by a twentieth of 2 % at most."""
-    shorter = {"cycles": 300, "output_cycles": [0, 300]}
-    asked = make(roughness=WAVES, plastic_limit="4500 MPa", accuracy="20 %", **shorter)
-    first = asked.on_cells(1.0)
-    written = asked.replace(
-        accuracy="none", cell=first.cell, tolerance=first.tolerance, error_estimate=False
-    )
-    runs = []
-    for case in (written, asked):
-        record = RunRecord()
-        result = run(case, record=record)
-        assert record.history[-1]["cycle"] == 300.0
-        assert float(result.dataset.cell_x) == first.grid_spacing[0]
-        runs.append((float(result.dataset.wear_volume[-1]), record.history[-1]["convolutions"]))
-    (volume, convolutions), (changed, fewer) = runs
-    assert changed != volume
-    assert changed == near(volume, rel=1e-3)
-    assert fewer < 0.85 * convolutions
-    assert Accuracy().within(1e-5) == Accuracy()
-
-
-def test_the_plan_counts_the_runs_and_the_memory_of_the_narrowest_cells():
-    case = make(roughness=WAVES)
-    last = case.replace(accuracy="none", tolerance=case.tolerance_on(1.0))
-    usual, asked = estimate(last), estimate(case)
-    assert 1.0 < asked.seconds / usual.seconds < 1.3
-    assert asked.memory_bytes > usual.memory_bytes
-    assert affordable_width(case) < 0.5
 
 
 def test_fields_of_rings_are_written_on_default_cells_however_wide_the_rings(smooth):

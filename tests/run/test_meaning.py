@@ -13,10 +13,8 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.effects import Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
 from fretwear.mechanics.contact import rings
-from fretwear.mechanics.contact.cells import OPEN_PER_SIDE
 from fretwear.run.simulate import run, steps
 from fretwear.study.reading import load_study
-from fretwear.units import LINE_CONTACT
 
 from ..studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
 
@@ -113,13 +111,9 @@ def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figure
             assert np.isfinite(stuck[name]).all()
             assert "NaN where nothing sticks" in slid[name].comment
         assert float(slid.stick_area[-1]) == float(slid.stick_half_width_x[-1]) == 0.0
-        with open_history(paths[0]) as history:
-            told = [*case_lines(slid, history)]
-        compared = [*comparison_lines(stuck, slid)]
-    for lines, ends in ((told, "–"), (compared, "–")):
-        rows = [line for line in lines if "mean stick pressure" in line or "stick share" in line]
-        assert len(rows) == 2
-        assert all(ends in row and "nan" not in row for row in rows)
+        rows = [line for line in comparison_lines(stuck, slid) if "stick share" in line]
+        assert len(rows) == 1
+        assert "–" in rows[0]
     summary = xr.load_dataset(folder / "summary.nc")
     rows = [*csv.DictReader(results_table(summary).splitlines())]
     final, points = final_results(summary), Points.of(summary)
@@ -141,10 +135,8 @@ def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_rank
         assert float(case.peak_pressure_error[-1]) == math.inf
         assert "singular" in case.peak_pressure.comment
         assert "infinite where" in case.peak_pressure_error.comment
-        told = [*case_lines(case, history)]
-    (row,) = (line for line in told if line.strip().startswith("peak pressure"))
+        (row,) = (each for each in case_lines(case, history) if "  peak pressure" in each)
     assert "± ∞" in row
-    assert not any("Doubtful" in line and "inf" in line for line in told)
     summary = xr.load_dataset(folder / "summary.nc")
     rows = [*csv.DictReader(results_table(summary).splitlines())]
     assert rows[1]["peak_pressure_error"] == "inf"
@@ -185,44 +177,18 @@ def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     ids=["rings", "yielding rings", "waves", "uneven", "strips", "rough strips", "gross slip"],
 )
 def test_fractions_of_cells_add_up_to_the_stored_areas(changes):
-    """Within single precision, at every snapshot, and smooth zones cover what a disc does."""
+    """Within single precision, at every snapshot."""
     case = steel(**{"cycles": 100, "error_estimate": False, **changes})
     found = run(case).dataset
     whole = mirrored(found)
     dims = [name for name in ("x", "y") if name in whole.sizes]
     cell = math.prod(float(whole[name][1] - whole[name][0]) for name in dims)
-    for zone, least in (("contact", 1), ("stick", 2)):
+    for zone in ("contact", "stick"):
         part = whole[f"{zone}_fraction"].astype(float)
         assert float(part.min()) >= 0.0
         assert float(part.max()) <= 1.0
         area = found[f"{zone}_area"].values
         np.testing.assert_allclose(part.sum(dims).values * cell, area, rtol=1e-6)
-        inside = (found.contact_state >= least).values
-        if case.roughness is not None and case.frame is not LINE_CONTACT:
-            # On a grid an edge cuts the outermost cells of the zone or the first ones beside it.
-            wide = np.pad(inside, ((0, 0), (1, 1), (1, 1)), mode="edge")
-            ways = [wide[:, 2:, 1:-1], wide[:, :-2, 1:-1], wide[:, 1:-1, 2:], wide[:, 1:-1, :-2]]
-            own = found[f"{zone}_fraction"].values
-            assert not own[~(inside | np.any(ways, axis=0))].any()
-            assert (own[inside & np.all(ways, axis=0)] == 1.0).all()
-            # At most half of a cell is off along both axes together, and the mean without a law; a
-            # spot of stick one cell wide is cut on both sides.
-            most = 0.5 - OPEN_PER_SIDE - 1e-6 if zone == "contact" else 0.0
-            assert (own[inside] > most).all()
-            continue
-        if case.roughness is None:
-            # A disc, or a strip of half the width, of the same area: covered by points.
-            radius = np.sqrt(area / np.pi) if len(dims) == 2 else 0.5 * area
-            points = (np.arange(20) + 0.5) / 20 - 0.5
-            places = [
-                (whole[name].values[:, None] + points * float(found[f"cell_{name}"])).ravel()
-                for name in dims
-            ]
-            for place, edge in enumerate(radius):
-                at = abs(places[0]) if len(dims) == 1 else np.hypot(places[0][:, None], places[1])
-                shape = [size for name in dims for size in (whole.sizes[name], 20)]
-                covered = (at < edge).reshape(shape).mean(axis=tuple(range(1, 2 * len(dims), 2)))
-                assert np.abs(part.values[place] - covered).max() <= 0.05
     # Where all of a tip sticks, its two edges are known to a part of a cell.
     assert float((whole.stick_fraction - whole.contact_fraction).max()) <= 1e-2
     # Stored areas and mean pressures give each other exactly, sums over states do not.

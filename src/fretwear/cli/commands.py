@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,7 +21,6 @@ from fretwear.cli.common import (
     StudyFile,
     aligned,
     argument,
-    case_ids,
     check_output,
     check_writable,
     note,
@@ -33,10 +32,8 @@ from fretwear.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from fretwear.study.case import Case
     from fretwear.study.study import Study
-
-_MOST_ROWS = 200
-_ROWS_AT_AN_END = 20
 
 _CASE = (
     "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
@@ -94,15 +91,8 @@ def init(
     files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
     studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
     if list_:
-        rows = [
-            (
-                name,
-                str(as_mapping(read_document(path).data)["title"]),
-                "pip install 'fretwear[surfaces]'" if _surfaces(path) else "",
-            )
-            for name, path in studies.items()
-        ]
-        for line in aligned(rows, str.ljust, indent=""):
+        titles = [str(as_mapping(read_document(path).data)["title"]) for path in studies.values()]
+        for line in aligned([*zip(studies, titles, strict=True)], str.ljust, indent=""):
             say(line)
         return
     if study not in studies:
@@ -112,8 +102,11 @@ def init(
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
     root = workspace()
     chosen = studies[study]
-    measured = [file for file in [chosen.with_suffix(".csv")] if file.exists()]
-    for file in (*root.glob("profiles/*/config*.yaml"), chosen, *measured, *_surfaces(chosen)):
+    # A study may come with what was measured, and with the surfaces that it names.
+    text = chosen.read_text(encoding="utf-8")
+    surfaces = [f for f in chosen.parent.glob("*/*") if f"{f.parent.name}/{f.name}" in text]
+    beside = chosen.parent.glob(f"{chosen.stem}.*")
+    for file in (*root.glob("profiles/*/config*.yaml"), *beside, *surfaces):
         contents[file.relative_to(root)] = file.read_bytes()
     for relative, content in contents.items():
         file = folder / relative
@@ -128,19 +121,7 @@ def init(
     say(f"\nNow {there}snakemake --cores 2{which}, or change studies/{study}.yaml first")
 
 
-def _surfaces(study: Path) -> list[Path]:
-    """Return the files of surfaces that a study reads."""
-    text = study.read_text(encoding="utf-8")
-    return [file for file in study.parent.glob("*/*") if f"{file.parent.name}/{file.name}" in text]
-
-
-def plan(
-    file: StudyFile,
-    set_: Assignments = None,
-    every: Annotated[
-        bool, typer.Option("--all", help=f"Print all points, even if more than {_MOST_ROWS}.")
-    ] = False,
-) -> None:
+def plan(file: StudyFile, set_: Assignments = None) -> None:
     """Print the points of a study with the time and memory that each will take; run nothing."""
     from fretwear.run import resources
     from fretwear.study.plan import Plan
@@ -148,23 +129,15 @@ def plan(
     from fretwear.units import duration_text, size_text
 
     planned = Plan(load_study(file, set_ or ()))
-    points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
-    shown = points if every or points <= _MOST_ROWS else few
-    rows = [*planned.rows(0, shown), *planned.rows(max(shown, points - few), None)]
-    lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
-    if left := points - len(rows):
-        lines.insert(1 + few, f"... {left} more points, which --all prints ...")
-    for line in (*lines, ""):
+    points, cases = len(planned.points), len(planned.estimates)
+    rows = [planned.header(), *planned.rows()]
+    for line in (*aligned(rows, str.ljust, indent=""), ""):
         say(line)
-    jobs = resources.grouped(planned)
-    at_once = min(resources.cores(), len(jobs))
-    alone, together = (duration_text(resources.study_seconds(planned, n)) for n in (1, at_once))
-    shared = f", {together} on {at_once} cores" if at_once > 1 else ""
+    jobs = len(resources.grouped(planned))
     say(
-        f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
-        f"job{'s' * (len(jobs) != 1)}: about {alone} on one core{shared}, "
-        f"{duration_text(resources.seconds_after(planned))} of it for figures and report, "
-        f"up to {size_text(planned.memory_bytes)} of memory per job."
+        f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {jobs} "
+        f"job{'s' * (jobs != 1)}: about {duration_text(resources.study_seconds(planned))} on one "
+        f"core, with figures and report, up to {size_text(planned.memory_bytes)} of memory per job."
     )
     for warning in resources.machine_warnings(planned):
         typer.echo(f"\nfretwear: warning: {warning}", err=True)
@@ -199,7 +172,7 @@ def coefficients(
 def run_case(
     context: typer.Context,
     file: StudyFile,
-    case: Annotated[list[str] | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
+    case: Annotated[list[str] | None, option("--case", "ID", _CASE)] = None,
     set_: Assignments = None,
     output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
     keep_older: KeepOlder = False,
@@ -217,56 +190,35 @@ def run_case(
     elif names[1:]:
         raise CommandError("several cases need a folder, such as -o cases/")
     study = load_study(file, () if names else assigned)
+    chosen = names if folder else names[:1] or [None]
+    points = [select_point(study, name, assigned) for name in chosen]
+    cases = {point.id: point.case for point in points if point.case} or study.cases()
     if folder:
-        _run_to_folder(study, names, assigned, folder, keep_older)
+        _run_to_folder(study, cases, folder, keep_older)
         return
-    point = select_point(study, names[0] if names else None, assigned)
-    chosen = point.case
-    assert chosen is not None
-    path = check_output(output or Path(f"{chosen.case_id}.nc"), ".nc")
+    ((case_id, only),) = cases.items()
+    path = check_output(output or Path(f"{case_id}.nc"), ".nc")
 
-    from fretwear.cli.progress import progress
     from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_file
 
-    about = study_attributes(point.study.content)
-    with progress(chosen) as observer:
-        steps = simulate_to_file(
-            chosen,
-            path,
-            observers=[observer],
-            tell=note,
-            command=typed(context),
-            attributes=about,
-        )
+    about = study_attributes(points[0].study.content)
+    steps = simulate_to_file(only, path, tell=note, command=typed(context), attributes=about)
     say(f"{path}: {steps} steps")
 
 
-def _run_to_folder(
-    study: Study, names: Sequence[str], assignments: Sequence[str], folder: Path, keep_older: bool
-) -> None:
-    """Run the named cases of a study, or all."""
-    from fretwear.study.reading import select_point
-
-    cases = study.cases()
-    if names:
-        points = [select_point(study, name, assignments) for name in names]
-        cases = {point.id: point.case for point in points if point.case is not None}
-
-    from fretwear.cli.progress import progress
+def _run_to_folder(study: Study, cases: Mapping[str, Case], folder: Path, keep_older: bool) -> None:
+    """Run cases of a study, and what its sections add to each."""
     from fretwear.data.labels import study_attributes
     from fretwear.run.cases import simulate_to_folder
 
-    about = study_attributes(study.content)
-    command = shlex.join(["fretwear", "run", str(study.file), "--case"])
     failed = simulate_to_folder(
         cases,
         folder,
-        watch=progress,
         tell=note,
-        command=command,
+        command=shlex.join(["fretwear", "run", str(study.file), "--case"]),
         keep_older=keep_older,
-        attributes=about,
+        attributes=study_attributes(study.content),
     )
     if failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
@@ -301,8 +253,6 @@ def merge(
         keep_older=keep_older,
         tell=note,
     )
-    for remark in tally.remarks.splitlines():
-        note(remark)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
     with open_summary(summary) as merged:
@@ -315,7 +265,7 @@ def figures(file: StudyFile, results: Results = None) -> None:
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
-    from fretwear.data.merge import check_belongs, remarks_on_summary
+    from fretwear.data.merge import check_belongs
     from fretwear.figures.study import StudyFigure, write_study_figures
     from fretwear.plugins import added
 
@@ -324,8 +274,6 @@ def figures(file: StudyFile, results: Results = None) -> None:
         check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history)
-        for remark in remarks_on_summary(summary, study):
-            note(remark)
     say(f"{drawn}: {len(entries)} figures")
 
 

@@ -12,7 +12,6 @@ from fretwear.cli.common import (
     CaseFile,
     CommandError,
     check_output,
-    check_results,
     opened,
     option,
     say,
@@ -21,7 +20,6 @@ from fretwear.cli.common import (
 _TO = "Format of the files."
 _OUTPUT = "File to write; the names of several begin as this one does."
 _CYCLE = "Snapshot to write."
-_LARGE = 100_000_000  # bytes of exported files
 
 
 def export(
@@ -39,8 +37,6 @@ def export(
     vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them,
     x3p its heights for programs that read surfaces.
     """
-    check_results(file)
-
     from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle
     from fretwear.data.files import open_group
@@ -60,6 +56,3 @@ def export(
             raise CommandError(f"{file}: {error}") from error
     for path in written:
         say(str(path))
-    if cycle is None and (size := sum(path.stat().st_size for path in written)) > _LARGE:
-        note = f"{size / 1e6:.0f} MB; --cycle NUMBER writes one snapshot alone"
-        typer.echo(f"fretwear: note: {note}", err=True)

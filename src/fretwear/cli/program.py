@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
-from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -13,76 +10,49 @@ from typer.core import TyperGroup
 
 import fretwear
 from fretwear.cli import commands
-from fretwear.cli.common import CommandError, Help, Status, add_command, note, say
+from fretwear.cli.common import CommandError, Status, add_command, note, say
 from fretwear.cli.export import export
 from fretwear.cli.show import compare, show
 from fretwear.plugins import plugins
 from fretwear.study.problems import StudyError
 
 _WORKFLOW = "Steps of the workflow"
-_STOPPED = "stopped; the same command resumes a run from its checkpoint"
 
 
-class _Commands(Help, TyperGroup):
+class _Commands(TyperGroup):
     """The group of all commands; an error that ends one becomes a message and a status."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Run a command and leave with its exit status."""
+        """Run the program; every command knows how it was typed."""
         given = args[0] if args else extra.pop("args", None)
         arguments = sys.argv[1:] if given is None else list(given)
-        extra |= {"standalone_mode": False, "obj": arguments}
+        return super().main(arguments, **{**extra, "obj": arguments})
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; typer itself answers calls that it cannot parse."""
         try:
-            status = super().main(arguments, **extra)
+            return super().invoke(ctx)
         except BaseException as error:
-            status = _told(error, arguments)
-            if status is None:
-                raise
-        if status == 128 + signal.SIGINT:  # typer turns Ctrl-C into a status
-            note(_STOPPED)
-        sys.exit(status if isinstance(status, int) else Status.DONE)
+            if isinstance(error, OSError) and isinstance(error.__context__, SystemExit):
+                error = error.__context__  # the terminal was closed, and its bar cannot be removed
+            if isinstance(error, KeyboardInterrupt | SystemExit):
+                note("stopped; the same command resumes a run from its checkpoint")
+            elif (status := _status(error)) is not None:
+                note(f"error: {str(error) or 'there is not enough memory'}")
+                raise typer.Exit(status) from error
+            raise error
 
 
-def _told(error: BaseException, arguments: Sequence[str]) -> int | None:
-    """Print what ended a command and return its exit status; None if it is a defect."""
-    if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
-        return Status.WRONG_INPUT
-    if isinstance(error, OSError) and isinstance(error.__context__, SystemExit):
-        error = error.__context__  # the terminal was closed, and its bar cannot be removed
-    if isinstance(error, SystemExit):
-        status = int(error.code or 0)
-        if status > 128:
-            note(_STOPPED)
-        return status
-    if isinstance(error, BrokenPipeError):
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 - flushed at exit
-        return Status.FAILED
-    if isinstance(error, typer.TyperException):
-        status, message = Status.WRONG_INPUT, what_is_wrong(error, arguments)
-    elif isinstance(error, CommandError | StudyError):
-        status, message = getattr(error, "status", Status.WRONG_INPUT), str(error)
-    else:
-        from fretwear.run.cases import EXPECTED
+def _status(error: BaseException) -> Status | None:
+    """Return the exit status of an error whose message says all; None if it is a defect."""
+    if isinstance(error, CommandError | StudyError):
+        return getattr(error, "status", Status.WRONG_INPUT)
+    if isinstance(error, BrokenPipeError | typer.Exit | typer.TyperException):
+        return None
 
-        if not isinstance(error, EXPECTED):
-            return None
-        status, message = Status.FAILED, str(error) or "there is not enough memory"
-    note(f"error: {message}")
-    return status
+    from fretwear.run.cases import EXPECTED
 
-
-def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
-    """Return the problem of a call that cannot be parsed, and where to read its correct form."""
-    path = getattr(getattr(error, "ctx", None), "command_path", "fretwear")
-    if path == "fretwear" and error.__class__.__name__ == "BadOptionUsage":  # has no context
-        path = " ".join(["fretwear", *(a for a in arguments[:1] if not a.startswith("-"))])
-    message = error.format_message().rstrip(".,").replace("Value error, ", "")
-    message = " ".join(message.replace("Input should be", "must be").split())
-    lines = [f"{message[:1].lower()}{message[1:]}"]
-    if "unexpected extra" in message and "--set" in arguments:
-        lines.append("put a value with a space in quotes, such as --set 'load=30 N'")
-    if path == "fretwear" and lines[0].startswith("no such option"):
-        lines.append("options follow the command, such as fretwear plan FILE --all")
-    return "\n    ".join([*lines, f"see '{path} --help'"])
+    return Status.FAILED if isinstance(error, EXPECTED) else None
 
 
 app = typer.Typer(

@@ -16,7 +16,6 @@ from fretwear.cli.common import (
     aligned,
     argument,
     check_output,
-    check_results,
     finite,
     opened,
     option,
@@ -41,7 +40,6 @@ _MORE_RESULTS = (
     *("contact_area", "stick_area", "approach", "tangential_displacement", "plastic_volume"),
     *("central_pressure", "peak_pressure"),
 )
-_OF_A_POINT = 4  # results: volume, depth, contact and stick zone
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 _BOTH = "Draw both cases superimposed into this file: .png, .svg or .pdf."
@@ -57,8 +55,6 @@ def show(
 
     For a merged study, print the key results of every point.
     """
-    check_results(file)
-
     from fretwear.data.atomic import DataFileError
     from fretwear.data.files import open_summary
 
@@ -126,28 +122,18 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
 
 def study_lines(summary: xr.Dataset) -> Iterator[str]:
     """Yield the points of a merged study, with their results, as lines for people."""
-    from fretwear.data.effects import final_results, point_values, varied_names
-    from fretwear.study.parameters import value_text
+    from fretwear.data.effects import key_results
 
-    ids, final = point_values(summary, "case_id").tolist(), final_results(summary)
-    statuses = [PointStatus(state).word for state in point_values(summary, "status")]
+    table = key_results(summary)
+    statuses = table["Status"].tolist()
     yield summary.attrs["title"]
     yield f"study {summary.attrs['study']}, {summary.attrs['source']}"
     counts = ", ".join(f"{statuses.count(status.word)} {status.word}" for status in PointStatus)
-    yield f"{len(ids)} point{'s' * (len(ids) != 1)}: {counts}"
+    yield f"{len(table)} point{'s' * (len(table) != 1)}: {counts}"
     yield from ("", f"After the last cycle, {summary['cycle'].values.max():.0f}")
-    columns = [["id", *ids]]
-    for name in varied_names(summary):
-        units = summary[name].attrs.get("units", "")
-        values = [in_unit(value, units) for value in point_values(summary, name).tolist()]
-        columns.append([name, *(value_text(name, value) for value in values)])
-    for name in headlines(final)[:_OF_A_POINT]:
-        about = RESULTS[name].in_frame(contact_frame(summary))
-        errors = final.get(f"{name}_error", 0.0 * final[name])
-        *texts, unit = _texts(final[name].ravel(), about, errors.ravel())
-        columns.append([f"{about.words} ({unit})", *texts])
-    columns.append(["", *(word.replace("done", "") for word in statuses)])
-    yield from aligned([*zip(*columns, strict=True)])
+    first = table.pop("Case")
+    table.insert(0, "Case", first)
+    yield from aligned([[*table.columns], *table.to_numpy().tolist()])
     yield from summary.attrs.get("warnings", "").splitlines()
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
+import platform
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-_CREATE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+_CREATE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_NOFOLLOW", 0)
 _NEARLY_FULL_BYTES = 1 << 20
 
 
@@ -30,15 +29,18 @@ class DataFileError(Exception):
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary file in the same folder, which gets the name `path` on a clean exit.
 
-    The temporary name is unique, so that processes which write the same file never mix their
-    output; the last one prevails. On any error, interrupts included, the temporary file is removed
-    and an existing file stays as it is. `DataFileError` if the disk is full or the folder cannot be
+    The temporary name has machine and process, so that processes which write the same file never
+    mix their output; the last one prevails. On any error, interrupts included, the temporary file
+    is removed and an existing file stays as it is; what killed processes have left is removed by
+    the next one that writes the file. `DataFileError` if the disk is full or the folder cannot be
     created or written to.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+    start = f".{path.name}.{platform.node()}."
+    temporary = path.with_name(f"{start}{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        _remove_left(path.parent, start)
         # The netCDF library reports every failure to create a file as a lack of permission.
         os.close(os.open(temporary, _CREATE, 0o666))
         yield temporary
@@ -56,15 +58,14 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
         temporary.write_text(text, encoding="utf-8", newline="")
 
 
-def why_not_writable(folder: Path) -> str:
-    """Return why a folder can be neither written to nor created; empty if it can."""
-    existing = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
-    try:
-        with tempfile.TemporaryFile(dir=existing):
-            return ""
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        return f"{folder}: cannot be written to: {reason}; choose another place"
+def _remove_left(folder: Path, start: str) -> None:
+    """Remove temporary files, named by a start and a process, of processes that have ended."""
+    import psutil
+
+    for file in folder.iterdir():
+        process = file.name.removeprefix(start).removesuffix(".tmp")
+        if file.name == f"{start}{process}.tmp" and not psutil.pid_exists(int(process)):
+            file.unlink(missing_ok=True)
 
 
 def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:

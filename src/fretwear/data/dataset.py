@@ -65,16 +65,6 @@ def line_near_the_middle(values: FieldsT) -> FieldsT:
     return values.isel({Y.name: int(np.abs(values[Y.name].values).argmin())})
 
 
-def case_of(dataset: xr.Dataset) -> Case:
-    """Return the case that a dataset belongs to.
-
-    It is a ValueError if this is not the dataset of one case, or one of another version.
-    """
-    if "parameters" not in dataset.attrs:
-        raise ValueError("the dataset is not a case: it has no attribute 'parameters'")
-    return Case(**json.loads(dataset.attrs["parameters"]))
-
-
 @xr.register_dataset_accessor("fretwear")  # type: ignore[no-untyped-call]
 class Accessor:
     """Methods for datasets of fretwear, as ``dataset.fretwear``."""
@@ -84,16 +74,17 @@ class Accessor:
 
     @property
     def case(self) -> Case:
-        """The case that the dataset belongs to; see `case_of`."""
-        return case_of(self._dataset)
+        """The case that the dataset belongs to.
+
+        It is a ValueError if this is not the dataset of one case, or one of another version.
+        """
+        if "parameters" not in self._dataset.attrs:
+            raise ValueError("the dataset is not a case: it has no attribute 'parameters'")
+        return Case(**json.loads(self._dataset.attrs["parameters"]))
 
     def full(self) -> xr.Dataset:
         """Return the whole contact; see `mirrored`."""
         return mirrored(self._dataset)
-
-    def line(self) -> xr.Dataset:
-        """Return the fields of the whole contact along x, on the cells nearest to y = 0."""
-        return line_near_the_middle(self.full())
 
     def in_units(self) -> xr.Dataset:
         """Return the dataset in units for people, such as µm and MPa, named by ``units``.

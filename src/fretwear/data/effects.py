@@ -31,7 +31,8 @@ from fretwear.results import (
     Variable,
     headlines,
 )
-from fretwear.units import in_unit
+from fretwear.study.parameters import parameter, value_text
+from fretwear.units import Unit, in_unit, number_text, readable_unit, with_error
 
 # An ensemble has at least this many seeds: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
@@ -115,6 +116,42 @@ def results_table(summary: xr.Dataset) -> str:
     table = points_table(summary).rename(columns=WRITTEN)
     text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
     return text
+
+
+def point_levels(summary: xr.Dataset, name: str) -> list[Any]:
+    """Return a parameter at each point, as study files give it; drawn ones with three digits."""
+    about, values = summary[name].attrs, point_values(summary, name).tolist()
+    if "drawn_from" in about:
+        values = [float(f"{value:.3g}") for value in values]
+    return [in_unit(value, about.get("units", "")) for value in values]
+
+
+def plain_unit(about: Variable, values: Array) -> Unit:
+    """Return the unit in which people read values, without a power of ten."""
+    unit = about.unit or readable_unit(values, about.si_unit)
+    return readable_unit([0.0], about.si_unit) if unit.is_power else unit
+
+
+def key_results(summary: xr.Dataset) -> pd.DataFrame:
+    """Return the varied values, key results with errors, status and id of every point as text."""
+    final, frame = final_results(summary), {}
+    for name in varied_names(summary):
+        words = parameter(name).words
+        levels = point_levels(summary, name)
+        frame[f"{words[:1].upper()}{words[1:]}"] = [value_text(name, level) for level in levels]
+    for name in headlines(final):
+        if not np.isfinite(final[name]).any():
+            continue
+        values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
+        about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
+        unit = plain_unit(about, values[np.isfinite(values)])
+        frame[f"{about.label} ({unit.name})" if unit.name else about.label] = [
+            "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
+            for v, e in np.broadcast(unit.of(values), unit.of(error))
+        ]
+    frame["Status"] = [PointStatus(s).word for s in point_values(summary, STATUS.name).tolist()]
+    frame["Case"] = point_values(summary, CASE_ID.name).tolist()
+    return pd.DataFrame(frame)
 
 
 @dataclass(frozen=True)
@@ -318,9 +355,6 @@ class Indices:
 
     first: Array  # shape (d,): each parameter alone
     total: Array  # each parameter with all its interactions
-    # 95 % intervals, shape (2, d), by leaving out groups of points.
-    first_range: Array
-    total_range: Array
     quality: float  # share of the variance predicted at points left out, 1 at best
 
 
@@ -328,8 +362,8 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     """Return the Sobol indices of functions, given their values at points that fill the unit cube.
 
     An emulator of quintic radial functions interpolates the values, and `scipy.stats.sobol_indices`
-    integrates it. Their intervals come from emulators that leave out one eighth of the points each
-    (delete-a-group jackknife). Of more than 1000 points, the first 1000 are used.
+    integrates it. Emulators that leave out one eighth of the points each measure its quality. Of
+    more than 1000 points, the first 1000 are used.
 
     Parameters
     ----------
@@ -351,18 +385,15 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     spread = np.where(np.ptp(values, axis=0), values.std(axis=0), 1)
     scaled = (values - values.mean(axis=0)) / spread
     fold = np.random.default_rng(0).permutation(count) % min(_FOLDS, count)
-    kept = (*(fold != k for k in range(fold.max() + 1)), fold >= 0)
-    fits = [RBFInterpolator(unit[some], scaled[some], kernel="quintic", degree=2) for some in kept]
-    missed = [fit(unit[fold == k]) - scaled[fold == k] for k, fit in enumerate(fits[:-1])]
+
+    def emulator(kept: NDArray[np.bool_]) -> RBFInterpolator:
+        return RBFInterpolator(unit[kept], scaled[kept], kernel="quintic", degree=2)
+
+    groups = [fold == k for k in range(fold.max() + 1)]
+    missed = [emulator(~group)(unit[group]) - scaled[group] for group in groups]
     quality = 1.0 - (np.concatenate(missed) ** 2).mean(axis=0)
-    # Shape (emulator, first or total, function, parameter).
-    shares = np.clip([_shares(fit, listed) for fit in fits], 0.0, 1.0)
-    apart = 1.96 * np.sqrt((len(shares) - 2) * shares[:-1].var(axis=0))
-    ends = np.clip([shares[-1] - apart, shares[-1] + apart], 0.0, 1.0)
-    return [
-        Indices(first, total, ends[:, 0, n], ends[:, 1, n], float(quality[n]))
-        for n, (first, total) in enumerate(zip(*shares[-1], strict=True))
-    ]
+    shares = np.clip(_shares(emulator(fold >= 0), listed), 0.0, 1.0)
+    return [Indices(*each) for each in zip(*shares, quality.tolist(), strict=True)]
 
 
 def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:

@@ -138,7 +138,9 @@ def opened_case(path: str | os.PathLike[str]) -> Iterator[netCDF4.Dataset]:
 
 
 def open_group(
-    path: str | os.PathLike[str], group: str | None = None, remedy: str = _RUN_AGAIN
+    path: str | os.PathLike[str],
+    group: str | None = None,
+    remedy: str = "If it is the file of a case, remove it and run the case again",
 ) -> xr.Dataset:
     """Open a netCDF file or one of its groups; fields are read when used, text at once.
 

@@ -60,14 +60,14 @@ def case_dataset(
     cycles: ArrayLike,
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
-    errors: Mapping[str, ArrayLike] | None = None,
+    errors: Mapping[str, ArrayLike],
     *,
-    computed: Case | None = None,
-    trouble: str = "",
-    unreached: CaseWarning | None = None,
-    beyond_friction: float = 0.0,
-    symmetry: str = "even_xy",
-    command: str = "fretwear.simulate",
+    computed: Case,
+    trouble: str,
+    unreached: CaseWarning | None,
+    beyond_friction: float,
+    symmetry: str,
+    command: str,
 ) -> xr.Dataset:
     """Return the results of one case, along ``cycle``, ``x`` and ``y``.
 
@@ -85,7 +85,7 @@ def case_dataset(
     A KeyError names a variable that is missing, a ValueError one with values that
     `Variable.allows` refuses.
     """
-    dims, errors = case.frame.dims, errors or {}
+    dims = case.frame.dims
     along = dict(zip(dims, (cycles, x, y), strict=False))
     coordinates = _variables((CYCLE, X, Y)[: len(dims)], along)
     may_be = (*BODY_FIELDS, *VECTOR_FIELDS, FRICTION_FIELD)
@@ -99,7 +99,7 @@ def case_dataset(
         **_variables(of_scalars, scalars, dims[:1]),
         **_variables(of_errors, by_name, dims[:1]),
     }
-    for name, (value, units, words) in (computed or case).scalar_coordinates().items():
+    for name, (value, units, words) in computed.scalar_coordinates().items():
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
         attributes = Variable(name, units, words=words).attributes
         coordinates[name] = xr.Variable((), values, attributes)
@@ -111,7 +111,7 @@ def case_dataset(
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     of_run = trouble, beyond_friction, unreached
     measured = case.asked_accuracy is not None
-    reasons = case_warnings(computed or case, relative, *of_run, measured=measured)
+    reasons = case_warnings(computed, relative, *of_run, measured=measured)
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",
         **FORMAT,
@@ -127,25 +127,18 @@ def case_dataset(
     return xr.Dataset(variables, coordinates, attributes)
 
 
-def history_dataset(
-    cycles: ArrayLike,
-    scalars: Mapping[str, ArrayLike],
-    error_estimate: ArrayLike,
-    convolutions: ArrayLike,
-    frame: ContactFrame,
-) -> xr.Dataset:
-    """Return the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
+def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.Dataset:
+    """Return the history of a run along ``step``: arrays of shape (nsteps,) by name, SI units.
 
-    The scalars of a frame without `AT_SNAPSHOTS` are in SI units, for the whole contact, at
-    the increasing, possibly fractional cycle of each step, with the estimated relative error of
-    each step and its convolutions. Raises the errors of `case_dataset`.
+    They are the increasing, possibly fractional ``cycle``, the scalars of a frame without
+    `AT_SNAPSHOTS`, for the whole contact, the ``error_estimate`` of each step and its
+    ``convolutions``. Raises the errors of `case_dataset`.
     """
-    steps = np.arange(np.size(cycles))
+    given = {"step": np.arange(np.size(steps["cycle"])), **steps}
     expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
-    given = {**scalars, "error_estimate": error_estimate, "convolutions": convolutions}
     return xr.Dataset(
         _variables(expected, given, (STEP.name,)),
-        _variables((STEP, CYCLE), {"step": steps, "cycle": cycles}, (STEP.name,)),
+        _variables((STEP, CYCLE), given, (STEP.name,)),
         {"title": "Every accepted step of the run", **FORMAT},
     )
 

@@ -51,12 +51,11 @@ _RUN_AGAIN = "Remove the file and run the case again"
 
 
 class Tally(NamedTuple):
-    """Numbers of done, failed and invalid points of a study, and remarks on their code."""
+    """Numbers of done, failed and invalid points of a study."""
 
     done: int
     failed: int
     invalid: int
-    remarks: str = ""
 
 
 class _Row(NamedTuple):
@@ -89,7 +88,7 @@ def merge_study(
     the tangential force at every accepted step (…, step), NaN after the last; the attribute
     ``history`` holds the `command`.
 
-    Sections that packages beside the core have read add their results; `tell` takes their remarks.
+    Sections that packages beside the core have read add their results; `tell` takes remarks.
 
     Raises a `DataFileError`, and writes nothing, if no case is done, if the file cannot be written,
     or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
@@ -136,7 +135,7 @@ def merge_study(
             **parameters,
         }
     ).assign_coords(coordinates)
-    remarks = remarks_on((row.digest, points[number][1]) for number, row in rows.items())
+    remarks = _remarks_on((row.digest, points[number][1]) for number, row in rows.items())
     summary.attrs = {
         "title": study.title,
         **FORMAT,
@@ -150,9 +149,10 @@ def merge_study(
         **study_attributes(study.content),
     }
     write_groups(path, {"": summary, HISTORY_GROUP: histories})
+    for remark in remarks:
+        tell(remark)
     count = Counter(status.tolist())
-    done, failed, invalid = (count[kind] for kind in PointStatus)
-    return Tally(done, failed, invalid, "\n".join(remarks))
+    return Tally(*(count[kind] for kind in PointStatus))
 
 
 def _read_case(path: Path, case: Case, keep_older: bool, about: dict[str, dict[str, Any]]) -> _Row:
@@ -313,7 +313,7 @@ def _varied(study: Study, axis: Axis, about: Mapping[str, object] | None) -> xr.
     return xr.Variable((dim,), values, attributes)
 
 
-def remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
+def _remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
     """Return a remark if cases that are done, given with their digests, are of other code."""
     pairs = [(digest, case_digest(case)) for digest, case in done if case is not None]
     older = [digest or "missing" for digest, now in pairs if digest != now]
@@ -323,14 +323,6 @@ def remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
     return [remark] if older else []
-
-
-def remarks_on_summary(summary: xr.Dataset, study: Study) -> list[str]:
-    """Return the remarks of a merged study, on the present code; `check_belongs` must hold."""
-    done = summary[STATUS.name].values.ravel() == PointStatus.DONE
-    digests = summary[CODE_DIGEST.name].values.ravel()
-    cases = [point.case for point in study.points()]
-    return remarks_on((str(digests[n]), cases[n]) for n in np.flatnonzero(done))
 
 
 def check_belongs(summary: xr.Dataset, study: Study) -> None:

@@ -27,13 +27,8 @@ from fretwear.results import (
     contact_frame,
 )
 
-_CHUNK_BYTES = 32 << 20
-
 NOT_DONE = -1
 """Value of ``contact_state`` at missing points and cycles, where other fields are NaN."""
-
-MOST_POSITIONS = 4096
-"""Largest number of shared positions on either side of the middle."""
 
 
 def common_positions(cases: Collection[Array]) -> Array:
@@ -41,7 +36,6 @@ def common_positions(cases: Collection[Array]) -> Array:
 
     They are the centres of cells of the finest spacing, up to the end of the largest window; if all
     cases have one spacing, these are the cells of the cases, and interpolation changes no value.
-    More than `MOST_POSITIONS` on a side are replaced by that many, spaced wider.
     """
     ends = {(float(cells[0]), float(cells[-1]), cells.size) for cells in cases}
     windows = [
@@ -52,8 +46,6 @@ def common_positions(cases: Collection[Array]) -> Array:
     length = max(last + 0.5 * step for step, last in windows)
     # The margin keeps the last bit of the division from adding a cell.
     number = math.ceil(length / spacing * (1.0 - 1e-9))
-    if number > MOST_POSITIONS:
-        number, spacing = MOST_POSITIONS, length / MOST_POSITIONS
     x = (np.arange(number, dtype=np.float64) + 0.5) * spacing
     return np.concatenate([-x[::-1], x]) if any(first < 0.0 for first, *_ in ends) else x
 
@@ -115,8 +107,9 @@ def empty_value(field: Variable) -> float:
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """Open the merged study together with the fields of all its cases.
 
-    Fields are dask arrays that read one case at a time, so a reduction over any number of cases
-    needs little memory: ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
+    Fields are dask arrays that read one field of one case at a time, so a reduction over any number
+    of cases needs little memory:
+    ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
     Unless all cases have the same grid spacing, fields are interpolated to the cells of the finest
     case in the largest window; ``contact_state`` is taken from the nearest cell. Outside the window
     of a case the surfaces do not touch and the gap is NaN. Where a point is not done or lacks the
@@ -140,6 +133,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """
     # dask takes a while to import, and only this function needs it.
     import dask.array as da
+    from dask.delayed import delayed
 
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
@@ -157,45 +151,26 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     stacked, dims = summary.copy(), contact_frame(summary.variables).dims
     if rows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
-    axes = tuple(stacked[name].to_numpy() for name in dims)
-    of_cases = tuple((1,) * size for size in files.shape)
+    axes = [stacked[name].to_numpy() for name in dims]
+    shape = tuple(axis.size for axis in axes)
     for field in FIELDS:
-        of_cycle = math.prod(axis.size for axis in axes[1:]) * np.dtype(field.dtype).itemsize
-        most = max(1, _CHUNK_BYTES // of_cycle)
-        parts = np.split(axes[0], range(most, axes[0].size, most))
-        chunks = (*of_cases, tuple(part.size for part in parts), *((a.size,) for a in axes[1:]))
-        lazy = da.map_blocks(  # type: ignore[no-untyped-call]
-            _read_block,
-            files=files,
-            field=field,
-            parts=parts,
-            axes=axes[1:],
-            chunks=chunks,
-            meta=np.empty((0,) * len(chunks), field.dtype),
-        )
+        read = [delayed(_read_field)(path, field, *axes) for path in files.flat]
+        fields = [da.from_delayed(one, shape, field.dtype) for one in read]  # type: ignore[no-untyped-call]
+        lazy = da.stack(fields).reshape(*files.shape, *shape)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
     stacked.set_close(summary.close)
     return stacked
 
 
-def _read_block(
-    files: NDArray[Any],
-    field: Variable,
-    parts: Sequence[Array],
-    axes: Sequence[Array],
-    block_id: tuple[int, ...] = (),
-) -> NDArray[Any]:
-    """Read a field of one case at some cycles, at positions that all cases share."""
-    path, cycles = files[block_id[: files.ndim]], parts[block_id[files.ndim]]
+def _read_field(path: Path | None, field: Variable, cycles: Array, *axes: Array) -> NDArray[Any]:
+    """Read a field of one case at cycles and positions that all cases share."""
     shape = (cycles.size, *(axis.size for axis in axes))
     values = np.full(shape, empty_value(field), dtype=field.dtype)
     # Threads must not use the netCDF library at the same time, not even to open files.
     if path is not None:
         with NETCDF4_PYTHON_LOCK, opened_case(path) as case:
             if field.name in case.variables:
-                found, stored = case[field.name], case[CYCLE.name][:]
-                cells = [case[name][:] for name in found.dimensions[1:]]
-                for row in np.flatnonzero(np.isin(cycles, stored)):
-                    snapshot = found[int(np.searchsorted(stored, cycles[row]))]
-                    values[row] = resampled(snapshot, cells, axes, field.outside)
-    return values.reshape((1,) * files.ndim + shape)
+                cells = [case[name][:] for name in case[field.name].dimensions[1:]]
+                _, rows, stored = np.intersect1d(cycles, case[CYCLE.name][:], return_indices=True)
+                values[rows] = resampled(case[field.name][stored], cells, axes, field.outside)
+    return values

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
-from fretwear.data.files import MERGED_PROFILES, open_history
+from fretwear.data.files import open_history
 from fretwear.data.stack import representative_cycles
-from fretwear.results import FIELDS, RESULTS, ContactState, Variable
+from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS, ContactState, Variable
 
 Cycles = Sequence[int] | int | None
 """The snapshots that a figure shows; None: a few representative ones."""
+
+TitledCases = xr.Dataset | Mapping[str, xr.Dataset]
+"""One case, or several by the titles of their panels."""
 
 _ALIKE = 1e-3
 _OVER_FIRST = 3.0
@@ -52,16 +55,13 @@ def profiles_of(
 ) -> Profiles:
     """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
-    Raises the errors of `snapshots`, and a `ValueError` if a dataset varies in more than cycle, x
-    and y.
+    Raises the errors of `snapshots`.
     """
     field = field_of(field)
-    picked = snapshots(dataset, cycles, stored_name(dataset, field.name))
-    line = _line(picked, field.name)
-    x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
-    zones = np.full(values.shape, ContactState.OPEN, np.int8)
-    if stored_name(picked, "contact_state") in picked:
-        zones = _line(picked, "contact_state").values.astype(np.int8)
+    picked = snapshots(dataset, cycles, field.name, "contact_state")
+    line = line_near_the_middle(picked[[field.name, "contact_state"]]).transpose("cycle", "x")
+    x, values = (line[name].values.astype(np.float64) for name in ("x", field.name))
+    zones = line["contact_state"].values.astype(np.int8)
     if field.name == "slip":  # cells that do not touch wear nothing, whatever their displacement
         values = np.where(zones == ContactState.OPEN, math.nan, values)
     tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
@@ -77,22 +77,6 @@ def profiles_of(
         ceiling = _OVER_FIRST * float(np.nanmax(values[0]))
     at, is_rough = picked["cycle"].values.astype(np.float64), not is_smooth(dataset)
     return Profiles(field, x, at, values, zones, contact, stick, is_rough, ceiling)
-
-
-def stored_name(dataset: xr.Dataset, field: str) -> str:
-    """Return the name of a field in a case, or of its profile in a merged study."""
-    merged = (name for name, about in MERGED_PROFILES.items() if about.name == field)
-    return next((name for name in (field, *merged) if name in dataset), field)
-
-
-def _line(picked: xr.Dataset, field: str) -> xr.DataArray:
-    name = stored_name(picked, field)
-    if extra := set(picked[name].dims) - {"cycle", "x", "y"}:
-        raise ValueError(
-            f"{name} varies along {sorted(map(str, extra))}: "
-            "select one point first, for example with dataset.isel(...)."
-        )
-    return line_near_the_middle(picked[name]).transpose("cycle", "x")
 
 
 def history_of(dataset: xr.Dataset) -> xr.Dataset:
@@ -118,7 +102,8 @@ def field_of(quantity: Variable | str) -> Variable:
     """Return a field by its name; a `ValueError` lists the fields that have profiles."""
     if isinstance(quantity, Variable):
         return quantity
-    fields = {field.name: field for field in FIELDS if not field.flags}
+    drawn = (*FIELDS, *BODY_FIELDS, FRICTION_FIELD)
+    fields = {field.name: field for field in drawn if not field.flags}
     if quantity not in fields:
         raise ValueError(f"quantity = {quantity!r}: there are profiles of {', '.join(fields)}.")
     return fields[quantity]
@@ -164,6 +149,15 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
     if not asked or not set(asked) <= set(available):
         raise ValueError(f"cycles = {asked}: this dataset has snapshots at {available}.")
     return dataset.sel(cycle=asked)
+
+
+def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
+    """Return cases by their titles; a single one has none."""
+    if isinstance(cases, xr.Dataset):
+        return {"": cases}
+    if not isinstance(cases, Mapping):
+        require(cases)
+    return cases
 
 
 def require(dataset: object, *names: str) -> None:

@@ -17,7 +17,14 @@ from numpy.typing import ArrayLike
 from fretwear.arrays import Array
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import add_scale, outside_key, parameter_values
-from fretwear.figures.datasets import is_smooth, require, snapshots, variable_of
+from fretwear.figures.datasets import (
+    TitledCases,
+    is_smooth,
+    require,
+    snapshots,
+    titled,
+    variable_of,
+)
 from fretwear.figures.profiles import case_panels
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -66,35 +73,21 @@ class WearMap:
         return float(max(e.max(initial=0.0) for e in ends)) * _BEYOND_CONTACT or float(self.x[-1])
 
 
+@styled
 def wear_map(
-    dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1, ax: Axes | None = None
+    cases: TitledCases, cycle: int | None = None, *, columns: Columns = 2, ax: Axes | None = None
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
     The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. On rough
-    surfaces edges surround each spot of contact.
+    surfaces edges surround each spot of contact. Several cases have one scale of depth: if one scar
+    is more than four times as deep as another, colours vary as the square root of the depth, so
+    that both are visible.
     """
-    return _draw_maps({"": dataset}, cycle, columns, ax)
-
-
-def compare_wear_maps(
-    cases: Mapping[str, xr.Dataset], cycle: int | None = None, *, columns: Columns = 2
-) -> Figure:
-    """Draw `wear_map` for several cases, by the titles of their panels, with one scale of depth.
-
-    If one scar is more than four times as deep as another, colours vary as the square root of the
-    depth, so that both are visible.
-    """
-    return _draw_maps(cases, cycle, columns, None)
-
-
-@styled
-def _draw_maps(
-    cases: Mapping[str, xr.Dataset], cycle: int | None, columns: Columns, ax: Axes | None
-) -> Figure:
+    cases = titled(cases)
     scars = [take_wear_map(case, cycle) for case in cases.values()]
-    across = columns if len(cases) > 1 else 1.25 * columns
-    figure, panels = case_panels(cases, columns, ax, (COLUMN_WIDTH[columns] - 30.0) / across, "all")
+    height = (COLUMN_WIDTH[columns] - 30.0) / columns if len(cases) > 1 else 48.0
+    figure, panels = case_panels(cases, columns, ax, height, "all")
     depths = np.array([scar.depth.max() for scar in scars])
     unit, label = readable_unit(depths, "m"), RESULTS["wear_depth"].label
     scale = depth_scale(unit.of(depths))

@@ -1,4 +1,4 @@
-"""Curves of cases at several cycles: profiles along x, scars, bearing areas, fretting loops."""
+"""Curves of cases at several cycles: profiles along x and fretting loops."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import line_near_the_middle, mirrored
 from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, Shared, make_panels, outside_key
 from fretwear.figures.datasets import (
     Cycles,
     Profiles,
+    TitledCases,
     available_cycles,
     field_of,
     profiles_of,
-    require,
     snapshots,
+    titled,
 )
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -39,8 +39,7 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.results import BODY_FIELDS, LOOP, RESULTS, ContactState, Variable
-from fretwear.study.case import Case
+from fretwear.results import LOOP, ContactState, Variable
 from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, with_unit
 
 ZONE_COLORS = {
@@ -51,7 +50,7 @@ ZONE_COLORS = {
 """From light to dark, so that zones can be distinguished in grey too."""
 ZONES = ListedColormap([ZONE_COLORS[zone] for zone in ContactState])
 
-_DOWNWARD = ("wear_depth", "plastic_depth")
+_DOWNWARD = ("wear_depth", "wear_depth_flat", "plastic_depth")
 _BEYOND_CONTACT = 1.12  # distance to which profiles are shown, in half-widths of the contact
 _BEFORE_EDGE = 0.75
 _ABOVE = 1.05
@@ -77,12 +76,13 @@ def case_panels(
     return make_panels(columns, [*cases], across, (16.0, height), share_y)
 
 
+@styled
 def field_profiles(
-    dataset: xr.Dataset,
+    cases: TitledCases,
     quantity: Variable | str,
     cycles: Cycles = None,
     *,
-    columns: Columns = 1,
+    columns: Columns = 2,
     ax: Axes | None = None,
 ) -> Figure:
     """Draw any field, such as ``pressure``, along x at y = 0 at several cycles.
@@ -92,33 +92,11 @@ def field_profiles(
     and over a strip that shows where the surfaces slip and stick. If the pressure was found to be
     singular at the edge of the stick zone, where it grows without bound as cells get narrower, axes
     end at three times the first peak, and the highest value is written.
-    """
-    return _draw_profiles({"": dataset}, quantity, cycles, columns, ax)
-
-
-def compare_profiles(
-    cases: Mapping[str, xr.Dataset],
-    quantity: Variable | str,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 2,
-) -> Figure:
-    """Draw `field_profiles` of several cases, by the titles of their panels.
 
     Each of the `cycles` is drawn in the cases that have it; a cycle that no case has raises a
     ValueError.
     """
-    return _draw_profiles(cases, quantity, cycles, columns, None)
-
-
-@styled
-def _draw_profiles(
-    cases: Mapping[str, xr.Dataset],
-    quantity: Variable | str,
-    cycles: Cycles,
-    columns: Columns,
-    ax: Axes | None,
-) -> Figure:
+    cases = titled(cases)
     field = field_of(quantity)
     contents = [
         profiles_of(case, field, shown)
@@ -314,44 +292,14 @@ def cycle_key(
 
 
 @styled
-def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = None) -> Figure:
-    """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
-
-    The scar of the whole contact, after `cycle` or the last snapshot, is shown as a profilometer
-    crosses it. A case with one wear coefficient for both bodies together raises a ValueError.
-    """
-    names = [field.name for field in BODY_FIELDS]
-    line = mirrored(snapshots(dataset, cycle, *names)[names].isel(cycle=-1))
-    figure, axes = one_panel(1, 66.0, ax)
-    x = MICROMETRE.of(line.x.values)
-    for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), CATEGORICAL, strict=False):
-        depth = sign * MICROMETRE.of(line_near_the_middle(line[field.name]).values)
-        axes.fill_between(x, depth, color=color, alpha=0.3, linewidth=0.0)
-        axes.plot(x, depth, color=color, label=field.label)
-    axes.set(xlabel="x (µm), direction of slip", ylabel=f"{RESULTS['wear_depth'].label} (µm)")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    return figure
-
-
 def fretting_loops(
-    loops: xr.Dataset, cycles: Sequence[int] | None = None, *, ax: Axes | None = None
+    cases: TitledCases, cycles: Cycles = None, *, columns: Columns = 2, ax: Axes | None = None
 ) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
-    `fretwear.open_loops` returns `loops`; `cycles` are at most six of them by default.
+    `fretwear.open_loops` returns the loops of a case; `cycles` are at most six by default.
     """
-    return compare_loops({"": loops}, cycles, columns=1, ax=ax)
-
-
-@styled
-def compare_loops(
-    cases: Mapping[str, xr.Dataset],
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 2,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw `fretting_loops` of several cases, by the titles of their panels."""
+    cases = titled(cases)
     force, displacement = (variable.name for variable in LOOP)
     contents = [snapshots(loops, cycles, force, displacement) for loops in cases.values()]
     figure, panels = case_panels(cases, columns, ax, 50.0, "none")
@@ -373,47 +321,4 @@ def compare_loops(
         cycle_key(figure, colors)
     else:
         ax.legend(title="Cycle")
-    return figure
-
-
-@styled
-def bearing_area(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    case: Case | None = None,
-    *,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
-
-    The height of the roughness less wear and plastic depth is drawn over the share of the contact
-    that lies above it; `cycles` are by default the first and the last snapshot. A dataset does not
-    contain the file of a measured surface; its `case` names it. Raises a `ValueError` if the case
-    is smooth or the file is missing.
-    """
-    require(dataset)
-    available = available_cycles(dataset)
-    ends = cycles if cycles is not None else sorted({available[0], available[-1]})
-    states = snapshots(dataset, ends, "wear_depth", "plastic_depth")
-    rough = (case or dataset.fretwear.case).rough
-    if rough is None or not rough.is_known:
-        raise ValueError("A bearing-area curve needs a rough surface whose heights are known.")
-    axes = [axis for axis in ("x", "y") if axis in dataset.coords]
-    half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
-    lost = (states["wear_depth"] + states["plastic_depth"]).transpose("cycle", *axes).values
-    heights = rough.in_contact([dataset[axis].values for axis in axes], half_widths, lost)
-    unit = readable_unit(np.concatenate(heights), "m")
-    figure, panel = one_panel(1, 66.0, ax)
-    colours = sequential_colours(len(heights))
-    for cycle, height, colour in zip(states["cycle"].values, heights, colours, strict=True):
-        share = 100.0 * (np.arange(height.size) + 0.5) / height.size
-        panel.plot(share, unit.of(height), color=colour, label=cycle_text(cycle))
-    panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
-    panel.set_ylabel(f"Height ({unit.name})")
-    panel.legend(title="Cycle")
-    caption(
-        figure,
-        "Share of the contact that lies above each height: of the roughness less wear and plastic "
-        "depth, from the mean before wear.",
-    )
     return figure

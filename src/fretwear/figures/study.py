@@ -15,15 +15,15 @@ from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
 from fretwear.figures.datasets import width_names
 from fretwear.figures.history import is_constant, representative_cases, scalar_history
-from fretwear.figures.index import HISTORIES, INDEX_NAME, PROFILES, FigureEntry
-from fretwear.figures.maps import WAYS, compare_wear_maps, fretting_map
-from fretwear.figures.profiles import compare_loops, compare_profiles
+from fretwear.figures.maps import WAYS, fretting_map, wear_map
+from fretwear.figures.profiles import field_profiles, fretting_loops
 from fretwear.figures.style import JournalFigure, save_figure
 from fretwear.results import PointStatus
 
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
-# Profiles of every study, and of one with a surface that is measured or random.
-_ALWAYS, _OF_SURFACES = ("pressure", "shear", "wear"), ("gap", "wear_rate")
+# Profiles of every study, and of one with a surface that is measured or random, by file names.
+_ALWAYS = {"pressure": "pressure", "shear": "shear_traction", "wear": "wear_depth"}
+_OF_SURFACES = {"gap": "gap", "wear_rate": "wear_rate"}
 _WITHOUT_PATTERN = ("measured", "self_affine")
 
 
@@ -51,11 +51,11 @@ def study_figures(
         yield _described("fretting_map", fretting_map(summary))
     # The tangential force is a result if a displacement is given.
     is_moved = "tangential_load" not in summary.coords and "tangential_load" not in summary
-    files = {result: name for name, result in HISTORIES.items()}
     results = [*width_names(summary), "wear_volume", "dissipated_energy"]
     for result in (*results, *(_OF_DISPLACEMENT if is_moved else ())):
         if result in summary and not is_constant(summary, result):
-            yield _described(files[result], scalar_history(summary, result, history))
+            name = result.removesuffix("_x")
+            yield _described(name, scalar_history(summary, result, history))
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
@@ -69,14 +69,13 @@ def _figures_of_cases(paths: Mapping[str, Path], *, is_moved: bool) -> Iterator[
         opened = {title: stack.enter_context(open_case(path)) for title, path in paths.items()}
         given = [json.loads(case.attrs["parameters"]).get("roughness") for case in opened.values()]
         is_surface = any(rough and rough.get("kind") in _WITHOUT_PATTERN for rough in given)
-        for field in (*_ALWAYS, *(_OF_SURFACES if is_surface else ())):
-            name = f"{field}_profiles"
-            yield name, compare_profiles(opened, PROFILES[name])
+        for name, field in {**_ALWAYS, **(_OF_SURFACES if is_surface else {})}.items():
+            yield f"{name}_profiles", field_profiles(opened, field)
         if is_moved:
             loops = {title: stack.enter_context(open_loops(path)) for title, path in paths.items()}
-            yield "fretting_loops", compare_loops(loops)
+            yield "fretting_loops", fretting_loops(loops)
         if all("y" in case.dims for case in opened.values()):  # a line contact is uniform along y
-            yield "wear_map", compare_wear_maps(opened)
+            yield "wear_map", wear_map(opened)
 
 
 def _described(name: str, figure: Figure, common: str = "") -> StudyFigure:
@@ -92,16 +91,15 @@ def write_study_figures(
     folder: Path,
     extra: Iterable[StudyFigure] = (),
     history: xr.Dataset | None = None,
-) -> list[FigureEntry]:
+) -> list[dict[str, str]]:
     """Write every figure of `study_figures`, then `extra` ones, as SVG and PNG, and an index.
 
-    Returns the entries of the index, ``index.json``, which is written last.
+    Returns the entries of the index, ``index.json``, which is written last: name and caption.
     """
     entries = []
     for figures in (study_figures(summary.load(), cases, history), extra):
         for name, caption, figure in figures:
             save_figure(figure, folder / name)
-            entries.append(FigureEntry(name, caption))
-    content = [entry._asdict() for entry in entries]
-    write_text(folder / INDEX_NAME, f"{json.dumps(content, indent=1, ensure_ascii=False)}\n")
+            entries.append({"name": name, "caption": caption})
+    write_text(folder / "index.json", f"{json.dumps(entries, indent=1, ensure_ascii=False)}\n")
     return entries

@@ -21,7 +21,7 @@ from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
-from fretwear.mechanics.surfaces.measured import HeightMap
+from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
 from fretwear.mechanics.wear.laws import Means, WearLaw
@@ -216,7 +216,7 @@ class Setup:
     @property
     def checksums(self) -> list[str]:
         """Checksums of measured heights, as read from their files."""
-        maps = [part for part in self.surfaces.values() if isinstance(part, HeightMap)]
+        maps = [part for part in self.surfaces.values() if isinstance(part, MeasuredRoughness)]
         return [part.surface().checksum for part in maps]
 
     @cached_property

@@ -23,27 +23,20 @@ from fretwear.data.effects import (
     WRITTEN,
     Points,
     effects_table,
-    final_results,
+    key_results,
     point_values,
-    varied_names,
 )
-from fretwear.data.merge import check_belongs, remarks_on_summary
-from fretwear.figures.index import (
-    FigureEntry,
-    read_figure_index,
-)
-from fretwear.report.matrix import build_matrix, plain_unit
-from fretwear.report.plots import curve, explorer, with_unit_name
-from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus, headlines
+from fretwear.data.merge import check_belongs
+from fretwear.report.matrix import build_matrix
+from fretwear.report.plots import curve, explorer
+from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
 from fretwear.run.cases import failures
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.units import (
     cycle_text,
-    in_unit,
     number_text,
     span,
-    with_error,
 )
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
@@ -128,12 +121,12 @@ def build_report(
         for row in matrix.rows
         for cell in row.cells
     }
-    warnings = remarks_on_summary(summary, plan.study)
+    warnings = summary.attrs["warnings"].splitlines()
     for what, numbers in plan.warnings.items():
         warnings.append(f"{len(numbers)} of {len(points.table)} cases: the contact {what}")
     for warning in warnings:
         tell(f"warning: {warning}")
-    images = _images(folder / "figures", read_figure_index(folder / "figures"))
+    images = _images(folder / "figures")
     added = list(sections)
     placed = {name for section in added for name in section.figures}
     is_rough = any(
@@ -145,7 +138,7 @@ def build_report(
     shown = [image for start in first for image in of_core if image.name.startswith(start)]
     if (plot := explorer(summary)) is not None:
         plots["explorer"] = plot.to_plotly_json()
-    values = _key_results(summary)
+    values = key_results(summary)
     page = environment().get_template("report.html.j2")
     return page.render(
         study=plan.study,
@@ -195,28 +188,6 @@ def _undone(summary: xr.Dataset, folder: Path) -> list[tuple[str, str, str]]:
     ]
 
 
-def _key_results(summary: xr.Dataset) -> pd.DataFrame:
-    """Return the varied values, key results with errors, status and id of every point as text."""
-    final, frame = final_results(summary), {}
-    for name in varied_names(summary):
-        units = summary[name].attrs.get("units", "")
-        values = point_values(summary, name).tolist()
-        frame[_upper(parameter(name).words)] = [value_text(name, in_unit(v, units)) for v in values]
-    for name in headlines(final):
-        if not np.isfinite(final[name]).any():
-            continue
-        values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
-        about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
-        unit = plain_unit(about, values[np.isfinite(values)])
-        frame[with_unit_name(about.label, unit)] = [
-            "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
-            for v, e in np.broadcast(unit.of(values), unit.of(error))
-        ]
-    frame["Status"] = [PointStatus(s).word for s in point_values(summary, STATUS.name).tolist()]
-    frame["Case"] = point_values(summary, CASE_ID.name).tolist()
-    return pd.DataFrame(frame)
-
-
 def _computation(plan: Plan, summary: xr.Dataset) -> dict[str, str]:
     """Return how the cases were computed, and quantities that follow from their parameters."""
     cases = plan.study.cases().values()
@@ -237,20 +208,21 @@ def _upper(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _images(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
+def _images(folder: Path) -> list[Image]:
     """Return figures with their data; a bitmap replaces a vector file of more than 1 MB."""
-    images = []
-    for entry in entries:
-        path, kind, share = folder / f"{entry.name}.svg", "svg+xml", 1.0
-        try:
+    path, images = folder / "index.json", []
+    try:
+        for entry in json.loads(path.read_bytes()):
+            path, kind, share = folder / f"{entry['name']}.svg", "svg+xml", 1.0
             content = path.read_bytes()
             if width := re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', content[:2000]):
                 share = round(min(1.0, float(width[1]) / _PAGE_WIDTH), 3)
             if len(content) > _LARGE:
                 content, kind = path.with_suffix(".png").read_bytes(), "png"
-        except OSError as cause:
-            problem = f"this figure cannot be read ({cause.strerror})"
-            raise DataFileError(path, problem, "Draw the figures again") from cause
-        uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
-        images.append(Image(entry.name, entry.caption, uri, share))
+            uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+            images.append(Image(entry["name"], entry["caption"], uri, share))
+    except (OSError, ValueError) as cause:
+        raise DataFileError(
+            path, f"it cannot be read ({cause})", "Draw the figures again"
+        ) from cause
     return images

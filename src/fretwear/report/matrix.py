@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from fretwear.arrays import Array
-from fretwear.data.effects import GOOD, SEED, Indices, Points
+from fretwear.data.effects import GOOD, SEED, Indices, Points, plain_unit
 from fretwear.results import Variable, headlines
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import Unit, in_unit, number_text, readable_unit, with_unit
+from fretwear.units import in_unit, number_text, with_unit
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""
@@ -148,12 +148,6 @@ def factor_text(factor: float) -> str:
         if not 0.1 <= factor < 10.0
         else f"{factor:.2f}"
     )
-
-
-def plain_unit(about: Variable, values: Array) -> Unit:
-    """Return the unit in which people read values, without a power of ten."""
-    unit = about.unit or readable_unit(values, about.si_unit)
-    return readable_unit([0.0], about.si_unit) if unit.is_power else unit
 
 
 def range_text(about: Variable, values: Array) -> str:

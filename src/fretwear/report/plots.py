@@ -14,11 +14,18 @@ from plotly.colors import sample_colorscale
 from plotly.subplots import make_subplots
 
 from fretwear.arrays import Array
-from fretwear.data.effects import SEED, Points, point_dims, point_values, varied_names
+from fretwear.data.effects import (
+    SEED,
+    Points,
+    point_dims,
+    point_levels,
+    point_values,
+    varied_names,
+)
 from fretwear.report.matrix import factor_text
 from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import Unit, cycle_text, in_unit, number_text, readable_unit
+from fretwear.units import Unit, cycle_text, number_text, readable_unit
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
@@ -280,13 +287,8 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
     dims = point_dims(summary)
     done = np.flatnonzero(point_values(summary, STATUS.name) == PointStatus.DONE)
     few = np.linspace(0, done.size - 1, min(_MOST_CASES, done.size)).astype(int)
-    ids, varied = point_values(summary, CASE_ID.name), {}
-    for name in varied_names(summary):
-        units = summary[name].attrs.get("units", "")
-        values = point_values(summary, name)
-        if "drawn_from" in summary[name].attrs:
-            values = np.array([float(f"{value:.3g}") for value in values])
-        varied[name] = [in_unit(value, units) for value in values.tolist()]
+    ids = point_values(summary, CASE_ID.name)
+    varied = {name: point_levels(summary, name) for name in varied_names(summary)}
     rows = {name: summary[name].transpose(*dims, "cycle", "x").values for name in EXPLORED}
     flat = {name: values.reshape(ids.size, *values.shape[-2:]) for name, values in rows.items()}
     x, cases = 1e6 * summary["x"].values, {}

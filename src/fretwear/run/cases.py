@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fretwear.data.atomic import DataFileError
@@ -12,8 +11,9 @@ from fretwear.data.files import finished_by, write_case
 from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run.checkpoint import Checkpoint
+from fretwear.run.progress import progress_bar
 from fretwear.run.resources import require_memory
-from fretwear.run.simulate import Observer, run
+from fretwear.run.simulate import run
 from fretwear.study.case import Case
 from fretwear.version import case_digest
 
@@ -28,7 +28,6 @@ def simulate_to_file(
     case: Case,
     path: Path,
     *,
-    observers: Sequence[Observer] = (),
     tell: Callable[[str], None],
     command: str,
     attributes: Mapping[str, str] | None = None,
@@ -36,16 +35,17 @@ def simulate_to_file(
     """Simulate a case, write its file, and return the number of steps.
 
     The run resumes from the checkpoint beside the file, and an interrupted run leaves one. `tell`
-    takes messages; the command is a call that gives the same results; `attributes` of the study go
-    into the file. Raises a ContactError or a
+    takes messages, such as progress where there is no terminal; the command is a call that gives
+    the same results; `attributes` of the study go into the file. Raises a ContactError or a
     WearError if the solution does not converge, a DataFileError if the file cannot be written and a
     MemoryError if the case does not fit in memory.
     """
     require_memory(case)
-    with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
+    checkpoint = Checkpoint(path.with_suffix(".checkpoint"), case, tell)
+    with checkpoint, progress_bar(case, tell) as show:
         result = run(
             case,
-            [checkpoint, *observers],
+            [checkpoint, show],
             record=checkpoint.record,
             command=command,
             warn=lambda doubt: tell(f"warning: {doubt}"),
@@ -59,7 +59,6 @@ def simulate_to_folder(
     cases: Mapping[str, Case],
     folder: Path,
     *,
-    watch: Callable[[Case], AbstractContextManager[Observer]],
     tell: Callable[[str], None],
     command: str,
     keep_older: bool = False,
@@ -68,8 +67,7 @@ def simulate_to_folder(
     """Simulate cases one after the other, each to its file ``<case id>.nc`` in a folder.
 
     Finished cases are kept; those that other code has computed only with `keep_older`. A case that
-    fails does not stop the others. `watch` gives an observer for the time of a run. Returns why
-    cases failed, by id.
+    fails does not stop the others. Returns why cases failed, by id.
     """
     failed = dict[str, str]()
     for case_id, case in cases.items():
@@ -81,15 +79,8 @@ def simulate_to_folder(
         folder.mkdir(parents=True, exist_ok=True)
         path.with_suffix(_FAILED).write_text(ENDED, encoding="utf-8")
         try:
-            with watch(case) as observer:
-                simulate_to_file(
-                    case,
-                    path,
-                    observers=[observer],
-                    tell=tell,
-                    command=f"{command} {case_id}",
-                    attributes=attributes,
-                )
+            typed = f"{command} {case_id}"
+            simulate_to_file(case, path, tell=tell, command=typed, attributes=attributes)
         except Exception as error:
             failed[case_id] = str(error) or type(error).__name__
             path.with_suffix(_FAILED).write_text(failed[case_id], encoding="utf-8")

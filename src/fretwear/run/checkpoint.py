@@ -31,14 +31,8 @@ class Checkpoint:
     has stored the result removes the file.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        case: Case,
-        tell: Callable[[str], None],
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self.path, self._case, self._clock, self._saved = path, case, clock, clock()
+    def __init__(self, path: Path, case: Case, tell: Callable[[str], None]) -> None:
+        self.path, self._case, self._saved = path, case, time.monotonic()
         self.record = RunRecord()
         if path.exists():
             try:
@@ -57,7 +51,7 @@ class Checkpoint:
 
     def __call__(self, _: Step) -> None:
         """Save the record if the last time is long ago."""
-        if self._clock() - self._saved >= SECONDS_BETWEEN:
+        if time.monotonic() - self._saved >= SECONDS_BETWEEN:
             self.save()
 
     def save(self) -> None:
@@ -67,7 +61,7 @@ class Checkpoint:
         text = np.frombuffer(json.dumps(content).encode(), np.uint8)
         with atomic_path(self.path) as temporary, temporary.open("wb") as stream:
             np.savez(stream, text, *arrays)
-        self._saved = self._clock()
+        self._saved = time.monotonic()
 
 
 def read_checkpoint(path: Path, case: Case) -> RunRecord:

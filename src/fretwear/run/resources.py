@@ -6,7 +6,6 @@ Nothing heavy is imported before it is needed: `fretwear plan` and the Snakefile
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -53,14 +52,6 @@ def require_memory(case: Case) -> None:
         raise MemoryError(f"case {case.case_id} {problem}")
 
 
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on Linux
-        return os.cpu_count() or 1
-
-
 @dataclass(frozen=True)
 class Job:
     """Cases that one job of the workflow runs, one after the other."""
@@ -95,20 +86,12 @@ def grouped(plan: Plan) -> list[Job]:
     ]
 
 
-def seconds_after(plan: Plan) -> float:
-    """Return the time, s, to merge a study, draw its figures and write its report."""
+def study_seconds(plan: Plan) -> float:
+    """Return the time, s, of all jobs of a study, of merging, figures and report on one core."""
     cases = len(plan.estimates)
     drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
-    return SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
-
-
-def study_seconds(plan: Plan, at_once: int = 1) -> float:
-    """Return the time, s, of the workflow of a study on so many cores.
-
-    Its jobs run at once, none shorter than its longest; merging, figures and report follow.
-    """
-    jobs = [job.seconds for job in grouped(plan)]
-    return max(math.fsum(jobs) / at_once, *jobs) + seconds_after(plan)
+    jobs = math.fsum(job.seconds for job in grouped(plan))
+    return jobs + SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
@@ -121,22 +104,12 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
     )
     if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
-        yield (
-            f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}"
-        )
-    elif plan.memory_bytes * min(cores(), len(grouped(plan))) > available:
-        yield (
-            f"jobs of up to {size_text(plan.memory_bytes)} may not fit in the "
-            f"{size_text(available)} of memory available, {cores()} at once\n    to run fewer at "
-            f"once, start snakemake with --resources mem_mb={available // 1_000_000}"
-        )
+        cases = f"{len(too_large)} case{'s' * (len(too_large) != 1)}"
+        yield f"{cases} will not fit in the memory of this machine:{_listed(too_large)}"
     for what, numbers in plan.warnings.items():
         listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]
-        yield f"in {_cases(listed)} the contact {what}:{_listed(listed)}"
-
-
-def _cases(lines: Sequence[str]) -> str:
-    return f"{len(lines)} case{'s' * (len(lines) != 1)}"
+        cases = f"{len(listed)} case{'s' * (len(listed) != 1)}"
+        yield f"in {cases} the contact {what}:{_listed(listed)}"
 
 
 def _listed(lines: Sequence[str]) -> str:

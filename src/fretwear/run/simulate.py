@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import NamedTuple
@@ -42,11 +42,9 @@ from fretwear.results import (
     FIELDS,
     FRICTION_FIELD,
     FRICTION_SCALAR,
-    SCALARS,
     SYMMETRIES,
     VECTOR_FIELDS,
     ContactState,
-    Y,
 )
 from fretwear.run.accuracy import (
     GridRun,
@@ -57,6 +55,7 @@ from fretwear.run.accuracy import (
     unreached,
     without_jumps,
 )
+from fretwear.run.progress import progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
@@ -142,7 +141,7 @@ def simulate(
     from the rings, and fields are means over a quarter of the grid that `cell` asks for.
 
     `observers` are called with each accepted `Step`, cycle 0 included. `progress` shows
-    a bar, also in a notebook.
+    a bar on a terminal and in a notebook.
 
     The dataset holds the whole contact or, with `quarter`, the part computed: one side along each
     axis in which the contact is even, see ``symmetry``. Its fields are over ``cycle``, ``x`` and
@@ -153,8 +152,6 @@ def simulate(
     case certainly does not fit in the memory, and each `DoubtfulResultWarning` a reason to doubt
     the results, known beforehand or found by the run.
     """
-    from rich.progress import Progress
-
     if not isinstance(case, Case):
         example = "fretwear.Case(load='50 N', ...)"
         raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
@@ -164,16 +161,9 @@ def simulate(
     def warn(text: str) -> None:
         warnings.warn(text, DoubtfulResultWarning, stacklevel=4)
 
-    with Progress(disable=not progress) as bar:
-        task = bar.add_task(case.case_id, total=case.cycles)
-
-        def show(step: Step) -> None:
-            bar.update(task, completed=step.state.cycle)
-
+    with progress_bar(case) if progress else nullcontext(lambda _: None) as show:
         dataset = run(case, [*observers, show], warn=warn).dataset
-    if quarter:
-        return dataset
-    return mirrored(dataset)
+    return dataset if quarter else mirrored(dataset)
 
 
 @contextmanager
@@ -303,45 +293,40 @@ def _labelled(
 ) -> Result:
     """Label the results of a finished run, and warn of what it was not `warned` of."""
     case, problem, snapshots = computed.case, computed.workspace.problem, record.snapshots
-    fields = _snapshot_fields(computed.workspace, snapshots)
-    scalars, errors, columns = computed.scalars, computed.errors, columns_of(record.history)
-    steps_at, of_steps = columns.pop("cycle"), columns.pop("error_estimate")
-    spent = np.diff(columns.pop("convolutions"), prepend=0)
     plane = snapshots[-1].geometry.plane(problem.spacing)
     axes = case.frame.axes
     even = tuple(axis in axes and is_even for axis, is_even in zip("xy", plane.even, strict=True))
-    symmetry = next(name for name, sides in SYMMETRIES.items() if sides == even)
-    lacking = {scalar.name for scalar in SCALARS if scalar.across and Y.name not in axes}
-    columns, scalars, errors = (
-        {name: values for name, values in table.items() if name not in lacking}
-        for table in (columns, scalars, errors)
-    )
     cycles = [state.cycle for state in snapshots]
     dataset = case_dataset(
         asked,
         plane.x,
         plane.y,
         cycles,
-        fields,
-        scalars,
-        errors,
+        _snapshot_fields(computed.workspace, snapshots),
+        computed.scalars,
+        computed.errors,
         computed=case,
         trouble=computed.trouble,
         unreached=unreached(asked, computed.rounds),
         beyond_friction=max(share_beyond_friction(problem.of(each), each) for each in snapshots),
-        symmetry=symmetry,
+        symmetry=next(name for name, sides in SYMMETRIES.items() if sides == even),
         command=command,
     )
     for text in dataset.attrs["warnings"].splitlines()[warned:]:
         warn(text)
-    history = history_dataset(steps_at, columns, of_steps, spent, case.frame)
+    history = columns_of(record.history)
+    history["convolutions"] = np.diff(history["convolutions"], prepend=0)
     with _one_thread(case):
         loops = [loop(computed.workspace, state) for state in snapshots]
     curves = {
         "force": np.array([curve.force for curve in loops]),
         "displacement": np.array([curve.displacement for curve in loops]),
     }
-    return Result(dataset, history, loops_dataset(cycles, curves, case.frame))
+    return Result(
+        dataset,
+        history_dataset(history, case.frame),
+        loops_dataset(cycles, curves, case.frame),
+    )
 
 
 def steps(

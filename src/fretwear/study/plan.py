@@ -210,9 +210,9 @@ class Plan:
         names = (axis.name for axis in self.study.axes)
         return ("id", *names, "cells", "time", "memory")
 
-    def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
-        """Iterate over a slice of the points as text, varied values in the words of the file."""
-        for point in self.points[first:last]:
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        """Iterate over the points as text, varied values in the words of the file."""
+        for point in self.points:
             labels = point.labels.values()
             if point.case is None:
                 yield ("(invalid)", *labels, "-", "-", point.problem)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-import stat
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
@@ -26,14 +25,13 @@ from pydantic_core import core_schema
 from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Schema, is_list
 from fretwear.tables import Layout, Table, read_text_table
-from fretwear.units import LENGTH, QuantityError, listed, parse_quantity, size_text
+from fretwear.units import LENGTH, QuantityError, listed, parse_quantity
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
 
 Rectangle = tuple[float, float, float, float]
 
-MOST_BYTES = 2**30
 MOST_POINTS = 25_000_000
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
@@ -100,26 +98,13 @@ class SourceFile(Readable):
         # As stored in a dataset; a study needs the file itself.
         if folder is None and (stored := _STORED.fullmatch(value)):
             return Source(stored["name"], stored["checksum"])
-        path, checksum = (folder or Path()) / value, ""
+        path = (folder or Path()) / value
         try:
-            status = path.stat()
-            is_file, size = stat.S_ISREG(status.st_mode), status.st_size
-            if is_file and size <= MOST_BYTES:
-                checksum = _checksum(path, status.st_mtime_ns, size)
-        except (FileNotFoundError, NotADirectoryError, ValueError):
-            rule = f"is no file: there is none at {path}"
-            raise QuantityError(rule, "names are relative to the study file") from None
-        except OSError as error:
-            raise QuantityError(f"cannot be read: {error.strerror}") from error
-        if not is_file:
-            what = "a folder" if stat.S_ISDIR(status.st_mode) else "no plain file"
-            raise QuantityError(f"is {what}", "name the file with the surface")
-        if not size:
-            raise QuantityError("is empty")
-        if not checksum:
-            raise QuantityError(
-                f"has {size_text(size)}, more than the {size_text(MOST_BYTES)} allowed", _REMEDY
-            )
+            checksum = _checksum(path, path.stat().st_mtime_ns)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            rule = f"is no file that can be read: {path}: {reason}"
+            raise QuantityError(rule, "names are relative to the study file") from error
         return Source(path.name, checksum, str(path))
 
     def canonical(self, value: object) -> str:
@@ -132,7 +117,7 @@ class SourceFile(Readable):
 
 
 @lru_cache(maxsize=256)
-def _checksum(path: Path, modified: int, size: int) -> str:  # noqa: ARG001 - tell files apart
+def _checksum(path: Path, modified: int) -> str:  # noqa: ARG001 - a changed file is another one
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -245,10 +230,9 @@ FORMS = tuple(_TERMS)
 @lru_cache(4)
 def read_topography(
     source: Source,
-    levelled: bool = True,
+    form: str = "plane",
     patch: tuple[float, ...] | None = None,
     *,
-    form: str = "",
     outliers: str = "keep",
     unit: str | None = None,
     size: str = "",
@@ -261,12 +245,10 @@ def read_topography(
     ----------
     source
         The file.
-    levelled
-        Whether to subtract the best-fitting plane, rather than just the mean.
+    form
+        The best-fitting one of `FORMS` to subtract; none: just the mean.
     patch
         Corner x, y, width and height, m, of the part to read, from the file's corner; None: all.
-    form
-        One of `FORMS` to subtract instead.
     outliers
         ``fill`` replaces points that differ from their neighbours by more than 10 rms heights.
     unit, size, file_format, channel
@@ -301,7 +283,6 @@ def read_topography(
     if measured.sum() < _LEAST_POINTS:
         raise QuantityError("has no heights: every point is missing")
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
-    form = form or ("plane" if levelled else "none")
     values = _without(form, x, y, values, measured)
     spikes = _spikes(values, measured)
     if outliers == "fill" and spikes.any():
@@ -461,14 +442,7 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
         raise
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
-        hint = ""
-        if type(error).__name__ == "CannotDetectFileFormat":
-            reason = "its format is none that SurfaceTopography knows"
-            if source.path.lower().endswith("x3p"):
-                hint = "save it with binary data: heights within the XML are not read"
-        elif "physical_sizes" in reason:
-            reason = "it does not say its lengths, so its scale is not known"
-            hint = "add size: [900 um, 900 um] and unit: um"
+        hint = "if it does not say its scale, add size: [900 um, 900 um] and unit: um"
         raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
     if math.prod(chosen.nb_grid_pts) > MOST_POINTS:
         has = f"has {' x '.join(map(str, chosen.nb_grid_pts))} points"

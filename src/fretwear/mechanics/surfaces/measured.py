@@ -1,14 +1,13 @@
-"""Bodies with a surface from a file: measured roughness, height maps and profiles of indenters."""
+"""Bodies with a surface from a file: measured roughness and profiles of indenters."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -23,11 +22,10 @@ from fretwear.mechanics.surfaces.files import (
     Source,
     SourceFile,
     Topography,
-    fitted,
     read_profile,
     read_topography,
 )
-from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, Indenter, RoundIndenter
+from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, RoundIndenter
 from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
 from fretwear.quantity import Coordinates, Part, Plain, Quantity, Schema, each, is_list, means_none
 from fretwear.theory import Reduced
@@ -36,7 +34,6 @@ from fretwear.units import QuantityError
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-Coordinate = TypeVar("Coordinate", float, Array)
 _TABLE = 1000
 _MOST_MISSING = 0.05  # of the points within the contact
 _SIDE = Quantity("m", "", "", "mm", like="0.5 mm", ge=0.0)
@@ -171,66 +168,8 @@ def _curves(source: Source) -> tuple[PPoly, PPoly, PPoly]:
     return curve, reduced, reduced.antiderivative()
 
 
-class HeightMap(FromFile):
-    """A part with a map of heights from a file."""
-
-    patch: Rectangle | None
-    tilt: str = "keep"
-    form: str = ""
-    outliers: str = "keep"
-    unit: str = ""
-    size: str = ""
-    format: str = ""
-    channel: str = ""
-
-    # By default two cells, at least one, to the distance of two points: `finest` is twice that.
-    detail: ClassVar[str] = "distance of two points"
-    cells: ClassVar[int] = 4
-
-    def surface(self) -> Topography:
-        """The topography."""
-        if not self.is_known:
-            return UNKNOWN
-        return read_topography(
-            self.file,
-            self.tilt == "remove",
-            self.patch,
-            form=self.form,
-            outliers=self.outliers,
-            unit=self.unit or None,
-            size=self.size,
-            file_format=self.format,
-            channel=self.channel,
-        )
-
-    def _interpolated(self, x: Array, y: Array) -> Array:
-        """Heights, m, interpolated between the points; outside, the heights at the border."""
-        data = self.surface()
-        x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
-        if x.shape[1:] != (1,) or y.size != y.shape[-1]:
-            result: Array = data.spline.ev(*np.broadcast_arrays(x, y))
-            return result
-        # Evaluation on grid lines is faster, but requires increasing coordinates.
-        way = 1 if x[-1, 0] >= x[0, 0] else -1
-        heights: Array = data.spline(x[::way, 0], y.ravel())
-        return heights[::way]
-
-    @property
-    def missing_points(
-        self,
-    ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
-        """Number of points that were not measured."""
-        return self.surface().missing
-
-    @property
-    def finest(self) -> tuple[float, float]:
-        """Twice the distance of points along x and y, m."""
-        x, y = self.surface().spacing
-        return 2.0 * x, 2.0 * y
-
-
 @dataclass(frozen=True)
-class MeasuredRoughness(HeightMap, Roughness):
+class MeasuredRoughness(FromFile, Roughness):
     """A measured topography, its centre under the tip of the indenter.
 
     Heights are taken from the file, upwards out of the body, minus their mean or the best-fitting
@@ -284,9 +223,47 @@ class MeasuredRoughness(HeightMap, Roughness):
     ] = ""
     kind: Literal["measured"] = "measured"
 
+    # By default two cells, at least one, to the distance of two points: `finest` is twice that.
+    detail: ClassVar[str] = "distance of two points"
+    cells: ClassVar[int] = 4
+
+    def surface(self) -> Topography:
+        """The topography."""
+        if not self.is_known:
+            return UNKNOWN
+        return read_topography(
+            self.file,
+            self.form or ("plane" if self.tilt == "remove" else "none"),
+            self.patch,
+            outliers=self.outliers,
+            unit=self.unit or None,
+            size=self.size,
+            file_format=self.format,
+            channel=self.channel,
+        )
+
+    @property
+    def missing_points(
+        self,
+    ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
+        """Number of points that were not measured."""
+        return self.surface().missing
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """Twice the distance of points along x and y, m."""
+        x, y = self.surface().spacing
+        return 2.0 * x, 2.0 * y
+
     def height(self, x: Array, y: Array) -> Array:
         """Contribution to the gap, m: material that protrudes from either body reduces it."""
-        return -self._interpolated(x if self.body == "flat" else -np.asarray(x), y)
+        data, x = self.surface(), x if self.body == "flat" else -np.asarray(x)
+        x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
+        if x.shape[1:] != (1,) or y.size != y.shape[-1]:
+            return -np.asarray(data.spline.ev(*np.broadcast_arrays(x, y)))
+        # Evaluation on grid lines is faster, but requires increasing coordinates.
+        way = 1 if x[-1, 0] >= x[0, 0] else -1
+        return -np.asarray(data.spline(x[::way, 0], y.ravel()))[::way]
 
     @property
     def rms_height(
@@ -350,85 +327,3 @@ class MeasuredRoughness(HeightMap, Roughness):
     def steepest(self) -> float:
         """Three times the root mean square of the slope."""
         return STEEPEST * self.rms_slope
-
-
-@dataclass(frozen=True)
-class HeightMapIndenter(HeightMap, Indenter):
-    """An indenter by a map of its heights.
-
-    They point upwards out of the body, which is turned over about the y axis. The best-fitting
-    paraboloid sets the scales of the contact, has its apex at the origin, and continues the shape
-    beyond the map, with the difference at the border.
-    """
-
-    file: Annotated[
-        Source,
-        SourceFile("file", "file of the indenter", "tip.x3p"),
-        "File of a profilometer or a microscope, relative to the study file.",
-    ]
-    patch: Annotated[
-        Rectangle | None,
-        Patch("patch", "patch of the height map", "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"),
-        "Part to use, [x, y, width, height] from the corner; none: all.",
-    ] = None
-    kind: Literal["height_map"] = "height_map"
-
-    is_hertzian: ClassVar[bool] = False
-    has_closed_form: ClassVar[bool] = False
-
-    def gap(self, x: Array, y: Array) -> Array:
-        """Apex less height, m."""
-        fit, data = _paraboloid(self.file, self.patch), self.surface()
-        x, y = fit.apex[0] - np.asarray(x), fit.apex[1] + np.asarray(y)
-        # Within the map the fit cancels; beyond, it continues the surface.
-        inside = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
-        heights = self._interpolated(*inside)
-        result: Array = fit.height(*fit.apex) - heights + fit.height(*inside) - fit.height(x, y)
-        return result
-
-    @property
-    def curvature_radius(self) -> float:
-        """Radius, m, of a sphere of the mean curvature of the paraboloid."""
-        return _paraboloid(self.file, self.patch).radius if self.is_known else UNKNOWN_RADIUS
-
-    def surface(self) -> Topography:
-        """The topography, which has an apex."""
-        if self.is_known:
-            _paraboloid(self.file, self.patch)
-        return super().surface()
-
-
-@dataclasses.dataclass(frozen=True)
-class _Paraboloid:
-    """c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², m, its apex, m, and inverse mean curvature, m."""
-
-    terms: tuple[float, ...]
-    apex: tuple[float, float]
-    radius: float
-
-    def height(self, x: Coordinate, y: Coordinate) -> Coordinate:
-        """Height, m."""
-        flat, slope_x, slope_y, xx, xy, yy = self.terms
-        return flat + x * (slope_x + xx * x + xy * y) + y * (slope_y + yy * y)
-
-
-@lru_cache(8)
-def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
-    """The best-fitting paraboloid; `QuantityError` if its apex is not on the map."""
-    data = read_topography(file, False, patch)
-    end_x, end_y = data.x[-1], data.y[-1]
-    powers = (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)
-    measured = np.ones(data.heights.shape, bool)
-    terms = tuple(fitted(data.x, data.y, data.heights, measured, powers).tolist())
-    _, slope_x, slope_y, xx, xy, yy = terms
-    mean, part = -(xx + yy), math.hypot(xx - yy, xy)
-    if not mean > part:
-        raise QuantityError(
-            "is not convex as a whole: heights must fall off from a tip to all sides",
-            "heights are upwards out of the indenter; take a patch around its tip",
-        )
-    at_x, at_y = np.linalg.solve([[2.0 * xx, xy], [xy, 2.0 * yy]], [-slope_x, -slope_y]).tolist()
-    if abs(at_x) > end_x or abs(at_y) > end_y:
-        rule = "has its tip beyond the map"
-        raise QuantityError(rule, "level it, or take a patch around its tip")
-    return _Paraboloid(terms, (at_x, at_y), 1.0 / mean)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
 from typing import Annotated, ClassVar, Literal, TypeVar
 
@@ -81,29 +81,6 @@ class Roughness(Part):
         for _ in places:
             heights = ((heights[:-2:2] + 4.0 * heights[1::2] + heights[2::2]) / 6.0).T
         return np.ascontiguousarray(heights)
-
-    def in_contact(
-        self, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
-    ) -> list[Array]:
-        """The heights of the surfaces within the contact, m, highest first, as they wear.
-
-        Parameters
-        ----------
-        axes
-            Cell centres along x and, except in a line contact, y, m; one side if it is even.
-        half_widths
-            Half-widths of the elliptical area considered, along these axes, m.
-        lost
-            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx), subtracted from
-            the heights of the roughness, whose mean is 0.
-        """
-        x, y, cell = axes[0], np.zeros(1), None
-        if len(axes) > 1:
-            y, cell = axes[1], (x[1] - x[0], axes[1][1] - axes[1][0])
-        inside = np.hypot(x[:, None] / half_widths[0], y / half_widths[-1]) <= 1.0
-        rough = -self.mean_height(x, y, cell)[inside]
-        rough -= rough.mean()
-        return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]
 
     @property
     def finest(self) -> tuple[float, float]:
