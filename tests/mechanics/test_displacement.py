@@ -51,6 +51,7 @@ def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fo
     elif rings:
         energy = 4 * 0.5 * 50 * (amplitude - 0.8 * amplitude / u)
         assert measures.dissipated_energy == near(energy, rel=1e-3)
+        assert case.unworn_means.slip == near(energy / (4 * 0.5 * 50), rel=1e-3)
     if u == 0.9999:
         assert measures.sliding_ratio == near(0.2, rel=1e-3)
         ratio = energy / (4 * measures.tangential_force * found.opening)
