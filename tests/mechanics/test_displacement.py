@@ -14,7 +14,7 @@ from fretwear.mechanics.wear.loops import POINTS, loop
 from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import Case
 
-from ..studies import WAVES, near, steel
+from ..studies import WAVES, near, refusal, steel
 
 STEEP = {**WAVES, "slope_x": "3 deg"}
 
@@ -213,6 +213,8 @@ def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_
         case_of(500, tangential_ratio=0.8, friction=constant),
     )
     assert table.case_id == one.case_id
+    falling = {"cycles": [0, 70], "values": [0.5, 0.3]}
+    assert "less than µP = 15 N" in refusal(tangential_load="20 N", friction=falling)
     rising = case_of(
         250, displacement_ratio=1.2, friction={"cycles": [0, 70], "values": [0.4, 0.8]}
     )
