@@ -190,7 +190,7 @@ def run_case(
     elif names[1:]:
         raise CommandError("several cases need a folder, such as -o cases/")
     study = load_study(file, () if names else assigned)
-    chosen = names if folder else names[:1] or [None]
+    chosen: list[str | None] = [*names] if folder else [*names[:1]] or [None]
     points = [select_point(study, name, assigned) for name in chosen]
     cases = {point.id: point.case for point in points if point.case} or study.cases()
     if folder:

@@ -153,11 +153,10 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
 
 def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
     """Return cases by their titles; a single one has none."""
-    if isinstance(cases, xr.Dataset):
-        return {"": cases}
-    if not isinstance(cases, Mapping):
-        require(cases)
-    return cases
+    if isinstance(cases, Mapping) and not isinstance(cases, xr.Dataset):
+        return cases
+    require(cases)
+    return {"": cases}
 
 
 def require(dataset: object, *names: str) -> None:
