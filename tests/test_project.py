@@ -64,7 +64,7 @@ COMPUTING += ("study/case.py", "study/cycles.py", "study/spacing.py", "run/simul
 READING = ("arrays.py", "units.py", "study/parameters.py", "study/problems.py")
 READING += ("study/materials.py", "study/designs.py", "study/study.py", "study/yamlfile.py")
 READING += ("plugins.py", "study/rules.py", "study/case_warnings.py", "study/plan.py")
-READING += ("run/resources.py", "data/dataset.py", "platform.py", "version.py")
+READING += ("run/resources.py", "run/progress.py", "data/dataset.py", "version.py")
 OTHERS = (*READING, "study/reading.py", "figures/maps.py", "report/build.py", "cli/show.py")
 
 

@@ -73,6 +73,7 @@ def explicit(problem, time, steps):
     return problem.measure(WearState(wear, plastic, full, reduced))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limit", "time", "backwards", "forwards"),
     [(math.inf, 3.0, (80, 160), (400, 800)), (LIMIT, 8.0, (320, 640), (800, 1600))],

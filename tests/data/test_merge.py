@@ -106,6 +106,7 @@ def test_dimensions_follow_from_the_design(make_study, summary_of, vary, design,
             assert column.values.tolist() == expected
 
 
+@pytest.mark.slow
 def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing_touches(
     make_study, stack, loads
 ):
@@ -166,6 +167,7 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
     assert set(np.unique(stack.contact_state)) == {0, 1, 2}
 
 
+@pytest.mark.slow
 def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     summary = summary_of(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
     assert summary.wear_volume.dims == ("roughness", "slip_model", "cycle")
@@ -289,6 +291,7 @@ def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
         )
 
 
+@pytest.mark.slow
 def test_xarray_puts_case_files_side_by_side(loads):
     files = sorted((loads / "cases").glob("*.nc"))
     every = {"data_vars": "all", "coords": "all", "join": "outer"}

@@ -54,6 +54,7 @@ def test_a_study_has_its_figures_and_no_text_overlaps(small_study, check_texts):
         check_texts(figure.figure)
 
 
+@pytest.mark.slow
 def test_files_and_index_agree(small_study, tmp_path):
     summary = small_study.summary.isel(normal_load=[0], roughness_amplitude=[0], plastic_limit=[0])
     entries = write_study_figures(summary, small_study.cases, tmp_path)

@@ -73,7 +73,7 @@ def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar
     [
         ({"quantity": "wear_depth_flat"}, ["one for both together", "[indenter, flat]"]),
         ({"file": None}, ["fit.data[0].file", "is missing"]),
-        ({"file": "none.csv"}, ["there is none at"]),
+        ({"file": "none.csv"}, ["none.csv: No such file or directory"]),
         ({"cycle": 2000}, ["fit.data[0].cycle = 2000", "beyond the 1000 cycles"]),
         ({"colums": [0, 1]}, ["fit.data[0].colums", "is not known"]),
         ({"quantity": "wear_volume", "file": None}, [".value", ".error", "is missing"]),

@@ -146,6 +146,7 @@ def test_whether_a_tip_touches_is_decided_by_the_gap_at_its_top_in_both_runs(gap
     assert without_jumps(finer, coarser, None) == ({name: near(widths[0])}, {})
 
 
+@pytest.mark.slow
 def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached():
     case = make(roughness=WAVES, accuracy=0.001, budget=1.0, cycles=100, output_cycles=[])
     told, record = [], RunRecord()
@@ -160,6 +161,7 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
     assert reached >= 99.0 * max(errors)
 
 
+@pytest.mark.slow
 def test_default_cells_are_tried_where_wider_ones_fail(monkeypatch):
     case = make(roughness=WAVES, accuracy=0.001, cycles=10, output_cycles=[])
     of_width = simulate._run_on_cells
@@ -178,6 +180,7 @@ def test_default_cells_are_tried_where_wider_ones_fail(monkeypatch):
     assert "less accurately than the 0.1 %" in ds.attrs["warnings"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [(0, 2), (1, 2)])
 def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
     case = make(roughness=WAVES, accuracy=0.05, budget=1.0, cycles=10, output_cycles=[3])

@@ -38,6 +38,7 @@ def written(bench):
     return {path: path.stat().st_mtime_ns for path in bench.cases()}
 
 
+@pytest.mark.slow
 def test_finished_cases_stay_until_their_snapshots_change(bench):
     first, *_ = load_study("tiny.yaml").cases()
     bench.run("--case", first)
@@ -54,6 +55,7 @@ def test_finished_cases_stay_until_their_snapshots_change(bench):
         assert list(case["cycle"].values) == [0, 30, 100]
 
 
+@pytest.mark.slow
 def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
     bench.run()
     before = written(bench)
@@ -99,6 +101,7 @@ def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
     assert_same(path, undisturbed)
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_case_at_once_spoil_nothing(start, bench):
     first, *_ = load_study("tiny.yaml").cases()
     both = [start("run", "tiny.yaml", "--case", first, "-o", "cases") for _ in range(2)]

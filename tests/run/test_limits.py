@@ -44,6 +44,7 @@ def worn(case):
     return results(last)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_rough", [False, True], ids=["smooth", "wavy"])
 @pytest.mark.parametrize("kind", INDENTERS)
 def test_a_limit_far_above_the_pressure_is_none_and_a_low_one_runs(kind, is_rough):
@@ -79,6 +80,7 @@ def test_a_limit_that_is_not_reached_changes_nothing(kind, parts, rtol):
         np.testing.assert_allclose(found, expected, rtol=rtol, err_msg=f"{part:g} p0")
 
 
+@pytest.mark.slow
 def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_is_told_if_unseen():
     """A narrow band that yields at the singular peak costs stick area in inverse proportion."""
     case = pressed("sphere", cycles=3000)

@@ -99,6 +99,7 @@ def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
     assert "and 1 more" in warning
 
 
+@pytest.mark.slow
 def test_a_whole_contact_with_a_narrow_annulus_takes_the_memory_that_is_planned_and_300_mb():
     """In a process of its own, at as many snapshots as a long run has by default."""
     given = {

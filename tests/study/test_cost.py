@@ -155,6 +155,7 @@ WAVY_CYLINDER = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("amplitude", "slope", "changes"),
     [
