@@ -32,7 +32,8 @@ from fretwear.results import (
     X,
     Y,
 )
-from fretwear.study.case import Case, case_keys, members
+from fretwear.study.case import Case
+from fretwear.study.contact import case_keys, members
 from fretwear.study.materials import material_table
 from fretwear.study.parameters import parameter
 from fretwear.study.reading import study_schema

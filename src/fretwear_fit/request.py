@@ -37,7 +37,8 @@ from fretwear.quantity import (
     whole_number,
 )
 from fretwear.results import OPTIONAL_SCALARS, SCALARS, Variable, Y
-from fretwear.study.case import Case, case_keys
+from fretwear.study.case import Case
+from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
 from fretwear.study.problems import Problems
 from fretwear.study.study import as_mapping

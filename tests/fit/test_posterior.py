@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.study.case import case_keys
+from fretwear.study.contact import case_keys
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Fitter, Unknown
 from fretwear_fit.posterior import sampled

@@ -15,7 +15,8 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError, atomic_path
-from fretwear.run.simulate import RunRecord, Step
+from fretwear.run.progress import Step
+from fretwear.run.simulate import RunRecord
 from fretwear.study.case import Case
 from fretwear.version import case_digest
 

@@ -1,4 +1,4 @@
-"""Progress of a run on the standard error stream: a bar on a terminal, lines elsewhere."""
+"""The steps of a run as observers see them; a bar on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
@@ -6,15 +6,26 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
+from fretwear.mechanics.wear.measures import Measures
+from fretwear.mechanics.wear.state import State
+from fretwear.study.case import Case
 from fretwear.units import LENGTH, duration_text, number_text, readable_unit, with_unit
 
-if TYPE_CHECKING:
-    from fretwear.run.simulate import Observer, Step
-    from fretwear.study.case import Case
-
 _SECONDS_BETWEEN_LINES, _HOUR = 10.0, 3600.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted step of a run, as passed to observers."""
+
+    state: State  # fields and numbers of the contact
+    measures: Measures  # scalars of the whole contact
+    last_cycle: int  # where the run ends
+
+
+Observer = Callable[[Step], None]
 
 
 @contextmanager

@@ -24,7 +24,6 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
-    Measures,
     NextTips,
     fractions,
     mean_slip_friction,
@@ -55,24 +54,12 @@ from fretwear.run.accuracy import (
     unreached,
     without_jumps,
 )
-from fretwear.run.progress import progress_bar
+from fretwear.run.progress import Observer, Step, progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
 
 _MARGIN = 1.15
-
-
-@dataclass(frozen=True)
-class Step:
-    """One accepted step of a run, as passed to observers."""
-
-    state: State  # fields and numbers of the contact
-    measures: Measures  # scalars of the whole contact
-    last_cycle: int  # where the run ends
-
-
-Observer = Callable[[Step], None]
 
 
 @dataclass

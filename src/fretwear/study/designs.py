@@ -20,7 +20,7 @@ from fretwear.quantity import (
     located,
     whole_number,
 )
-from fretwear.study.case import case_keys
+from fretwear.study.contact import case_keys
 from fretwear.study.keys import coordinate
 from fretwear.study.problems import Problems, in_words
 from fretwear.units import BY_SI_UNIT, QuantityError, format_quantity

@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from fretwear.plugins import StudySection, plugins, study_sections
 from fretwear.quantity import AUTO, PartOf, Schema, auto_or, inlined
-from fretwear.study.case import Case, case_keys
+from fretwear.study.case import Case
+from fretwear.study.contact import case_keys
 from fretwear.study.cycles import Snapshots, with_parts_of_distance
 from fretwear.study.designs import MAX_POINTS, Axis, Combinations, Design, read_axes
 from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 from fretwear.mechanics.slip.loading import (
     Displacement,
@@ -16,6 +15,7 @@ from fretwear.mechanics.slip.loading import (
     TangentialRatio,
 )
 from fretwear.mechanics.slip.models import Jaeger
+from fretwear.study.contact import FrettingContact
 from fretwear.study.problems import Problem
 from fretwear.units import (
     BY_SI_UNIT,
@@ -25,9 +25,6 @@ from fretwear.units import (
     FloatWithUnit,
     format_quantity,
 )
-
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
@@ -41,18 +38,18 @@ GREATEST_CONTACT = 0.2
 LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 
-Rules = Callable[["Case"], Iterator[Problem]]
+Rules = Callable[[FrettingContact], Iterator[Problem]]
 
 
 def _length(value: float, digits: int = 3) -> str:
     return format_quantity(value, LENGTH, digits)
 
 
-def _force(case: Case, load: float) -> str:
+def _force(case: FrettingContact, load: float) -> str:
     return format_quantity(load, BY_SI_UNIT[case.frame.unit(FORCE.si_unit)])
 
 
-def _units_of_loads(case: Case) -> Iterator[Problem]:
+def _units_of_loads(case: FrettingContact) -> Iterator[Problem]:
     """Line contacts carry forces per length."""
     load = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
     for part in (case.normal, case.loading):
@@ -64,7 +61,7 @@ def _units_of_loads(case: Case) -> Iterator[Problem]:
                 yield Problem(name, about.text(value), rule, f"such as {name}: {load.example}")
 
 
-def _of_theory(case: Case) -> Iterator[Problem]:
+def _of_theory(case: FrettingContact) -> Iterator[Problem]:
     """What closed forms of the unworn contact do not know cannot be given."""
     normal, loading, kind, model = case.normal, case.loading, case.indenter.kind, case.slip_model
     is_closed, is_line = case.indenter.has_closed_form, not case.frame.has_depth
@@ -88,7 +85,7 @@ def _of_theory(case: Case) -> Iterator[Problem]:
         yield Problem("slip_model", model.kind, rule)
 
 
-def _of_stroke(case: Case) -> Iterator[Problem]:
+def _of_stroke(case: FrettingContact) -> Iterator[Problem]:
     indenter, loading, law = case.indenter, case.loading, case.wear_law
     travel, is_line = loading.travel, "y" not in case.frame.axes
     if loading.stroke and not case.normal.holds_load and case.frame.has_depth:
@@ -123,7 +120,7 @@ def _of_stroke(case: Case) -> Iterator[Problem]:
             yield Problem(name, part.kind, rule)
 
 
-def _of_local_energy(case: Case) -> Iterator[Problem]:
+def _of_local_energy(case: FrettingContact) -> Iterator[Problem]:
     """Friction that follows slip and a threshold of wear need the slip of each place."""
     keys = [case.friction_law.follows_slip and "friction", case.wear_threshold and "wear_threshold"]
     for key in filter(None, keys):
@@ -139,7 +136,7 @@ def _of_local_energy(case: Case) -> Iterator[Problem]:
         yield Problem("friction", None, "cannot follow the dissipated energy with junction_growth")
 
 
-def _of_pulsating_load(case: Case) -> Iterator[Problem]:
+def _of_pulsating_load(case: FrettingContact) -> Iterator[Problem]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
     least, ratio = case.normal.pulsating_load, case.tangential_ratio
     slides = case.loading.is_force and ratio >= 1.0
@@ -165,7 +162,7 @@ def _of_pulsating_load(case: Case) -> Iterator[Problem]:
     yield Problem("pulsating_load", f"{least:g}", rule)
 
 
-def _of_bulk_stress(case: Case) -> Iterator[Problem]:
+def _of_bulk_stress(case: FrettingContact) -> Iterator[Problem]:
     """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
     if not case.bulk_stress:
         return
@@ -182,7 +179,7 @@ def _of_bulk_stress(case: Case) -> Iterator[Problem]:
             yield Problem("bulk_stress", given, rule)
 
 
-def _of_pairs_of_keys(case: Case) -> Iterator[Problem]:
+def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Problem]:
     if not case.error_estimate and math.isfinite(case.accuracy):
         yield Problem("error_estimate", False, "leaves out the error estimates of an accuracy")
     if case.frequency is None and case.wear_law.needs_frequency:
@@ -196,7 +193,7 @@ def _of_pairs_of_keys(case: Case) -> Iterator[Problem]:
         yield Problem("counterface.body", second, "is also the body of roughness")
 
 
-def _of_partial_slip(case: Case) -> Iterator[Problem]:
+def _of_partial_slip(case: FrettingContact) -> Iterator[Problem]:
     """Under a force Q ≥ µP all slides, without a stick zone; too small a Q slips nowhere."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     ratio, hint = case.tangential_ratio, "for gross slip write sliding_amplitude"
@@ -217,7 +214,7 @@ def _of_partial_slip(case: Case) -> Iterator[Problem]:
         yield Problem(loading.kind, None, f"{rule} {LEAST_LOAD_RATIO:g}")
 
 
-def _of_size(case: Case) -> Iterator[Problem]:
+def _of_size(case: FrettingContact) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
@@ -241,7 +238,7 @@ def _of_size(case: Case) -> Iterator[Problem]:
         yield Problem("junction_growth", f"{case.junction_growth:.6g}", rule)
 
 
-def _of_cell(case: Case) -> Iterator[Problem]:
+def _of_cell(case: FrettingContact) -> Iterator[Problem]:
     """Waves and edges of the surfaces, contact, stick zone and slip annulus need enough cells."""
     if case.cell is None:
         return
@@ -288,7 +285,7 @@ _RULES: tuple[Rules, ...] = (
 )
 
 
-def _of_blocks(case: Case) -> Iterator[Problem]:
+def _of_blocks(case: FrettingContact) -> Iterator[Problem]:
     """The problems of the blocks that the base has not too."""
     if not case.blocks:
         return
@@ -315,11 +312,11 @@ def _of_blocks(case: Case) -> Iterator[Problem]:
                 yield Problem("blocks", None, rule, problem.remedy)
 
 
-def _broken(case: Case) -> list[Problem]:
+def _broken(case: FrettingContact) -> list[Problem]:
     return [problem for rules in _RULES for problem in rules(case)]
 
 
-def findings(case: Case) -> list[Problem]:
+def findings(case: FrettingContact) -> list[Problem]:
     """Return the problems of a case, each of whose values is valid by itself."""
     broken = _broken(case)
     if beyond := [str(cycle) for cycle in case.output_cycles if cycle > case.cycles]:

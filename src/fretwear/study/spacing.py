@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from fretwear.mechanics.contact.rings import NARROWEST_RING
 from fretwear.mechanics.contact.strips import NARROWEST_STRIP
 from fretwear.mechanics.surfaces.roughness import Tip
+from fretwear.study.contact import FrettingContact
 from fretwear.theory import (
     EllipticContact,
     HertzContact,
@@ -16,9 +16,6 @@ from fretwear.theory import (
     share_of_band,
 )
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
-
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
 
 Spacing = tuple[float, float]
 
@@ -61,7 +58,7 @@ WIDENING = 0.36
 _OF_CLOSING = 30.0
 
 
-def default_spacing(case: Case) -> Spacing:
+def default_spacing(case: FrettingContact) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It is `usual_spacing` rounded down to two digits, which makes it readable and the same on every
@@ -74,7 +71,7 @@ def default_spacing(case: Case) -> Spacing:
     return dx, dy
 
 
-def usual_spacing(case: Case) -> Spacing:
+def usual_spacing(case: FrettingContact) -> Spacing:
     """Return the spacing (dx, dy), m, that suits a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
@@ -95,7 +92,7 @@ def usual_spacing(case: Case) -> Spacing:
     return dx, dy
 
 
-def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
+def needed_spacings(case: FrettingContact) -> tuple[Spacing, Spacing]:
     """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
     Contact radius, stick radius and slip annulus belong to the smooth elastic sphere. A smooth
@@ -131,7 +128,7 @@ def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
     return coarse, (dx, dy)
 
 
-def _closing_pressure(case: Case) -> float:
+def _closing_pressure(case: FrettingContact) -> float:
     """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
 
     Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
@@ -139,7 +136,7 @@ def _closing_pressure(case: Case) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
+def zones_of_tip(case: FrettingContact) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
@@ -178,7 +175,7 @@ def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
     return zones
 
 
-def _zones_of_ridge(case: Case, tip: Tip) -> dict[str, tuple[Spacing, float]]:
+def _zones_of_ridge(case: FrettingContact, tip: Tip) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a ridge along y, itself a line contact, and the whole stick zone.
 
     A ridge carries the pressure of the smooth contact over a wavelength, under P* reduced by the
@@ -209,7 +206,7 @@ def rounded_down(length: float, digits: int = 2) -> float:
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
 
 
-def greatest_contact_radius(case: Case) -> float:
+def greatest_contact_radius(case: FrettingContact) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
         return case.scar_half_width + case.loading.travel
@@ -228,7 +225,7 @@ def greatest_contact_radius(case: Case) -> float:
     return min(reach, case.indenter.end)
 
 
-def stick_shrinks(case: Case) -> bool:
+def stick_shrinks(case: FrettingContact) -> bool:
     """Whether the stick edge yields and slip follows it: then the contact widens without bound.
 
     A band too narrow for the cells to yield has no such effect.
@@ -241,7 +238,7 @@ def stick_shrinks(case: Case) -> bool:
     return share_of_band(yielding_ring_width(case), narrowest_cell(case)) > 0.0
 
 
-def narrowest_cell(case: Case) -> float:
+def narrowest_cell(case: FrettingContact) -> float:
     """Return the width, m, of the narrowest cells, rings or strips of a smooth contact."""
     radius, stick = case.hertz_radius, case.stick_radius
     if not case.is_graded:
@@ -251,7 +248,7 @@ def narrowest_cell(case: Case) -> float:
     return NARROWEST_RING * min(radius - stick, stick or radius)
 
 
-def yielding_ring_width(case: Case) -> float:
+def yielding_ring_width(case: FrettingContact) -> float:
     """Return the width, m, of the ring at the stick edge that yields in the course of wear.
 
     Wear moves all pressure of a smooth contact into its stick zone, where it tends to

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from fretwear.plugins import StudySection
-from fretwear.study.case import Case, case_keys
+from fretwear.study.case import Case
+from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, Design
 from fretwear.study.problems import Problems
 

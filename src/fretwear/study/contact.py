@@ -1,0 +1,195 @@
+"""The fields of a case, and what follows from them before its rules are checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Annotated, Self
+
+import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.contact.strips import Row, Strips
+from fretwear.mechanics.setup import Setup
+from fretwear.mechanics.slip.loading import Loading, SlidingDistance
+from fretwear.mechanics.slip.models import Cerruti
+from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
+from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
+from fretwear.study.keys import Keys
+from fretwear.units import LINE_CONTACT
+
+_IN_BLOCKS = "normal", "loading", "friction_law"
+# Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
+_NARROW = 0.05
+
+
+@dataclass(frozen=True, init=False, kw_only=True)
+class FrettingContact(Setup):
+    """One contact, one loading and one number of cycles; rules and default cells take it."""
+
+    cycles: Annotated[int, CYCLES, "Number of load cycles."]
+    cell: Annotated[
+        tuple[float, float] | None,
+        Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", gt=0.0, places=AXES),
+        "Grid spacing along x and y; the default resolves contact and waves.",
+    ] = None
+    tolerance: Annotated[
+        float,
+        Quantity("1", "tolerance", "tolerance", like="0.01", gt=1e-6, le=0.1),
+        "Relative error of the wear integration.",
+    ] = 0.01
+    blocks: Annotated[
+        tuple[Block, ...],
+        Blocks(
+            "blocks",
+            "blocks of loading",
+            "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
+        ),
+        "Successive blocks of loading, instead of cycles. Each gives its cycles and "
+        "may change load, displacement or force, and friction; base may leave out what the "
+        "first block gives.",
+    ] = ()
+    error_estimate: Annotated[
+        bool,
+        Plain("", "estimate of errors", "false"),
+        "Whether a run on cells twice as wide estimates the error of every result.",
+    ] = True
+    accuracy: Annotated[
+        float,
+        Quantity(
+            "1",
+            "accuracy",
+            "accuracy",
+            like="0.02",
+            ge=0.001,
+            le=0.2,
+            infinite="as on default cells",
+        ),
+        "Largest relative error of wear, contact and stick zone, and energy. Runs on ever narrower "
+        "cells find the cell and the tolerance that it needs; none: default cells, whatever the "
+        "error. A written cell overrules it.",
+    ] = 0.02
+    budget: Annotated[
+        float | None,
+        Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
+        "How many times longer than on default cells a case may take to reach its accuracy; 10 "
+        "unless given.",
+    ] = None
+    output_cycles: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, assembled: Mapping[str, object]) -> Self:
+        """Return the case of members already read, whose rules are not checked.
+
+        The number of cycles follows from the blocks, and the snapshots from both.
+        """
+        case = object.__new__(cls)
+        values = vars(case)
+        # What a case has derived from its members is not one of them.
+        values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
+        if case.blocks:
+            values["cycles"] = sum(block.cycles for block in case.blocks)
+        estimated = values.get("error_estimate", True) or "accuracy" in assembled
+        if values.get("cell") is not None or not estimated:
+            values["accuracy"] = math.inf
+        if isinstance(loading := values["loading"], SlidingDistance):
+            distance = loading.sliding_distance
+            values["loading"] = loading.unchecked(sliding_distance=distance, parts=values["cycles"])
+        values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
+        # The parameters of parts whose fields are keys, by their names.
+        for member, about in members().items():
+            if (part := values.get(member)) is not None and is_open(about, part):
+                values |= {n: v for n, v in vars(part).items() if n in part.parameters()}
+        return case
+
+    def changed(self, **members: object) -> Self:
+        """The case with other members, not checked against each other."""
+        fields = {n: value for n, value in vars(self).items() if n in self.__dataclass_fields__}
+        return self.of(fields | members)
+
+    @cached_property
+    def geometry(self) -> type[Geometry]:
+        """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
+
+        Rings remain where a grid would not resolve the edge of the stick zone: where bodies yield,
+        under a pulsating load, and where the slip annulus or the stick zone is narrow; slip is then
+        the mean over all directions.
+        """
+        if self.frame is LINE_CONTACT:
+            return Row if self.bulk_stress else Strips
+        is_round = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
+        if not is_round or self.slip_model.couples:
+            return Grid
+        is_narrow = not _NARROW < self.stick_radius / self.hertz_radius < 1.0 - _NARROW
+        fits = math.isinf(self.plastic_limit) and self.normal.pulsating_load == 1.0
+        varies = isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
+        return Grid if varies and fits and not is_narrow else Rings
+
+    @cached_property
+    def is_graded(self) -> bool:
+        """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
+        return self._is_plain and not issubclass(self.geometry, Grid)
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        return self.rough is None and not self.loading.stroke
+
+    # Loading.
+
+    @cached_property
+    def plain_loading(self) -> Loading:
+        """The loading along x in SI units, however it was given."""
+        if self.blocks or (self.loading.is_force and not self.force_is_held):
+            return self.loading
+        return self.loading.plain(*self._unworn)
+
+    @cached_property
+    def force_is_held(self) -> bool:
+        """Whether P and Q stay as they are, and Q/(µP) with them."""
+        constant = self.at(self.cycles) is self and not self.blocks
+        return constant and self.normal.holds_load and self.loading.is_force
+
+    @property
+    def scar_half_width(self) -> float:
+        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
+        path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
+        volume = self.combined_wear_coefficient * path * self.load_at(0.0)
+        width = self.hertz.scar_half_width(volume, self.indenter.curvature_radius)
+        return min(width, self.indenter.end)
+
+    # Blocks of loading.
+
+    def in_blocks(self) -> Iterator[tuple[float, Self | None]]:
+        """Each block as a case (None if it is not valid), with the cycle at which it ends."""
+        end = 0
+        for block in self.blocks or (Block(cycles=self.cycles),):
+            end += block.cycles
+            changed: dict[str, object] = {"blocks": ()}
+            for member in _IN_BLOCKS:
+                about = members()[member]
+                assert isinstance(about, Inline)
+                keys = about.keys
+                if given := {name: value for name, value in block.values.items() if name in keys}:
+                    changed[member] = about.changed(getattr(self, member), given)
+            yield end, None if None in changed.values() else self.changed(**changed)
+
+
+def members() -> Mapping[str, Parameter]:
+    """Return the fields of a case, except the snapshots, with their declarations."""
+    return declared(FrettingContact)
+
+
+@cache
+def case_keys() -> Keys:
+    """Return the keys of a case."""
+    return Keys(FrettingContact)
+
+
+def is_open(about: Parameter, value: object) -> bool:
+    """Whether the fields of a part are keys of the case."""
+    if isinstance(about, Inline):
+        return value is not None
+    return isinstance(about, PartOf) and getattr(value, "kind", "") == about.short != ""
