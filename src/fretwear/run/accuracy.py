@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.wear.measures import NextTips
+from fretwear.mechanics.wear.measures import Described, NextTips
 from fretwear.results import RESULTS
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import CaseWarning
@@ -68,6 +68,12 @@ class GridRun:
     errors: dict[str, NDArray[np.float64]]
     # Counted, so that it is the same on every machine: `RunRecord.work`; 0 for a run alongside.
     work: float = 0.0
+
+    @classmethod
+    def of(cls, width: float, snapshots: Iterable[Described], work: float = 0.0) -> GridRun:
+        """A run whose errors are not known yet."""
+        rows, tips = zip(*snapshots, strict=True)
+        return cls(width, [*rows], [*tips], {}, work)
 
     @property
     def error(self) -> float:

@@ -24,14 +24,12 @@ from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
-    NextTips,
+    Described,
+    described,
+    doubts,
     fractions,
-    mean_slip_friction,
     measure,
-    next_tips,
-    scatter,
     share_beyond_friction,
-    unresolved_peak,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
 from fretwear.mechanics.wear.state import State, WearProblem
@@ -40,7 +38,6 @@ from fretwear.results import (
     BODY_FIELDS,
     FIELDS,
     FRICTION_FIELD,
-    FRICTION_SCALAR,
     SYMMETRIES,
     VECTOR_FIELDS,
     ContactState,
@@ -225,12 +222,12 @@ def _run_on_cells(
     case = asked.on_cells(width)
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
     wider = record.rounds[-1:]
-    pairs = [pair for run in wider for pair in zip(run.rows, run.tips, strict=True)]
-    twin: Iterator[tuple[dict[str, float], NextTips]] = iter(pairs)
+    twin: Iterator[Described]
+    twin = (Described(*of) for run in wider for of in zip(run.rows, run.tips, strict=True))
     # Equal cells call for a run on default ones in any case, which has this one as its twin.
     if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
-        twin = _scalars_of_twin(asked, times * width)
-    coarser: list[tuple[dict[str, float], NextTips]] = []
+        twin = _described_twin(asked.on_cells(times * width), times * width * asked.coarseness)
+    coarser: list[Described] = []
     trouble = ""
 
     def follow() -> None:
@@ -250,20 +247,19 @@ def _run_on_cells(
                 observer(step)
             follow()
         follow()
-        rows = [_scalars(workspace, state) for state in snapshots]
-    scalars = columns_of(rows)
+        found = [described(workspace, state) for state in snapshots]
+        uncertain = [doubts(problem.of(state), state) for state in snapshots]
+    finished = GridRun.of(width, found, record.work)
+    scalars = columns_of(finished.rows)
     errors: dict[str, NDArray[np.float64]] = {}
-    finished = GridRun(width, rows, [next_tips(state) for state in snapshots], {}, record.work)
     if coarser and not (trouble or wider):
-        wide_rows, wide_tips = zip(*coarser, strict=True)
-        wider = [GridRun(times * width, [*wide_rows], [*wide_tips], {})]
+        wider = [GridRun.of(times * width, coarser)]
     if wider and not trouble:
-        spread = columns_of([scatter(state) for state in snapshots])
+        deviations, missed = zip(*uncertain, strict=True)
+        spread = columns_of(deviations)
         comparable, jumps = without_jumps(finished, wider[-1], problem.wavelengths)
         errors = estimated_errors(scalars, comparable, times, spread, case.tolerance)
         errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
-        states = zip(snapshots, scalars["peak_pressure"].tolist(), strict=True)
-        missed = [unresolved_peak(problem.of(state), state, peak) for state, peak in states]
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
     rounds = [*(record.rounds or wider), finished]
@@ -338,38 +334,12 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
     return evolve(problem, stops, case.tolerance, start, accuracy)
 
 
-def _scalars_of_twin(asked: Case, width: float) -> Iterator[tuple[dict[str, float], NextTips]]:
-    """Yield scalars and tips of a case on cells of some width over the default at each snapshot."""
-    case = asked.on_cells(width)
-    problem = wear_problem(case, None, width * asked.coarseness)
-    workspace = Workspace(problem)
-    for state in _states(case, problem):
+def _described_twin(case: Case, coarseness: float) -> Iterator[Described]:
+    """Yield the snapshots of a case in numbers."""
+    workspace = Workspace(wear_problem(case, None, coarseness))
+    for state in _states(case, workspace.problem):
         if state.cycle in case.output_cycles:
-            yield _scalars(workspace, state), next_tips(state)
-
-
-def _scalars(workspace: Workspace[WearProblem], state: State) -> dict[str, float]:
-    """All scalars of a state: the measures of every step, and scalars of its loop."""
-    scalars = vars(measure(workspace.problem.of(state), state))
-    if workspace.problem.friction_law.follows_slip:
-        scalars[FRICTION_SCALAR.name] = mean_slip_friction(workspace.problem.of(state), state)
-    # One contact between its ends tells where the force vanishes.
-    full = 4.0 * loop(workspace, state, contacts=1).opening * scalars["tangential_force"]
-    scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else math.nan
-    shares = workspace.problem.wear_law.shares
-    for index, (body, wear) in enumerate(_wear_of_each(workspace.problem, state).items()):
-        volume = shares[index] * scalars["wear_volume"] if shares else state.geometry.integral(wear)
-        scalars[f"wear_volume_{body}"] = volume
-    return scalars
-
-
-def _wear_of_each(problem: WearProblem, state: State) -> dict[str, NDArray[np.float64]]:
-    """Wear depth of indenter and flat, m, if they are known."""
-    if isinstance(state, StrokeState):
-        depths = [state.wear_indenter, state.wear_flat] if problem.wear_law.is_of_each else []
-    else:
-        depths = [share * state.wear for share in problem.wear_law.shares or ()]
-    return dict(zip(("indenter", "flat"), depths, strict=False))
+            yield described(workspace, state)
 
 
 def wear_problem(
@@ -410,7 +380,10 @@ def _snapshot_fields(
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[: len(workspace.problem.frame.axes)]
-    about = (*FIELDS, *(BODY_FIELDS if _wear_of_each(workspace.problem, snapshots[-1]) else ()))
+    about = (
+        *FIELDS,
+        *(BODY_FIELDS if snapshots[-1].wear_of_each(workspace.problem.wear_law) else ()),
+    )
     about += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
     about += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
@@ -430,7 +403,7 @@ def _snapshot_fields(
         elif state.pulse is not None:
             rate, slip = state.pulse.rate, slip * state.pulse.share
             shearing = 0.5 * (state.pressure + state.pulse.least)
-        bodies = _wear_of_each(workspace.problem, state).values()
+        bodies = state.wear_of_each(problem.wear_law).values()
         values_of = {
             "pressure": state.pressure,
             "reduced": reduced.pressure,

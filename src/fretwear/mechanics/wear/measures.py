@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, nan, pi, sqrt
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,9 +21,11 @@ from fretwear.mechanics.contact.cells import (
     Geometry,
     Region,
     Way,
+    Workspace,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.protocols import Plane
+from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem
 
 # Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
@@ -186,6 +188,29 @@ def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, 
     return contact, stick
 
 
+class Described(NamedTuple):
+    """A snapshot in numbers."""
+
+    scalars: dict[str, float]  # the measures of every step, and scalars of its loop and of bodies
+    tips: NextTips
+
+
+def described(workspace: Workspace[WearProblem], state: State) -> Described:
+    """Describe a snapshot."""
+    problem = workspace.problem.of(state)
+    scalars = vars(measure(problem, state))
+    if problem.friction_law.follows_slip:
+        scalars["mean_slip_friction"] = mean_slip_friction(problem, state)
+    # One contact between its ends tells where the force vanishes.
+    full = 4.0 * loop(workspace, state, contacts=1).opening * scalars["tangential_force"]
+    scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else nan
+    shares = problem.wear_law.shares
+    for index, (body, wear) in enumerate(state.wear_of_each(problem.wear_law).items()):
+        volume = shares[index] * scalars["wear_volume"] if shares else state.geometry.integral(wear)
+        scalars[f"wear_volume_{body}"] = volume
+    return Described(scalars, next_tips(state))
+
+
 def next_tips(state: State) -> NextTips:
     """The tips next to touching, by the name of the half-width, m, that would jump to them."""
     zones = {
@@ -237,6 +262,11 @@ def scatter(state: State) -> dict[str, float]:
     deviations["stick_load_share"] = of_load / carried if carried else 0.0
     deviations["mean_stick_pressure"] = of_mean / area if area else 0.0
     return deviations
+
+
+def doubts(problem: WearProblem, state: State) -> tuple[dict[str, float], float]:
+    """The `scatter` of a snapshot, and how much higher its peak pressure, Pa, may be."""
+    return scatter(state), unresolved_peak(problem, state, measure(problem, state).peak_pressure)
 
 
 def mean_slip_friction(problem: WearProblem, state: State) -> float:

@@ -22,7 +22,7 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import is_finite
 from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
-from fretwear.mechanics.wear.laws import Means
+from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.theory import find_root
 
 CONTACT_GAP = 1e-5
@@ -274,6 +274,12 @@ class State(Stage):
     step: int = 0  #: how many steps were accepted so far
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
     convolutions: int = 0  #: half-space convolutions spent so far, rejected steps included
+
+    def wear_of_each(self, law: WearLaw) -> dict[str, Array]:
+        """Wear depth of indenter and flat, m, if the law knows them."""
+        return dict(
+            zip(("indenter", "flat"), (part * self.wear for part in law.shares or ()), strict=False)
+        )
 
     def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
         """The same state on other cells; gaps are computed on cells that are new."""

@@ -31,7 +31,7 @@ from fretwear.mechanics.contact.grid import fast_shape
 from fretwear.mechanics.slip.models import ReducedContact
 from fretwear.mechanics.wear import integrator
 from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
-from fretwear.mechanics.wear.laws import Means
+from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.wear.state import State, WearProblem
 
@@ -67,6 +67,10 @@ class StrokeState(State):
     def wear_flat(self) -> Array:
         """Wear depth of the flat, m."""
         return np.asarray(self.worn[0])
+
+    def wear_of_each(self, law: WearLaw) -> dict[str, Array]:
+        """Wear depth of indenter and flat, each in its coordinates, m, if the law knows them."""
+        return {"indenter": self.wear_indenter, "flat": self.wear_flat} if law.is_of_each else {}
 
     def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
         """The same state on more cells; its gap is computed on cells that are new."""
