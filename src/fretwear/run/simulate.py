@@ -219,14 +219,14 @@ def _run_on_cells(
     The run on wider cells from which errors are estimated is the last one of the record or, if
     there is none, runs alongside. It is not stored in checkpoints: a resumed run starts it anew.
     """
-    case = asked.on_cells(width)
     times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
+    case, coarser_case = asked.on_cells(width), asked.on_cells(times * width)
     wider = record.rounds[-1:]
     twin: Iterator[Described]
     twin = (Described(*of) for run in wider for of in zip(run.rows, run.tips, strict=True))
     # Equal cells call for a run on default ones in any case, which has this one as its twin.
     if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
-        twin = _described_twin(asked.on_cells(times * width), times * width * asked.coarseness)
+        twin = _described_twin(coarser_case, times * width * asked.coarseness)
     coarser: list[Described] = []
     trouble = ""
 
@@ -336,8 +336,9 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
 
 def _described_twin(case: Case, coarseness: float) -> Iterator[Described]:
     """Yield the snapshots of a case in numbers."""
-    workspace = Workspace(wear_problem(case, None, coarseness))
-    for state in _states(case, workspace.problem):
+    problem = wear_problem(case, None, coarseness)
+    workspace = Workspace(problem)
+    for state in _states(case, problem):
         if state.cycle in case.output_cycles:
             yield described(workspace, state)
 

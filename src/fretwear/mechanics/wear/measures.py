@@ -103,6 +103,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
         # The peak at the stick edge grows as rings get narrower, up to the plastic limit where they
         # are narrow enough to yield: take the mean over an annulus as wide as a cell.
         peak = geometry.largest_mean(pressure, min(problem.spacing))
+    contact_radius = _radius(geometry, contact.cells, contact_area, contact_x)
+    stick_radius = _radius(geometry, stick, zone.area, stick_x)
     displacement = problem.tangential_displacement(state.mean_approach, reduced)
     force = problem.tangential_force(problem.slipping_load(state, geometry), reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -114,8 +116,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
         tangential_force=force,
         regime=0.0 if stick.any() else 1.0,
         sliding_ratio=energy / work if work else nan,
-        contact_radius=_radius(geometry, contact.cells, contact_area, contact_x),
-        stick_radius=_radius(geometry, stick, zone.area, stick_x),
+        contact_radius=contact_radius,
+        stick_radius=stick_radius,
         scar_half_width_x=scar_x,
         scar_half_width_y=scar_y,
         contact_half_width_x=contact_x,
