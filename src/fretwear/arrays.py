@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Places = NDArray[np.intp]
+# Whether something is even along x and along y.
+Even = tuple[bool, bool]
 # The type of the elements of a field, which its result shares.
 Element = TypeVar("Element", bound=np.generic)
 # A field in double or single precision; the result has the precision of the argument.

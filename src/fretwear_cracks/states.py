@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Even, HalfSpace
+from fretwear.arrays import Array, Even
+from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.coupled import shear

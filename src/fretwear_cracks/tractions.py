@@ -13,8 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Even
+from fretwear.arrays import Array, Even
 from fretwear_cracks.influence import ODD, TURNED, of_rectangles, of_strips
 
 # Corners of cells, seen from points, of which functions are computed at a time.

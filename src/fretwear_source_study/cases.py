@@ -107,7 +107,7 @@ class StudyCase:
     @property
     def wavenumbers(self) -> tuple[float, float]:
         """Wavenumbers of the waves along x and y, rad/m."""
-        return self.roughness.wavenumber_x, self.roughness.wavenumber_y
+        return self.roughness.wavenumbers
 
     @cached_property
     def waves(self) -> Array:

@@ -10,10 +10,11 @@ from benchmarks.peers import contacts
 from benchmarks.peers.contacts import PEERS, pressed_by, residual
 from benchmarks.peers.wear_loop import estimated_step, own_loop
 
-from fretwear.mechanics.contact.cells import ContactProblem, Workspace
+from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.run import simulate
 
 from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window

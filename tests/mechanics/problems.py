@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import ContactProblem, Even, HalfSpace, Layer
+from fretwear.arrays import Array, Even, Mask
+from fretwear.mechanics.contact.cells import ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.contact.strips import Strips
@@ -128,8 +128,9 @@ def reduced(
 ) -> ReducedContact:
     """The reduced contact of a shape at a reduced load, N, as Jäger has it."""
     start = None if guess is None else ReducedContact(guess, guess, 0.0, load)
-    whole = Pressed(bodies, shape, shape, shape, 0.0)  # its own fields have no effect
-    return Jaeger().reduced(fretting(), whole, Sliding(load), start, tolerance)
+    # Its own fields have no effect.
+    whole = Pressed(bodies, shape, shape, shape, 0.0, Sliding(load), tolerance)
+    return Jaeger().reduced(fretting(), whole, start)
 
 
 def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:

@@ -261,7 +261,8 @@ def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
     problem, cells = fretting(load_ratio=0.6), window((40, 40))
     model = CattaneoMindlin()
     shape = shape_of(cells, ROUGH)
-    gap = model.reduced(problem, Pressed(cells.half_space(MODULUS), shape, shape, shape, 0.0)).gap
+    bodies, sliding = cells.half_space(MODULUS), problem.unworn_sliding
+    gap = model.reduced(problem, Pressed(bodies, shape, shape, shape, 0.0, sliding)).gap
     worn = np.ones(cells.shape)
     np.testing.assert_array_equal(model.gap_after(gap, worn), gap)
     layer = model.wear_layer(worn, gap, None, 0.2 * worn, 0.5)

@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import fretwear
-from fretwear.mechanics.contact.cells import ContactError, Workspace
+from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.grid import influence_coefficients
 from fretwear.mechanics.contact.strips import Row
 from fretwear.mechanics.slip.loading import DisplacementAmplitude
@@ -17,6 +17,7 @@ from fretwear.mechanics.slip.shear import shear_influence
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.run.simulate import run
 from fretwear.study.case import CaseError
 from fretwear.theory import coupling_ratio

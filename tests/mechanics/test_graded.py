@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from fretwear.mechanics.contact import strips
-from fretwear.mechanics.contact.cells import ContactProblem, Region, Workspace
+from fretwear.mechanics.contact.cells import ContactProblem, Region
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
@@ -23,6 +23,7 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import half_width, measure
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.theory import (
     LimitingState,
     LineLimitingState,

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 from fretwear.mechanics.contact import convolution, kernels
-from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.run.simulate import wear_problem
 
 from ..studies import WAVES, near, steel

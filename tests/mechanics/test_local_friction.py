@@ -8,7 +8,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.slip.loading import DisplacementAmplitude, TangentialRatio
@@ -18,6 +17,7 @@ from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.laws import Archard, EnergyWear
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import mean_slip_friction, measure
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear_cracks.inputs import loaded_case, surface_of

@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import simulate
-from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import influence_of_cell
 from fretwear.mechanics.slip.loading import TangentialRatio
@@ -18,6 +17,7 @@ from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.pulsating import evolve_pulsating, load_cycle
+from fretwear.mechanics.wear.state import Workspace
 
 from ..studies import near, steel
 from . import oracles

@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import trapezoid
 
 from fretwear import Case, simulate
-from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import influence_of_cell
 from fretwear.mechanics.slip.loading import SlidingAmplitude
@@ -28,6 +27,7 @@ from fretwear.mechanics.wear.laws import (
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.rubbing import Rubbing, positions
+from fretwear.mechanics.wear.state import Workspace
 from fretwear.mechanics.wear.stroke import slide
 from fretwear.run.simulate import steps, wear_problem
 from fretwear.study.case import CaseError
@@ -181,8 +181,8 @@ def test_what_is_pressed_beyond_the_limit_yields_at_once():
 class Uniform(SlipModel):
     """The same slip everywhere: a contact that does not see its bodies move."""
 
-    def reduced(self, problem, pressed, *start, **tolerance):
-        del start, tolerance
+    def reduced(self, problem, pressed, start=None):
+        del start
         shape = pressed.shape
         gap = problem.loading.stroke / (problem.friction_law.coefficient * problem.coupling)
         return ReducedContact(np.zeros_like(shape), np.full_like(shape, gap), 0.0, 0.0)

@@ -56,9 +56,7 @@ def test_a_rough_sphere_is_even_the_sum_of_both_and_reaches_as_far_as_it_rises()
     """Waves enter by their means over cells, less by sin(kΔ/2)/(kΔ/2) each way."""
     window = Grid((12, 10), (2e-6, 5e-6), even=(False, False))
     rough, smooth = (fretting(roughness=each).unworn(window) for each in (WAVES, None))
-    cell_x, cell_y = window.spacing
-    less = np.sinc(WAVES.wavenumber_x * cell_x / (2 * np.pi))
-    less *= np.sinc(WAVES.wavenumber_y * cell_y / (2 * np.pi))
+    less = np.prod(np.sinc(np.multiply(WAVES.wavenumbers, window.spacing) / (2 * np.pi)))
     mean = less * WAVES.height(window.x[:, None], window.y)
     # Simpson's rule errs by (kΔ)⁴/2880.
     np.testing.assert_allclose(rough - smooth, mean, rtol=3e-3)

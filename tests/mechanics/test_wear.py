@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import ContactError, Workspace
+from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.slip.loading import DisplacementRatio
 from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
@@ -19,7 +19,7 @@ from fretwear.mechanics.wear import stage as stages
 from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve
 from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.stage import Exposure
-from fretwear.mechanics.wear.state import State
+from fretwear.mechanics.wear.state import State, Workspace
 from fretwear.theory import HertzContact
 
 from ..studies import near
@@ -118,7 +118,10 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name):
     problem, states = runs[name]
     for state in states:
         shape = problem.unworn(state.geometry) + state.wear + state.plastic
-        pressed = Pressed.of(problem.half_space(state.geometry), shape, state)
+        bodies = problem.half_space(state.geometry)
+        pressed = Pressed(
+            bodies, shape, state.pressure, state.gap, state.approach, problem.unworn_sliding
+        )
         own = problem.slip_model.reduced(problem, pressed)
         np.testing.assert_array_equal(state.reduced.stick, own.stick)
         # Steps without flow add wear to the gap; the contacts behind it were solved to 1e-8.

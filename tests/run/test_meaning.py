@@ -156,7 +156,7 @@ def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     with open_case(tmp_path / "cases" / f"{first.case_id}.nc") as case:
         assert not case.central_pressure.any()
         assert "valley" in case.central_pressure.comment
-        half = 0.5 * first.roughness.wavelength_x
+        half = 0.5 * first.roughness.finest[0]
         at_tip = case.pressure[0].sel(x=half, y=0.0, method="nearest")
         assert float(at_tip) > 0.5 * float(case.peak_pressure[0])
     points = Points.of(xr.load_dataset(tmp_path / "summary.nc"))

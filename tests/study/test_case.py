@@ -56,12 +56,12 @@ def test_tangential_load_and_ratio_are_two_names_for_one_thing():
 
 def test_waves_have_the_lengths_of_the_study_and_without_amplitude_are_none():
     rough = WavyRoughness(**WAVY)
-    assert rough.wavelength_x == near(4 * 0.2e-6 / math.tan(math.radians(5.7)))
-    assert rough.wavelength_y == pytest.approx(45.8e-6, rel=0.01, abs=0)
-    assert rough.wavenumber_x * rough.wavelength_x == near(2 * math.pi)
+    assert rough.finest[0] == near(4 * 0.2e-6 / math.tan(math.radians(5.7)))
+    assert rough.finest[1] == pytest.approx(45.8e-6, rel=0.01, abs=0)
+    assert rough.wavenumbers[0] * rough.finest[0] == near(2 * math.pi)
     ridges = WavyRoughness(**{**WAVY, "slope_y": 0.0})
-    assert (ridges.wavenumber_y, ridges.wavelength_y) == (0.0, math.inf)
-    assert WavyRoughness(**{**WAVY, "amplitude": "0 um"}).wavelength_x == math.inf
+    assert (ridges.wavenumbers[1], ridges.finest[1]) == (0.0, math.inf)
+    assert WavyRoughness(**{**WAVY, "amplitude": "0 um"}).finest[0] == math.inf
     with pytest.raises(ValueError, match="slope larger than zero"):
         WavyRoughness(amplitude=1e-7, slope_x=0.0, slope_y=0.0)
     words = [{"roughness": "none"}, {"roughness": {**WAVES, "amplitude": 0.0}}]
@@ -157,8 +157,8 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
     case = steel(tangential_ratio=ratio, roughness=waves)
     dx, dy = case.grid_spacing
     radius, stick = case.hertz_radius, case.stick_radius
-    assert dx <= case.roughness.wavelength_x / 16
-    assert dy <= case.roughness.wavelength_y / 16
+    assert dx <= case.roughness.finest[0] / 16
+    assert dy <= case.roughness.finest[1] / 16
     assert max(dx, dy) <= min(radius / 64, stick / 8, (radius - stick) / 4)
     # The default passes the rules that a given spacing has to pass.
     assert case.replace(cell=(dx, dy)).cell == (dx, dy)

@@ -114,7 +114,7 @@ def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes
     state = first_loading(wear_problem(case))
     window, rough = state.geometry, case.roughness
     row = int(np.argmin(abs(window.y)))
-    on_tip = abs(window.x - rough.wavelength_x / 2) < rough.wavelength_x / 4
+    on_tip = abs(window.x - rough.finest[0] / 2) < rough.finest[0] / 4
     width = np.count_nonzero(state.pressure[on_tip, row]) * window.spacing[0]
     expected = zones_of_tip(case)["contact of a tip"][0][0]
     assert width == near(expected, rel=0.15)

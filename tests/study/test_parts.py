@@ -68,8 +68,8 @@ class UniformSlip(SlipModel):
     slip_gap: Annotated[float, Quantity("m", "$g_0$", "gap that stands for slip", "um", gt=0.0)]
     kind: Literal["uniform"] = "uniform"
 
-    def reduced(self, setup, pressed, sliding=None, start=None, tolerance=1e-8):
-        del setup, sliding, start, tolerance
+    def reduced(self, setup, pressed, start=None):
+        del setup, start
         nothing = np.zeros_like(pressed.pressure)
         return ReducedContact(nothing, nothing + self.slip_gap, 0.0, 0.0)
 

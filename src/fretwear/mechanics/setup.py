@@ -15,8 +15,7 @@ from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Even
+from fretwear.arrays import Array, Even
 from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter

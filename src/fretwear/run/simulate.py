@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from fretwear.data.dataset import mirrored
 from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
-from fretwear.mechanics.contact.cells import ContactError, Geometry, Workspace
+from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.setup import Setup
@@ -32,7 +32,7 @@ from fretwear.mechanics.wear.measures import (
     share_beyond_friction,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
-from fretwear.mechanics.wear.state import State, WearProblem
+from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.results import (
     BODY_FIELDS,
@@ -204,7 +204,7 @@ class _Computed:
     """What a run on cells of one width has computed at its snapshots."""
 
     case: Case  # on these cells
-    workspace: Workspace[WearProblem]
+    workspace: Workspace
     rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
@@ -372,7 +372,7 @@ def wear_problem(
 
 
 def _snapshot_fields(
-    workspace: Workspace[WearProblem], snapshots: Sequence[State]
+    workspace: Workspace, snapshots: Sequence[State]
 ) -> dict[str, NDArray[np.generic]]:
     """The fields of a dataset over all snapshots on one plane, in the precision that is stored.
 

@@ -15,23 +15,18 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Element, Mask, Places, Real, Single
+from fretwear.arrays import Array, Element, Even, Mask, Places, Real, Single
 from fretwear.mechanics.contact.kernels import inner
-from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
+from fretwear.mechanics.protocols import FrettingProblem, WornContact
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
 Way = tuple[slice | int, slice | int]
-# Whether something is even along x and along y.
-Even = tuple[bool, bool]
-# The elastic bodies on parts of a window, by the shapes of these and the weights of directions.
-Parts = dict[tuple[int, int, tuple[float, float]], "HalfSpace"]
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -74,14 +69,11 @@ class Region:
     """The cells of a zone, and what is known of where its edges cut them."""
 
     cells: Mask
-    radii: Array | float  #: distances of its outermost edges on `ways`, m
+    radius: float  #: distance of its outermost edge on the x axis, m
     #: Without it, edges lie anywhere in equal cells.
     beside: Beside | None = None
     #: The region of contact around a stick zone, where both may end at the same side of a cell.
     around: Region | None = None
-
-
-_Problem = TypeVar("_Problem", bound=CellProblem)
 
 
 class Geometry(ABC):
@@ -96,7 +88,7 @@ class Geometry(ABC):
 
     @classmethod
     @abstractmethod
-    def first(cls, problem: CellProblem) -> Self:
+    def first(cls, problem: FrettingProblem) -> Self:
         """The cells for the first loading of a problem."""
 
     if TYPE_CHECKING:  # a field of some geometries
@@ -121,9 +113,9 @@ class Geometry(ABC):
         """Half-widths along x and y of the region that is written, m."""
 
     @property
-    def sides(self) -> tuple[float, float] | None:
-        """Sides of equal cells along x and y, m; None if cells differ."""
-        return None
+    def even(self) -> Even:
+        """Whether one side of the cells along x and along y stands for both."""
+        return True, True
 
     @property
     @abstractmethod
@@ -149,7 +141,7 @@ class Geometry(ABC):
         """The zone of a region: its area, and the cells at its edges."""
 
     @abstractmethod
-    def covered(self, region: Region, plane: Plane) -> Array:
+    def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each cell of a grid within a region; together its area by `zone`."""
 
     def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
@@ -160,14 +152,9 @@ class Geometry(ABC):
     def along(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m."""
 
-    @property
-    def ways(self) -> list[list[tuple[Way, Array]]]:
-        """Lines of cells as `along` has them, on which `zone` looks for the edges of a zone."""
-        return [self.along(0)]
-
     @abstractmethod
-    def half_space(self, modulus: float, parts: Parts | None = None) -> HalfSpace:
-        """The elastic bodies of a composite modulus, Pa; ``parts`` are shared between windows."""
+    def half_space(self, modulus: float) -> HalfSpace:
+        """The elastic bodies of a composite modulus, Pa."""
 
     # Other cells.
 
@@ -184,22 +171,22 @@ class Geometry(ABC):
         """These cells, extended to the size of others."""
 
     @abstractmethod
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
         """Cells that suit the next step."""
 
     @abstractmethod
-    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Self:
+    def holding(self, workspace: Any, pressure: Array, approach: float) -> Self:
         """These cells, or more if the contact under a pressure, Pa, needs them."""
 
     # Output.
 
     @abstractmethod
-    def plane(self, spacing: tuple[float, float]) -> Plane:
+    def plane(self, spacing: tuple[float, float]) -> Geometry:
         """The grid of a spacing, m, on which fields are written."""
 
     @abstractmethod
     def written(
-        self, fields: dict[str, NDArray[Element]], plane: Plane
+        self, fields: dict[str, NDArray[Element]], plane: Geometry
     ) -> dict[str, NDArray[Element]]:
         """Fields as means over the cells of that grid."""
 
@@ -240,47 +227,6 @@ class HalfSpace(ABC):
 
         ``start`` is None if no guess of the pressure exists.
         """
-
-
-class UnwornBodies:
-    """The unworn bodies of a problem on one geometry, computed when needed."""
-
-    def __init__(self, problem: CellProblem, geometry: Geometry, parts: Parts) -> None:
-        self._problem, self.geometry, self._parts = problem, geometry, parts
-
-    @cached_property
-    def half_space(self) -> HalfSpace:
-        """The elastic bodies."""
-        half_space: HalfSpace = self._problem.half_space(self.geometry, self._parts)
-        return half_space
-
-    @cached_property
-    def unworn(self) -> Array:
-        """Gap at zero load and zero approach, m."""
-        return self._problem.unworn(self.geometry)
-
-
-class Workspace(Generic[_Problem]):
-    """The workspace of a run: the unworn bodies on the two geometries used last."""
-
-    def __init__(self, problem: _Problem) -> None:
-        self.problem = problem
-        self._bodies: dict[Geometry, UnwornBodies] = {}
-        # Shared by all windows: separate parts would cost each of them an array or two more.
-        self._parts: Parts = {}
-
-    def on(self, geometry: Geometry) -> UnwornBodies:
-        """The unworn bodies on a geometry."""
-        bodies = self._bodies.pop(geometry, None)
-        bodies = bodies or UnwornBodies(self.problem, geometry, self._parts)
-        self._bodies[geometry] = bodies
-        if len(self._bodies) > 2:
-            del self._bodies[next(iter(self._bodies))]
-        return bodies
-
-    def keep_only(self, geometry: Geometry) -> None:
-        """Drop the bodies on all geometries but one."""
-        self._bodies = {geometry: self.on(geometry)}
 
 
 class ContactError(RuntimeError):

@@ -19,12 +19,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Generic
+from typing import Any, Generic
 
 import numpy as np
 
-from fretwear.arrays import Array, Real, Single
-from fretwear.mechanics.contact.cells import Even
+from fretwear.arrays import Array, Even, Real, Single
 from fretwear.mechanics.contact.kernels import dct, filtered, whole_spectrum
 
 # Rows of so many bytes are transformed together, which a core's cache holds.
@@ -46,7 +45,9 @@ class Convolution(ABC, Generic[Real]):
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, with the kernel in some unit."""
-        return self._alike((self._spectrum / unit).astype(np.float32))
+        alike: Any = type(self)
+        result: Convolution[Single] = alike((self._spectrum / unit).astype(np.float32), self._even)
+        return result
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is not changed."""
@@ -63,10 +64,6 @@ class Convolution(ABC, Generic[Real]):
         inverted = 1.0 / self._cells / (4 * self._cells * spectrum + added)
         factors = self._factors_of(inverted.astype(spectrum.dtype, copy=False), padded=False)
         return lambda field: self._filtered(field, factors)
-
-    @abstractmethod
-    def _alike(self, spectrum: Single) -> Convolution[Single]:
-        """The same kind of convolution by another spectrum."""
 
     @abstractmethod
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
@@ -93,9 +90,6 @@ def convolution(kernel: Array, even: Even) -> Convolution[Array]:
 
 class QuarterConvolution(Convolution[Real]):
     """Convolution by cosine transforms, of a field that is even along both axes."""
-
-    def _alike(self, spectrum: Single) -> Convolution[Single]:
-        return QuarterConvolution(spectrum, self._even)
 
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
         branches = [(x, y) for x in (0, 1) for y in (0, 1)] if padded else [(0, 0)]
@@ -133,9 +127,6 @@ class QuarterConvolution(Convolution[Real]):
 
 class WholeConvolution(Convolution[Real]):
     """Convolution by Fourier transforms of all cells of a window, mirrored where they are even."""
-
-    def _alike(self, spectrum: Single) -> Convolution[Single]:
-        return WholeConvolution(spectrum, self._even)
 
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:  # noqa: ARG002
         return [whole_spectrum(spectrum)]

@@ -29,16 +29,14 @@ from fretwear.mechanics.contact.cells import (
     Geometry,
     HalfSpace,
     Index,
-    Parts,
     Region,
     Way,
-    Workspace,
     Zone,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
-from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
+from fretwear.mechanics.protocols import FrettingProblem, WornContact
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -98,16 +96,11 @@ class DenseCells(Geometry):
         """Number of cells, in one column."""
         return len(self.edges) - 1, 1
 
-    @property
-    def shares(self) -> Array:
-        """Part of the area between two edges that each column represents."""
-        return np.ones(1)
-
     @cached_property
     def areas(self) -> Array:
         """Areas of the cells, m², or widths in a line contact, m, shape of a field."""
         measures = self._measure(np.asarray(self.edges))
-        return np.asarray(self._whole * np.diff(measures)[:, None] * self.shares)
+        return np.asarray(self._whole * np.diff(measures)[:, None])
 
     @property
     def widths(self) -> Array:
@@ -128,12 +121,8 @@ class DenseCells(Geometry):
         """Integral of a field over the whole contact."""
         return float((self.areas * field).sum())
 
-    def half_space(
-        self,
-        modulus: float,
-        parts: Parts | None = None,  # noqa: ARG002
-    ) -> DenseHalfSpace:
-        """The elastic bodies on the cells; some hundreds have no parts."""
+    def half_space(self, modulus: float) -> DenseHalfSpace:
+        """The elastic bodies on the cells."""
         return DenseHalfSpace(self, self.influence(modulus))
 
     def zone(self, region: Region) -> Zone:
@@ -141,7 +130,7 @@ class DenseCells(Geometry):
 
         Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
         """
-        edges, radius = np.asarray(self.edges), float(np.mean(region.radii))
+        edges, radius = np.asarray(self.edges), region.radius
         cells = region.cells & (edges[:-1, None] < radius)
         inner, outer = self._sides(cells[:, 0])
         area = self.integral(self._counted(cells[:, 0])[:, None])
@@ -155,9 +144,9 @@ class DenseCells(Geometry):
         deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
         return Zone(area, inner, outer, deviations)
 
-    def covered(self, region: Region, plane: Plane) -> Array:
+    def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each cell of a grid within a region, which ends at its distance."""
-        edges, radius = np.asarray(self.edges), float(np.mean(region.radii))
+        edges, radius = np.asarray(self.edges), region.radius
         cells = region.cells[:, 0] & (edges[:-1] < radius)
         last = int(np.flatnonzero(cells).max(initial=-1))
         if last < 0:
@@ -195,39 +184,38 @@ class DenseCells(Geometry):
         both = self.edges, _edges(other)
         places, others = (self._measure(np.asarray(edges)) for edges in both)
         within = np.minimum(others, places[-1])
-        means = []
-        for column in field.T:
-            integrals = np.concatenate([[0.0], np.cumsum(column.astype(float) * np.diff(places))])
-            means.append(np.diff(interpolated(places, integrals, within)) / np.diff(others))
-        return np.stack(means, axis=1).astype(field.dtype)
+        content = field[:, 0].astype(float) * np.diff(places)
+        integrals = interpolated(places, np.append(0.0, np.cumsum(content)), within)
+        means = np.diff(integrals) / np.diff(others)
+        return means[:, None].astype(field.dtype)
 
     def where(self, other: Geometry) -> Index:
         """Indices of the cells shared with another set, if one extends the other."""
         edges = _edges(other)
         common = min(len(self.edges), len(edges))
         alike = self.edges[:common] == edges[:common]
-        return slice(0, common - 1 if alike else 0), slice(0, self.shape[1])
+        return slice(0, common - 1 if alike else 0), slice(0, 1)
 
     def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
         return self._beyond(problem, worn.pressure, WIDENED)
 
-    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Self:  # noqa: ARG002
+    def holding(self, workspace: Any, pressure: Array, approach: float) -> Self:  # noqa: ARG002
         """These cells, or more if the contact needs them."""
         return self._beyond(workspace.problem, pressure)
 
-    def _beyond(self, problem: CellProblem, pressure: Array, widened: float = 1.0) -> Self:
+    def _beyond(self, problem: FrettingProblem, pressure: Array, widened: float = 1.0) -> Self:
         """Cells that hold a contact, widened by a factor, and if it is rough the next tip."""
         waves = problem.wavelengths
         return self.reaching(widened * self._radius(pressure) + (waves[0] if waves else 0.0))
 
     def _radius(self, field: Array) -> float:
         """Largest distance from the origin at which a field is not zero, m."""
-        return self.edges[int(np.flatnonzero(field.any(axis=1)).max(initial=-1)) + 1]
+        return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
 
     def reaching(self, radius: float) -> Self:
         """These cells, or ones that reach further if a contact of a radius, m, needs them."""
@@ -259,13 +247,14 @@ class DenseCells(Geometry):
         return Grid((x, y), spacing)
 
     def written(
-        self, fields: dict[str, NDArray[Element]], plane: Plane
+        self, fields: dict[str, NDArray[Element]], plane: Geometry
     ) -> dict[str, NDArray[Element]]:
         """Means of fields over the cells of a grid; of states, the one that covers most of a cell.
 
         Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
         kept, and no mean lies beyond the values around it.
         """
+        assert isinstance(plane, Grid)
         steps = np.ceil(np.diff(self.edges) / (0.5 * min(plane.spacing))).astype(int)
         cell = np.repeat(np.arange(steps.size), steps)
         part = np.arange(cell.size) - np.repeat(np.cumsum(steps) - steps, steps)
@@ -293,7 +282,7 @@ class DenseCells(Geometry):
             for name in fields
         }
 
-    def _means(self, parts: Array, values: Array, plane: Plane) -> Array:
+    def _means(self, parts: Array, values: Array, plane: Grid) -> Array:
         """Means over the cells of a grid, shape (fields, nx, ny), of values within parts.
 
         ``parts`` are the inner edges of the parts, m, and ``values`` have shape (parts, fields).
@@ -310,7 +299,7 @@ class DenseCells(Geometry):
 
 @lru_cache(maxsize=4)
 def _beyond(
-    kind: type[DenseCells], radii: tuple[float, ...], plane: Plane
+    kind: type[DenseCells], radii: tuple[float, ...], plane: Grid
 ) -> tuple[Places, csr_matrix]:
     """How distances from the origin, m, cut the cells of a grid.
 

@@ -10,33 +10,30 @@ the pressure inside, plus the shape, minus the approach.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array, Element, Mask, Places, Single
+from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     Beside,
     Contact,
     ContactProblem,
-    Even,
     Geometry,
     Index,
-    Parts,
     Region,
     Way,
-    Workspace,
     Zone,
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import scaled
-from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
 from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
+from fretwear.mechanics.protocols import FrettingProblem, WornContact
 
 # A window grows by a factor if there is pressure within this many cells of its border, plus this
 # fraction of its cells before a step.
@@ -68,7 +65,7 @@ class Grid(Geometry):
             raise ValueError(f"{self.shape} cells are not symmetric about the origin")
 
     @classmethod
-    def first(cls, problem: CellProblem) -> Grid:
+    def first(cls, problem: FrettingProblem) -> Grid:
         """The window for the first loading of a problem."""
         extent = problem.extent
         if problem.wavelengths is not None:
@@ -87,11 +84,6 @@ class Grid(Geometry):
     def unit_area(self) -> float:
         """Area of one cell and its images by symmetry, m²."""
         return self.spacing[0] * self.spacing[1] * (1 << sum(self.even))
-
-    @property
-    def sides(self) -> tuple[float, float]:
-        """The spacing."""
-        return self.spacing
 
     @cached_property
     def x(self) -> Array:
@@ -133,7 +125,7 @@ class Grid(Geometry):
         deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
-    def covered(self, region: Region, plane: Plane) -> Array:  # noqa: ARG002 - these cells
+    def covered(self, region: Region, plane: Geometry) -> Array:  # noqa: ARG002 - these cells
         """The fraction of each cell in a region.
 
         A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
@@ -250,9 +242,9 @@ class Grid(Geometry):
                 border.append(end * steps[axis] + along * steps[1 - axis])
         return inner, first + second - inner, np.concatenate(border)
 
-    def half_space(self, modulus: float, parts: Parts | None = None) -> GridHalfSpace:
-        """The elastic bodies on the cells; ``parts`` are on smaller windows, to be shared."""
-        return GridHalfSpace(self, modulus, parts)
+    def half_space(self, modulus: float) -> GridHalfSpace:
+        """The elastic bodies on the cells."""
+        return GridHalfSpace(self, modulus)
 
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
@@ -294,9 +286,9 @@ class Grid(Geometry):
         shape = fast_shape((extents[0], extents[1]), self.spacing, self.even)
         return self.of_shape((min(shape[0], self.shape[0]), min(shape[1], self.shape[1])))
 
-    def of_shape(self, shape: tuple[int, int]) -> Grid:
+    def of_shape(self, shape: tuple[int, int]) -> Self:
         """A window of another shape with the same cells."""
-        return self if shape == self.shape else Grid(shape, self.spacing, self.even)
+        return self if shape == self.shape else replace(self, shape=shape)
 
     def covering(self, extent: tuple[float, float]) -> Grid:
         """The smallest window, fast to transform, that holds this one and an extent."""
@@ -314,14 +306,14 @@ class Grid(Geometry):
     def written(
         self,
         fields: dict[str, NDArray[Element]],
-        plane: Plane,  # noqa: ARG002 - the same
+        plane: Geometry,  # noqa: ARG002 - the same
     ) -> dict[str, NDArray[Element]]:
         """Fields on the grid on which they are written."""
         return fields
 
     # How a window grows.
 
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Grid:  # noqa: ARG002
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
         A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
@@ -331,7 +323,7 @@ class Grid(Geometry):
         ahead = _BORDER + math.ceil(_AHEAD * nx), _BORDER + math.ceil(_AHEAD * ny)
         return self.grown(self.touched(worn.pressure, ahead))
 
-    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Grid:
+    def holding(self, workspace: Any, pressure: Array, approach: float) -> Grid:
         """Itself, or the smallest of a series of larger ones that holds the contact."""
         grid = self
         while True:
@@ -359,9 +351,7 @@ class Grid(Geometry):
         )
         return x, y
 
-    def _beyond(
-        self, workspace: Workspace[Any], pressure: Array, approach: float
-    ) -> tuple[bool, bool]:
+    def _beyond(self, workspace: Any, pressure: Array, approach: float) -> tuple[bool, bool]:
         """Whether the surfaces touch beyond the window, along x and along y."""
         if workspace.problem.wavelengths is None:
             return False, False
@@ -436,20 +426,17 @@ class GridHalfSpace(ConvolvedBodies):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. The
-    composite modulus E* is in Pa; ``parts`` are the same bodies on smaller windows, made before;
-    ``weights`` are those of the `influence_coefficients`.
+    composite modulus E* is in Pa; ``weights`` are those of the `influence_coefficients`.
     """
 
     def __init__(
         self,
         geometry: Grid,
         composite_modulus: float,
-        parts: Parts | None = None,
         weights: tuple[float, float] = (1.0, 1.0),
     ) -> None:
         self.geometry: Grid = geometry
         self.modulus, self._weights = composite_modulus, weights
-        self._parts = {} if parts is None else parts
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, weights)
         self.self_influence = float(kernel[0, 0])
@@ -484,18 +471,16 @@ class GridHalfSpace(ConvolvedBodies):
         """The bodies on a window with the same cells; these, if nothing differs."""
         if grid.shape == self.geometry.shape and weights == self._weights:
             return self
-        key = *grid.shape, weights
-        kept = self._parts.pop(key, None)
-        assert kept is None or isinstance(kept, GridHalfSpace)
-        part = kept or GridHalfSpace(grid, self.modulus, self._parts, weights)
-        self._parts[key] = part
-        if len(self._parts) > _PARTS:
-            # Drop the one unused for longest, since zones seldom return to an earlier size.
-            del self._parts[next(iter(self._parts))]
-        return part
+        return _part(grid, self.modulus, weights)
 
     def solve(
         self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
     ) -> Contact:
         """Solve a normal contact by active sets, and the projected gradient where these stall."""
         return solve_by_active_sets(self, problem, start, tolerance, verified=verified)
+
+
+@lru_cache(_PARTS)
+def _part(grid: Grid, modulus: float, weights: tuple[float, float]) -> GridHalfSpace:
+    """Bodies on a window that is asked for again while zones keep their size."""
+    return GridHalfSpace(grid, modulus, weights)

@@ -22,7 +22,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
-from fretwear.mechanics.contact.protocols import CellProblem, WornContact
+from fretwear.mechanics.protocols import FrettingProblem, WornContact
 from fretwear.theory import LimitingState, share_of_band
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
@@ -70,7 +70,7 @@ class Grading:
     coarseness: float = 1.0  # factor on all widths
 
     @classmethod
-    def of(cls, problem: CellProblem, stick: float, contact: float, *, yields: bool) -> Grading:
+    def of(cls, problem: FrettingProblem, stick: float, contact: float, *, yields: bool) -> Grading:
         """The grading for given radii of stick zone and contact, m, of bodies that yield or not."""
         yields = yields and not math.isinf(problem.slip_limit)
         hertz, coarseness = problem.hertz, problem.coarseness
@@ -127,7 +127,7 @@ class Rings(DenseCells):
     _whole: ClassVar[float] = math.pi
 
     @classmethod
-    def first(cls, problem: CellProblem) -> Self:
+    def first(cls, problem: FrettingProblem) -> Self:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         It raises a ValueError for a problem without rotational symmetry.
@@ -150,7 +150,7 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Self:
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
         """Rings for the next step, which follow the stick edge and reach far enough."""
         stick = self._radius(worn.reduced.pressure)
         touched = self._radius(worn.wear + worn.pressure)

@@ -22,15 +22,14 @@ from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     WITHIN_A_CELL,
-    Parts,
+    Geometry,
     Region,
     Way,
-    Workspace,
     Zone,
 )
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.protocols import CellProblem, Plane, WornContact
+from fretwear.mechanics.protocols import FrettingProblem, WornContact
 from fretwear.theory import LineContact, share_of_band
 
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
@@ -83,7 +82,7 @@ class Strips(DenseCells):
         return np.asarray(np.sqrt((left * left + left * right + right * right) / 3.0))
 
     @classmethod
-    def first(cls, problem: CellProblem) -> Strips:
+    def first(cls, problem: FrettingProblem) -> Strips:
         """Strips for the first loading of a problem, graded to the edge of its stick zone.
 
         Strips of a rough contact, which sticks and slips in many places, are equal.
@@ -114,7 +113,7 @@ class Strips(DenseCells):
         outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
         return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
 
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Strips:
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Strips:
         """Strips that reach far enough, and wider ones where a contact slides as a whole.
 
         It has no edge of stick, and its scar may become many times wider than the unworn contact.
@@ -154,21 +153,21 @@ class Row(Grid):
     plane_strain: ClassVar[bool] = True
 
     @classmethod
-    def first(cls, problem: CellProblem) -> Row:
+    def first(cls, problem: FrettingProblem) -> Row:
         """Strips for the first loading of a problem."""
         assert isinstance(problem.hertz, LineContact)
         row = cls((2, 1), problem.spacing, (False, True), problem.hertz.reference)
         return row._out_to(problem.extent[0] + (problem.wavelengths or (0.0,))[0])
 
-    def ahead_of(self, problem: CellProblem, worn: WornContact) -> Row:
+    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Row:
         """Strips that reach far enough for the next step."""
         return self._holding(problem, worn.pressure, WIDENED)
 
-    def holding(self, workspace: Workspace[Any], pressure: Array, approach: float) -> Row:  # noqa: ARG002
+    def holding(self, workspace: Any, pressure: Array, approach: float) -> Row:  # noqa: ARG002
         """These strips, or more if the contact needs them."""
         return self._holding(workspace.problem, pressure)
 
-    def _holding(self, problem: CellProblem, pressure: Array, widened: float = 1.0) -> Row:
+    def _holding(self, problem: FrettingProblem, pressure: Array, widened: float = 1.0) -> Row:
         touched = np.abs(self.x[pressure[:, 0] > 0.0]).max(initial=0.0) + self.spacing[0]
         half = widened * touched + (problem.wavelengths or (0.0,))[0]
         return self if half <= self.extent[0] else self._out_to(1.1 * half)
@@ -191,19 +190,11 @@ class Row(Grid):
         """Zero: the strips lie on the x axis."""
         return np.zeros(1)
 
-    def of_shape(self, shape: tuple[int, int]) -> Row:
-        """A row of another shape of the same strips."""
-        return replace(self, shape=shape)
-
     def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
         """The positive and the negative side: indices, and distances, m."""
         return super().along(0)
 
-    def half_space(  # type: ignore[override]
-        self,
-        modulus: float,
-        parts: Parts | None = None,  # noqa: ARG002
-    ) -> DenseHalfSpace:
+    def half_space(self, modulus: float) -> DenseHalfSpace:  # type: ignore[override]
         """The elastic bodies on the strips."""
         cells = np.arange(self.shape[0])
         column = influence_of_cell(cells.size, self.spacing[0], self.reference, modulus)
@@ -219,12 +210,12 @@ class Row(Grid):
         area = self.integral(self.covered(region, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
-    def covered(self, region: Region, plane: Plane) -> Array:  # noqa: ARG002 - these strips
+    def covered(self, region: Region, plane: Geometry) -> Array:  # noqa: ARG002 - these strips
         """The fraction of each strip in a region."""
         fractions, inside = region.cells.astype(np.float64), np.flatnonzero(region.cells)
         if inside.size:
             ends = inside[[0, -1]]
-            beyond = 0.5 * (np.diff(ends)[0] + 1) - float(np.mean(region.radii)) / self.spacing[0]
+            beyond = 0.5 * (np.diff(ends)[0] + 1) - region.radius / self.spacing[0]
             fractions[ends] = np.clip(1.0 - beyond, 0.0, 1.0)
         return fractions
 

@@ -29,20 +29,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import ClassVar, Literal, NamedTuple, Protocol
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.protocols import FrettingProblem
 from fretwear.mechanics.slip.coupled import Sheared, shear
-from fretwear.mechanics.slip.loading import Loading, Sliding
+from fretwear.mechanics.slip.loading import Sliding
 from fretwear.mechanics.slip.shear import bodies_under_shear
-from fretwear.mechanics.surfaces.materials import Bodies, Friction
-from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import Part
-from fretwear.theory import HertzContact, LineContact
+from fretwear.theory import LineContact
 
 _COARSE = 1e-2
 # From this tolerance on, displacements in single precision suffice beyond the stick zone.
@@ -76,55 +75,16 @@ class ReducedContact:
         return np.asarray(self.pressure > 0)
 
 
-class _Solved(Protocol):
-    """A contact by its solution."""
-
-    @property
-    def pressure(self) -> Array: ...
-    @property
-    def gap(self) -> Array: ...
-    @property
-    def approach(self) -> float: ...
-
-
 class Pressed(NamedTuple):
-    """The contact under the whole load; fields have the shape of the geometry."""
+    """The contact under the whole load, and the condition on its reduced contact."""
 
     half_space: HalfSpace
     shape: Array  #: gap at zero load and zero approach, m
     pressure: Array  #: p, Pa
     gap: Array  #: g, m
     approach: float  #: δ, m
-
-    @classmethod
-    def of(cls, half_space: HalfSpace, shape: Array, contact: _Solved) -> Pressed:
-        """A solved contact of a shape, m."""
-        return cls(half_space, shape, contact.pressure, contact.gap, contact.approach)
-
-
-class _Setup(Protocol):
-    """The part of a setup that a slip model sees."""
-
-    @property
-    def hertz(self) -> HertzContact: ...  # the unworn smooth contact
-    @property
-    def normal(self) -> Normal: ...
-    @property
-    def friction_law(self) -> Friction: ...
-    @property
-    def bodies(self) -> Bodies: ...
-    @property
-    def unworn_sliding(self) -> Sliding: ...  # condition on the unworn reduced contact
-    @property
-    def coupling(self) -> float: ...  # κ of a single direction in this contact
-    @property
-    def tilt(self) -> float: ...  # slope along x of the reduced contact, due to a bulk stress
-    @property
-    def flexibility(self) -> float: ...  # in series with the contact, m/N
-    @property
-    def loading(self) -> Loading: ...
-    # The condition on the reduced contact at a load, N, and an approach, m.
-    def sliding(self, load: float, approach: float) -> Sliding: ...
+    sliding: Sliding
+    tolerance: float = 1e-8  #: of the reduced contact, as in `solve_contact`
 
 
 class SlipModel(Part):
@@ -139,26 +99,17 @@ class SlipModel(Part):
     couples: ClassVar[bool] = False
 
     def reduced(
-        self,
-        setup: _Setup,
-        pressed: Pressed,
-        sliding: Sliding | None = None,
-        start: ReducedContact | None = None,
-        tolerance: float = 1e-8,
+        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
-        """The reduced contact of a contact under the whole load.
-
-        ``sliding`` is the condition on it, by default that on the unworn contact; ``start`` is a
-        first guess, and ``tolerance`` is passed to `solve_contact`.
-        """
+        """The reduced contact of a contact under the whole load, from a first guess."""
         raise NotImplementedError
 
-    def sheared_bodies(self, setup: _Setup, half_space: HalfSpace) -> HalfSpace:  # noqa: ARG002 - alike
+    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:  # noqa: ARG002 - alike
         """The bodies under tractions, here as under a pressure."""
         return half_space
 
     def family(
-        self, setup: _Setup, half_space: HalfSpace, shape: Array, pressure: Array
+        self, setup: FrettingProblem, half_space: HalfSpace, shape: Array, pressure: Array
     ) -> tuple[HalfSpace, Array]:
         """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
         bodies, law = self.sheared_bodies(setup, half_space), setup.friction_law
@@ -189,7 +140,7 @@ class SlipModel(Part):
         mean = gap if shift is None else gap + 0.5 * shift
         return WinklerLayer(rate * mean, wear + exponent * mean - withheld, wear)
 
-    def still_holds(self, reduced: ReducedContact, setup: _Setup, load: float) -> bool:
+    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:
         """Whether a reduced contact that has worn on still meets the condition of a setup.
 
         Wear outside the stick zone does not change the contact under a reduced load. A contact at
@@ -223,10 +174,6 @@ class SlipModel(Part):
             limit = (growth * stuck + root) / (1.0 + growth)
         return np.where(stuck > 0.0, limit, lowest)
 
-    def source(self, gap: Array, opening: Array) -> Array:
-        """G, m: g* less the gap opened by wear, if wear adds to g*."""
-        return gap - opening if self.follows_shape else gap
-
     def gap_after(self, gap: Array, wear: Array) -> Array:
         """g*, m, after wear by ``wear``, m, outside the stick zone and no plastic flow.
 
@@ -244,12 +191,7 @@ class Jaeger(SlipModel):
     follows_shape: ClassVar[bool] = True
 
     def reduced(
-        self,
-        setup: _Setup,
-        pressed: Pressed,
-        sliding: Sliding | None = None,
-        start: ReducedContact | None = None,
-        tolerance: float = 1e-8,
+        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
@@ -258,11 +200,11 @@ class Jaeger(SlipModel):
         """
         half_space, law = pressed.half_space, setup.friction_law
         bodies, changed = self.family(setup, half_space, pressed.shape, pressed.pressure)
-        sliding = sliding or setup.unworn_sliding
+        sliding = pressed.sliding
         if law.follows_slip:
             more = half_space.geometry.integral((law.ratio - 1.0) * pressed.pressure)
             sliding = sliding.with_more(more)
-        result = self._solved(setup, bodies, changed, sliding, start, tolerance)
+        result = self._solved(setup, bodies, changed, sliding, start, pressed.tolerance)
         if setup.tilt and (result.pressure > 2.0 * law.ratio * pressed.pressure).any():
             raise ContactError(
                 "the bulk stress moves the stick zone beyond the contact, where slip reverses: "
@@ -273,7 +215,7 @@ class Jaeger(SlipModel):
 
     def _solved(
         self,
-        setup: _Setup,
+        setup: FrettingProblem,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding,
@@ -334,7 +276,7 @@ class Cerruti(Jaeger):
     kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, along x"
 
-    def sheared_bodies(self, setup: _Setup, half_space: HalfSpace) -> HalfSpace:
+    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:
         """The bodies under tractions along x."""
         return half_space.along_x(setup.bodies.coupling, setup.coupling)
 
@@ -352,12 +294,7 @@ class Coupled(Jaeger):
     couples: ClassVar[bool] = True
 
     def reduced(
-        self,
-        setup: _Setup,
-        pressed: Pressed,
-        sliding: Sliding | None = None,
-        start: ReducedContact | None = None,
-        tolerance: float = 1e-8,
+        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
         """Solve the tangential contact under the force or displacement of a setup.
 
@@ -365,9 +302,9 @@ class Coupled(Jaeger):
         """
         geometry, pressure = pressed.half_space.geometry, pressed.pressure
         if geometry.plane_strain:
-            return super().reduced(setup, pressed, sliding, start, tolerance)
+            return super().reduced(setup, pressed, start)
         friction, compliance = setup.friction_law.coefficient, setup.coupling
-        sliding, load = sliding or setup.unworn_sliding, geometry.integral(pressure)
+        sliding, load = pressed.sliding, geometry.integral(pressure)
         force, displacement = None, 0.0
         if sliding.load is not None:
             force = friction * (load - sliding.load)
@@ -385,7 +322,7 @@ class Coupled(Jaeger):
             displacement,
             setup.flexibility,
             None if before is None else before.under(bound),
-            min(max(_RESIDUAL * tolerance, 1e-9), 3e-3),
+            min(max(_RESIDUAL * pressed.tolerance, 1e-9), 3e-3),
             tilted,
         )
         spare = np.where(sheared.stick, np.maximum(sheared.spare, _TINY * bound), 0.0)
@@ -414,11 +351,9 @@ class CattaneoMindlin(SlipModel):
 
     def reduced(
         self,
-        setup: _Setup,
+        setup: FrettingProblem,
         pressed: Pressed,
-        sliding: Sliding | None = None,  # noqa: ARG002 - as for the unworn contact
         start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
-        tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the contact whose radius or half-width is c."""
         geometry = pressed.half_space.geometry
@@ -430,7 +365,7 @@ class CattaneoMindlin(SlipModel):
         hertz = setup.hertz.with_load(load)
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
-    def still_holds(self, reduced: ReducedContact, setup: _Setup, load: float) -> bool:  # noqa: ARG002
+    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:  # noqa: ARG002
         """Whether the unworn contact, on which alone it depends, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 

@@ -8,8 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Even
+from fretwear.arrays import Array, Even
 from fretwear.mechanics.surfaces.materials import Bodies
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
@@ -128,10 +127,7 @@ class Sphere(Indenter):
         result: Array = (x**2 + y**2) / (2.0 * self.radius)
         return result
 
-    @property
-    def slug(self) -> str:
-        """The usual indenter is left out of the id."""
-        return ""
+    slug = ""  # the usual indenter is left out of the id
 
 
 class _Straight(Indenter):

@@ -33,6 +33,8 @@ class Imposed(Part):
 class Normal(Imposed):
     """The normal loading."""
 
+    pulsating_load: float = 1.0  # least load over the largest, in phase with the motion
+
     @property
     def given(self) -> tuple[float | None, float | None]:
         """Load P, N, and approach d, m: one is held while the bodies wear, the other is None."""
@@ -43,11 +45,13 @@ class Normal(Imposed):
         """Whether the load is held."""
         return self.given[0] is not None
 
-    pulsating_load: float = 1.0  # least load over the largest, in phase with the motion
-
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Unworn smooth contact, from the same contact under any load."""
-        raise NotImplementedError
+        load, approach = self.given
+        if load is not None:
+            return smooth.with_load(load)
+        assert approach is not None
+        return smooth.with_approach(approach)
 
 
 @dataclass(frozen=True)
@@ -74,10 +78,6 @@ class NormalLoad(Normal):
         """The load P."""
         return self.load, None
 
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact under the load."""
-        return smooth.with_load(self.load)
-
 
 @dataclass(frozen=True)
 class Indentation(Normal):
@@ -95,7 +95,3 @@ class Indentation(Normal):
     def given(self) -> tuple[None, float]:
         """The approach d."""
         return None, self.indentation
-
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact at the approach."""
-        return smooth.with_approach(self.indentation)

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Even
+from fretwear.arrays import Array, Even
 from fretwear.quantity import Part, Quantity, whole_number
 
 MAX_SLOPE = math.pi / 4.0
@@ -170,34 +169,24 @@ class WavyRoughness(Roughness):
 
     def height(self, x: Array, y: Array) -> Array:
         """h_a cos(k_x x) cos(k_y y), m."""
-        along_x = self.amplitude * np.cos(self.wavenumber_x * x)
-        result: Array = along_x * np.cos(self.wavenumber_y * y)
+        along_x, along_y = self.wavenumbers
+        result: Array = self.amplitude * np.cos(along_x * x) * np.cos(along_y * y)
         return result
 
     @property
-    def wavenumber_x(self) -> float:
-        """k_x in rad/m; 0 without a wave along x."""
-        return 0.5 * math.pi * math.tan(self.slope_x) / self.amplitude if self.amplitude else 0.0
-
-    @property
-    def wavenumber_y(self) -> float:
-        """k_y in rad/m; 0 without a wave along y."""
-        return 0.5 * math.pi * math.tan(self.slope_y) / self.amplitude if self.amplitude else 0.0
-
-    @property
-    def wavelength_x(self) -> float:
-        """λ_x in m; inf without a wave along x."""
-        return 2.0 * math.pi / self.wavenumber_x if self.wavenumber_x else math.inf
-
-    @property
-    def wavelength_y(self) -> float:
-        """λ_y in m; inf without a wave along y."""
-        return 2.0 * math.pi / self.wavenumber_y if self.wavenumber_y else math.inf
+    def wavenumbers(self) -> tuple[float, float]:
+        """(k_x, k_y) in rad/m; 0 without a wave along the axis."""
+        scale = 0.5 * math.pi
+        if not self.amplitude:
+            return 0.0, 0.0
+        x, y = (scale * math.tan(slope) / self.amplitude for slope in (self.slope_x, self.slope_y))
+        return x, y
 
     @property
     def finest(self) -> tuple[float, float]:
-        """(λ_x, λ_y) in m."""
-        return self.wavelength_x, self.wavelength_y
+        """(λ_x, λ_y) in m; inf without a wave along the axis."""
+        x, y = (2.0 * math.pi / number if number else math.inf for number in self.wavenumbers)
+        return x, y
 
     @property
     def highest(self) -> float:
@@ -207,7 +196,7 @@ class WavyRoughness(Roughness):
     @property
     def tip(self) -> Tip:
         """Curvatures A k_x² and A k_y²."""
-        x, y = self.wavenumber_x, self.wavenumber_y
+        x, y = self.wavenumbers
         return Tip(self.amplitude * x * x, self.amplitude * y * y, *self.finest)
 
     @property

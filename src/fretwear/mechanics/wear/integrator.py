@@ -25,11 +25,11 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import ContactError, Geometry, Workspace
+from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.problem import Accuracy, solve_contact
 from fretwear.mechanics.slip.models import Pressed
 from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
-from fretwear.mechanics.wear.state import Stage, State, WearProblem, YieldLimit
+from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit
 
 
 class _Tableau:
@@ -219,7 +219,7 @@ def evolve(
 def first_loading(
     problem: WearProblem,
     accuracy: Accuracy | None = None,
-    workspace: Workspace[WearProblem] | None = None,
+    workspace: Workspace | None = None,
     before: State | None = None,
     cells: Geometry | None = None,
 ) -> State:
@@ -257,12 +257,16 @@ def first_loading(
             continue
         plastic = plastic + contact.penetration
         load = now.load_of(geometry, contact)
-        reduced = now.slip_model.reduced(
-            now,
-            Pressed.of(bodies.half_space, bodies.unworn + plastic + opening, contact),
+        pressed = Pressed(
+            bodies.half_space,
+            bodies.unworn + plastic + opening,
+            contact.pressure,
+            contact.gap,
+            contact.approach,
             now.sliding(load, contact.approach),
-            tolerance=accuracy.first_reduced,
+            accuracy.first_reduced,
         )
+        reduced = now.slip_model.reduced(now, pressed)
         spent += reduced.convolutions
         if limit.suits(contact, reduced, accuracy.contact * load):
             break
@@ -439,35 +443,23 @@ class Evolution(Integrator[State]):
             self._move_to(fitting)
             return None
         second, friction_error = friction.at_end(last, second)
-        setups = now, midway, last
-        return self._ended(step, end, first, second, setups, withheld, friction_error)
-
-    def _ended(
-        self,
-        step: float,
-        end: float,
-        first: Stage,
-        second: Stage,
-        setups: Sequence[WearProblem],
-        withheld: float | Array,
-        friction_error: float,
-    ) -> Attempt[State]:
-        """The state after both stages, with rates that predict the next step, and its assessment.
-
-        The setups hold at the start of the step and at the end of each stage. A threshold has
-        withheld a depth, m, from the wear of the step, and friction may be off by a fraction.
-        """
-        base, model = self.state, self.problem.slip_model
-        rates = [setup.local_wear_growth for setup in setups]
         error, factor, accepted = self._assess(
-            step, setups[-1], rates, first, second, withheld, friction_error
+            step, (now, midway, last), first, second, withheld, friction_error
         )
+        state = self._ended(step, end, first, second, error)
+        if accepted:
+            self._convolutions = 0
+        return state, factor, accepted
+
+    def _ended(self, step: float, end: float, first: Stage, second: Stage, error: float) -> State:
+        """The state after both stages, with rates that predict the next step."""
+        base, model = self.state, self.problem.slip_model
         between = (1.0 - TR_BDF2.middle) * step
         pressure_rate = (second.pressure - first.pressure) / between
         source_rate = second.source_since(first, model) / between
         if step < _SHORT * base.next_step:
             pressure_rate, source_rate = base.pressure_rate, base.source_rate
-        state = State(
+        return State(
             **vars(second),
             cycle=end,
             geometry=base.geometry,
@@ -478,9 +470,6 @@ class Evolution(Integrator[State]):
             error_estimate=error,
             convolutions=base.convolutions + self._convolutions,
         )
-        if accepted:
-            self._convolutions = 0
-        return state, factor, accepted
 
     def stage(
         self,
@@ -495,9 +484,8 @@ class Evolution(Integrator[State]):
     ) -> Stage:
         """One stage from a base, to the time at which a problem holds; see `ImplicitStage`."""
         bodies = self.workspace.on(self.state.geometry)
-        stage = ImplicitStage(
-            base, problem, bodies, self.accuracy, self.tolerance, output_step=output_step
-        )
+        accuracy, allowed = self.accuracy, self.tolerance
+        stage = ImplicitStage(base, problem, bodies, accuracy, allowed, output_step)
         try:
             return stage.solve(exposure, pressure, change, tolerance)
         finally:
@@ -506,8 +494,7 @@ class Evolution(Integrator[State]):
     def _assess(
         self,
         step: float,
-        problem: WearProblem,
-        rates: Sequence[float | Array],
+        setups: Sequence[WearProblem],
         first: Stage,
         second: Stage,
         withheld: float | Array,
@@ -515,10 +502,11 @@ class Evolution(Integrator[State]):
     ) -> tuple[float, float, bool]:
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
-        ``problem`` holds at the end of the step, and ``rates`` are β at its start and at the end of
-        both stages, 1/Pa per cycle.
+        The setups hold at the start of the step and at the end of each stage. A threshold has
+        withheld a depth, m, from the wear of the step, and friction may be off by a fraction.
         """
-        base = self.state
+        base, problem = self.state, setups[-1]
+        rates = [setup.local_wear_growth for setup in setups]
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
         if problem.friction_law.follows_slip:

@@ -55,14 +55,10 @@ class Coefficient(Part):
     follows_contact = True  # whether it changes as the bodies wear
     needs_frequency = False  # whether it depends on the frequency of the motion
     may_be_of_one_body = False  # whether it may be one of a pair
+    is_of_each = False  # whether it has a value for each body
 
     def __float__(self) -> float:
         raise NotImplementedError
-
-    @property
-    def is_of_each(self) -> bool:
-        """Whether it has a value for each body."""
-        return False
 
     def under(self, means: Means, frequency: float | None) -> float | OfBodies:
         """The constant coefficient, 1/Pa, of a contact with these means, at a frequency in Hz."""
@@ -139,7 +135,7 @@ class _Two(Coefficient):
         return first, second
 
     @property
-    def is_of_each(self) -> bool:
+    def is_of_each(self) -> bool:  # type: ignore[override]
         """Whether it has a value for each body."""
         return isinstance(self._values[0], OfBodies)
 
@@ -270,16 +266,18 @@ class RimZones:
         return np.asarray(1.0 + (core - 1.0) * inner)
 
 
+# Two opposite conditions, in which shares that never change are equal.
+_CALM, _FIERCE = (Means(0.0, 1e6, 1e-6), 0.1), (Means(1e12, 1e9, 1e-3), 1e3)
+
+
 class WearLaw(Part):
-    """Worn depth in proportion to pressure and path of slip."""
+    """Worn depth in proportion to pressure and path of slip.
+
+    A parameter may be a number, a pair of the bodies, or a `Coefficient` that follows the contact.
+    """
 
     slug = ""  # the coefficient is left out of the id
-    needs_frequency = False  # whether the coefficient depends on the frequency of the motion
-    follows_contact = False  # whether the coefficient changes as the bodies wear
     follows_friction: ClassVar[bool] = False  # whether it is larger where friction is
-    # Fractions of indenter and flat in the wear; None if they change, or only the sum is known.
-    shares: tuple[float, float] | None = None
-    is_in_zones = False  # whether the coefficient depends on the place
     zones: RimZones | None = None  # where the coefficient depends on the place; set by `under`
 
     def coefficient(self, friction: Friction) -> float:
@@ -287,53 +285,36 @@ class WearLaw(Part):
         raise NotImplementedError
 
     @property
-    def is_of_each(self) -> bool:
-        """Whether the wear of each body is known."""
-        return self.shares is not None
-
-    def under(self, means: Means, frequency: float | None) -> WearLaw:  # noqa: ARG002
-        """The law with the constant coefficient that it has in a contact, at a frequency in Hz."""
-        return self
-
-
-# Two opposite conditions, in which shares that never change are equal.
-_CALM, _FIERCE = (Means(0.0, 1e6, 1e-6), 0.1), (Means(1e12, 1e9, 1e-3), 1e3)
-
-
-class _OfCoefficient(WearLaw):
-    """A law whose coefficient is its one parameter."""
-
-    @property
-    def _value(self) -> float | OfBodies | Coefficient:
-        (name,) = self.parameters()
-        value: float | OfBodies | Coefficient = vars(self)[name]
-        return value
+    def _values(self) -> dict[str, float | OfBodies | Coefficient]:
+        return {name: vars(self)[name] for name in self.parameters()}
 
     @cached_property
     def _following(self) -> list[Coefficient]:
-        value = self._value
-        parts: tuple[object, ...] = value if isinstance(value, OfBodies) else (value,)
+        parts: list[object] = []
+        for value in self._values.values():
+            parts += value if isinstance(value, OfBodies) else [value]
         return [part for part in parts if isinstance(part, Coefficient)]
 
     @property
-    def needs_frequency(self) -> bool:  # type: ignore[override]
+    def needs_frequency(self) -> bool:
         """Whether the coefficient depends on the frequency of the motion."""
         return any(part.needs_frequency for part in self._following)
 
     @property
-    def is_in_zones(self) -> bool:  # type: ignore[override]
+    def is_in_zones(self) -> bool:
         """Whether the coefficient depends on the place."""
-        return isinstance(self._value, RimAndCore)
+        return any(isinstance(part, RimAndCore) for part in self._following)
 
     @property
-    def follows_contact(self) -> bool:  # type: ignore[override]
+    def follows_contact(self) -> bool:
         """Whether the coefficient changes as the bodies wear."""
         return any(part.follows_contact for part in self._following)
 
     @property
     def is_of_each(self) -> bool:
         """Whether the wear of each body is known."""
-        return isinstance(self._value, OfBodies) or any(part.is_of_each for part in self._following)
+        pairs = (isinstance(value, OfBodies) for value in self._values.values())
+        return any(pairs) or any(part.is_of_each for part in self._following)
 
     def under(self, means: Means, frequency: float | None) -> WearLaw:
         """The law with the constant coefficient that it has in a contact, at a frequency in Hz."""
@@ -341,24 +322,23 @@ class _OfCoefficient(WearLaw):
             return self
 
         def constant(value: float | OfBodies | Coefficient) -> float | OfBodies:
+            if isinstance(value, OfBodies):
+                return OfBodies(tuple(map(constant, value)))
             return value.under(means, frequency) if isinstance(value, Coefficient) else value
 
-        value, (name,) = self._value, self.parameters()
-        one = constant(value)
-        if isinstance(value, OfBodies):
-            one = OfBodies(tuple(map(constant, value)))
-        law = self.unchecked(**{name: one})
-        if isinstance(value, RimAndCore):
-            vars(law)["zones"] = value.zones(means, frequency)
+        law = self.unchecked(**{name: constant(value) for name, value in self._values.items()})
+        for value in self._following:
+            if isinstance(value, RimAndCore):
+                vars(law)["zones"] = value.zones(means, frequency)
         return law
 
     @property
-    def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
-        """Fractions of indenter and flat in the wear, if they never change."""
+    def shares(self) -> tuple[float, float] | None:
+        """Fractions of indenter and flat in the wear; None if they change or are not known."""
         if not self.is_of_each:
             return None
-        if isinstance(self._value, OfBodies) and not self._following:
-            return self._value.shares
+        if not self._following:
+            return next(v.shares for v in self._values.values() if isinstance(v, OfBodies))
         calm, fierce = (self.under(*conditions).shares for conditions in (_CALM, _FIERCE))
         assert calm is not None
         assert fierce is not None
@@ -366,7 +346,7 @@ class _OfCoefficient(WearLaw):
 
 
 @dataclass(frozen=True)
-class Archard(_OfCoefficient):
+class Archard(WearLaw):
     """Archard (1953), J. Appl. Phys. 24, 981-988: the coefficient is a constant."""
 
     wear_coefficient: Annotated[
@@ -394,7 +374,7 @@ class Archard(_OfCoefficient):
 
 
 @dataclass(frozen=True)
-class EnergyWear(_OfCoefficient):
+class EnergyWear(WearLaw):
     """Wear volume in proportion to the dissipated energy: K = αµ (Fouvry et al. 1996).
 
     Fouvry, Kapsa and Vincent, "Quantification of fretting damage", Wear 200 (1996), 186-205.

@@ -17,10 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Workspace
 from fretwear.mechanics.slip.coupled import Sheared
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
-from fretwear.mechanics.wear.state import Pulse, State, WearProblem
+from fretwear.mechanics.wear.state import Pulse, State, WearProblem, Workspace
 from fretwear.theory import HertzContact
 
 # Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
@@ -45,7 +44,7 @@ class Loop:
     opening: float  # displacement U₀, m, at which the force vanishes
 
 
-def loop(workspace: Workspace[WearProblem], state: State, contacts: int = _CONTACTS) -> Loop:
+def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     """The loop of a state, whose shape is kept during the cycle.
 
     At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate before
@@ -109,7 +108,7 @@ def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
 
 
 def _curve(
-    workspace: Workspace[WearProblem], problem: WearProblem, state: State, contacts: int
+    workspace: Workspace, problem: WearProblem, state: State, contacts: int
 ) -> tuple[Array, Array, float]:
     """Loads, N, from P to P*, the approaches, m, under them, and the approach under their mean."""
     if not problem.slip_model.follows_shape:

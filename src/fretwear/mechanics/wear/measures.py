@@ -9,24 +9,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, nan, pi, sqrt
+from types import SimpleNamespace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask
+from fretwear.arrays import Array, Even, Mask
 from fretwear.mechanics.contact.cells import (
     WITHIN_A_CELL,
     Beside,
-    Even,
     Geometry,
     Region,
     Way,
-    Workspace,
 )
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.protocols import Plane
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.state import State, WearProblem
+from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 
 # Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
 NextTips: TypeAlias = dict[str, tuple[float, float]]
@@ -43,38 +41,8 @@ _NO_GAP = 1e-2
 _SHALLOW = 0.01
 
 
-@dataclass(frozen=True)
-class Measures:
-    """The scalars of a state, of the whole contact, as in `fretwear.results`."""
-
-    approach: float  # m
-    tangential_displacement: float  # m
-    normal_force: float  # N
-    tangential_force: float  # N
-    regime: float  # 0 in partial, 1 in gross slip
-    sliding_ratio: float  # 1
-    contact_radius: float  # m
-    stick_radius: float  # m
-    scar_half_width_x: float  # m
-    scar_half_width_y: float  # m
-    contact_half_width_x: float  # m
-    contact_half_width_y: float  # m
-    stick_half_width_x: float  # m
-    stick_half_width_y: float  # m
-    contact_area: float  # m²
-    stick_area: float  # m²
-    mean_stick_pressure: float  # Pa
-    stick_load_share: float  # 1
-    peak_pressure: float  # Pa
-    central_pressure: float  # Pa
-    wear_volume: float  # m³
-    maximum_wear_depth: float  # m
-    plastic_volume: float  # m³
-    dissipated_energy: float  # J
-
-
-def measure(problem: WearProblem, state: State) -> Measures:
-    """The scalars of a state.
+def measure(problem: WearProblem, state: State) -> SimpleNamespace:
+    """The scalars of a state in SI units, of the whole contact, by their names in `results`.
 
     A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
     the mean of both sides if the contact is not even. A radius is that of a disc as large as all
@@ -109,7 +77,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
     force = problem.tangential_force(problem.slipping_load(state, geometry), reduced)
     energy = problem.dissipated_energy(state, geometry)
     work = 4.0 * (displacement + problem.flexibility * force) * force
-    return Measures(
+    return SimpleNamespace(
         approach=state.approach,
         tangential_displacement=displacement,
         normal_force=state.load,
@@ -152,10 +120,8 @@ def half_widths(state: State, lines: Lines) -> tuple[float, float]:
 def scar_half_widths(state: State) -> tuple[float, float]:
     """Half the extents of the scar along x and y, m; those of rings and strips are the same."""
     geometry, depth = state.geometry, state.wear
-    if not isinstance(geometry, Grid):
-        return (half_extent(geometry.x, depth[:, 0], is_even=True),) * 2
     along_x = half_extent(geometry.x, depth.max(axis=1), is_even=geometry.even[0])
-    if geometry.plane_strain:
+    if not isinstance(geometry, Grid) or geometry.plane_strain:
         return along_x, along_x
     return along_x, half_extent(geometry.y, depth.max(axis=0), is_even=geometry.even[1])
 
@@ -173,18 +139,14 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
 
 def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
     """The regions of contact and of stick."""
-    contact, stick = np.array([half_widths(state, lines) for lines in state.geometry.ways]).T
+    contact, stick = half_widths(state, state.geometry.along(0))
     touching = Region(state.in_contact, contact, Beside(state.pressure, state.gap, state.opening))
-    sticking = Region(state.reduced.stick, stick, _beside_stick(problem, state), touching)
-    return touching, sticking
-
-
-def _beside_stick(problem: WearProblem, state: State) -> Beside:
     worn = state.opening + state.plastic if problem.slip_model.follows_shape else None
-    return Beside(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
+    beside = Beside(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
+    return touching, Region(state.reduced.stick, stick, beside, touching)
 
 
-def fractions(problem: WearProblem, state: State, plane: Plane) -> tuple[Array, Array]:
+def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
     contact, stick = (state.geometry.covered(r, plane) for r in _regions(problem, state))
     return contact, stick
@@ -197,7 +159,7 @@ class Described(NamedTuple):
     tips: NextTips
 
 
-def described(workspace: Workspace[WearProblem], state: State) -> Described:
+def described(workspace: Workspace, state: State) -> Described:
     """Describe a snapshot."""
     problem = workspace.problem.of(state)
     scalars = vars(measure(problem, state))

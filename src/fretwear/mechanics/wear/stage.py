@@ -10,16 +10,17 @@ wear due to the change of slip no longer changes.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Contact, ContactError, Layer, UnwornBodies
+from fretwear.mechanics.contact.cells import Contact, ContactError, Layer
 from fretwear.mechanics.contact.problem import Accuracy, solve_contact
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, WearLayer
-from fretwear.mechanics.wear.state import Stage, WearProblem, YieldLimit
+from fretwear.mechanics.wear.state import Stage, UnwornBodies, WearProblem, YieldLimit
 
 _LARGEST_SWEEPS = 12
 # Largest exposure of a cell in a stage under a contact that follows the pressure.
@@ -52,8 +53,6 @@ class Exposure(NamedTuple):
 
     def opening(self, kept: float) -> Exposure:
         """The part of it that opens the gap, if a fraction of the debris is kept."""
-        if not kept:
-            return self
         open_part = 1.0 - kept
         return Exposure(open_part * self.unloaded, open_part * self.rate, open_part * self.withheld)
 
@@ -86,31 +85,25 @@ class Drift:
         return Drift(shift, stage.reduced.response, stage.approach)
 
 
+@dataclass
 class ImplicitStage:
-    """A stage from a base to the time at which a problem holds.
+    """A stage from a base to the time at which a problem holds."""
 
-    ``tolerance`` is the error of the wear of the step. Only a stage that ends at a requested cycle,
-    an ``output_step``, solves the reduced contact to full accuracy and has its residual from a
-    separate convolution. ``convolutions`` counts those spent.
-    """
+    base: Stage
+    problem: WearProblem
+    bodies: UnwornBodies
+    accuracy: Accuracy
+    tolerance: float  #: error of the wear of the step
+    #: Whether it ends at a requested cycle: then the reduced contact is solved to full accuracy,
+    #: and the residual follows from a separate convolution.
+    output_step: bool
+    convolutions: int = 0  #: convolutions spent
 
-    def __init__(
-        self,
-        base: Stage,
-        problem: WearProblem,
-        bodies: UnwornBodies,
-        accuracy: Accuracy,
-        tolerance: float,
-        *,
-        output_step: bool = False,
-    ) -> None:
-        self.base, self.problem, self.accuracy = base, problem, accuracy
-        self.tolerance, self.output_step = tolerance, output_step
-        self._half_space, self._unworn = bodies.half_space, bodies.unworn
-        self._geometry = bodies.geometry
-        # Whether the reduced contact changes even if nothing flows.
-        self._moves = not problem.slip_model.still_holds(base.reduced, problem, base.load)
-        self.convolutions = 0
+    @cached_property
+    def _moves(self) -> bool:
+        """Whether the reduced contact changes even if nothing flows."""
+        holds = self.problem.slip_model.still_holds(self.base.reduced, self.problem, self.base.load)
+        return not holds
 
     def solve(self, exposure: Exposure, pressure: Array, change: Array, tolerance: float) -> Stage:
         """The stage, from first guesses of its pressure, Pa, and of the change of G, m.
@@ -118,7 +111,7 @@ class ImplicitStage:
         ``tolerance`` applies to the normal contact. A ContactError says that a contact or the
         iteration between flow and wear does not converge, or that a value is not finite.
         """
-        drift, reduced, geometry = self._expected(change), self.base.reduced, self._geometry
+        drift, reduced, geometry = self._expected(change), self.base.reduced, self.bodies.geometry
         problem = self.problem
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         if reduced.follows_pressure:
@@ -184,8 +177,8 @@ class ImplicitStage:
         layer = problem.slip_model.wear_layer(
             base.opening, base.reduced.gap, drift.shift, *exposure.opening(problem.debris_fraction)
         )
-        sunk = self._unworn + base.plastic
-        contact_problem = problem.contact(self._half_space, sunk, drift.on(layer), limit)
+        sunk = self.bodies.unworn + base.plastic
+        contact_problem = problem.contact(self.bodies.half_space, sunk, drift.on(layer), limit)
         try:
             contact = solve_contact(contact_problem, pressure, tolerance, verified=self.output_step)
         except ContactError as error:
@@ -210,16 +203,19 @@ class ImplicitStage:
         plastic, yielded = base.plastic, contact.yields and model.follows_shape
         if contact.yields:
             plastic = plastic + contact.penetration
-        load = problem.load_of(self._geometry, contact)
+        load = problem.load_of(self.bodies.geometry, contact)
         if yielded or self._moves:
             accuracy = self.accuracy
-            reduced = model.reduced(
-                problem,
-                Pressed.of(self._half_space, self._unworn + opening + plastic, contact),
+            pressed = Pressed(
+                self.bodies.half_space,
+                self.bodies.unworn + opening + plastic,
+                pressure,
+                contact.gap,
+                contact.approach,
                 problem.sliding(load, contact.approach),
-                reduced,
                 accuracy.reduced if self.output_step else accuracy.reduced_between,
             )
+            reduced = model.reduced(problem, pressed, reduced)
             self.convolutions += reduced.convolutions
         else:
             reduced = replace(base.reduced, gap=model.gap_after(base.reduced.gap, worn))
@@ -249,7 +245,7 @@ class ImplicitStage:
         tolerance a little too much where hardly any is left; either would stay open for ever.
         """
         pressure, worn = contact.pressure, fields[1]
-        idle = _IDLE * np.average(pressure, weights=self._geometry.weights)
+        idle = _IDLE * np.average(pressure, weights=self.bodies.geometry.weights)
         opened = (contact.gap > 0) & (worn > 0) & (pressure <= idle)
         beyond = np.where(opened, np.minimum(contact.gap, worn), 0.0)
         if beyond.any():
@@ -270,7 +266,7 @@ class ImplicitStage:
         flow = WearLayer(zeros, lost, None, opens.unloaded, opens.rate)
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
-        return missing, self._geometry.integral(flow.displacement(stage.pressure))
+        return missing, self.bodies.geometry.integral(flow.displacement(stage.pressure))
 
 
 def _bounded(change: Array, gap: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -14,8 +15,6 @@ from fretwear.mechanics.contact.cells import (
     Geometry,
     HalfSpace,
     Layer,
-    Parts,
-    Workspace,
 )
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
@@ -81,13 +80,14 @@ class WearProblem(Setup):
         load, _ = self.normal.given
         return geometry.integral(contact.pressure) if load is None else float(load)
 
-    def half_space(self, geometry: Geometry, parts: Parts | None = None) -> HalfSpace:
+    def half_space(self, geometry: Geometry) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
-        return geometry.half_space(self.composite_modulus, parts)
+        return geometry.half_space(self.composite_modulus)
 
     def unworn(self, geometry: Geometry) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
-        x, y, rough, cell = geometry.x, geometry.y, self.rough, geometry.sides
+        x, y, rough = geometry.x, geometry.y, self.rough
+        cell = geometry.spacing if isinstance(geometry, Grid) else None
 
         def gap(first: int) -> Array:
             columns = y[first : first + _COLUMNS]
@@ -145,6 +145,43 @@ class WearProblem(Setup):
             return per_depth * geometry.integral(stage.pulse.rate)
         slip, law = self.slip(stage.reduced), self.friction_law
         return 4.0 * law.coefficient * geometry.integral(law.ratio * stage.pressure * slip)
+
+
+class UnwornBodies:
+    """The unworn bodies of a problem on one geometry, computed when needed."""
+
+    def __init__(self, problem: WearProblem, geometry: Geometry) -> None:
+        self._problem, self.geometry = problem, geometry
+
+    @cached_property
+    def half_space(self) -> HalfSpace:
+        """The elastic bodies."""
+        return self._problem.half_space(self.geometry)
+
+    @cached_property
+    def unworn(self) -> Array:
+        """Gap at zero load and zero approach, m."""
+        return self._problem.unworn(self.geometry)
+
+
+class Workspace:
+    """The workspace of a run: the unworn bodies on the two geometries used last."""
+
+    def __init__(self, problem: WearProblem) -> None:
+        self.problem = problem
+        self._bodies: dict[Geometry, UnwornBodies] = {}
+
+    def on(self, geometry: Geometry) -> UnwornBodies:
+        """The unworn bodies on a geometry."""
+        bodies = self._bodies.pop(geometry, None) or UnwornBodies(self.problem, geometry)
+        self._bodies[geometry] = bodies
+        if len(self._bodies) > 2:
+            del self._bodies[next(iter(self._bodies))]
+        return bodies
+
+    def keep_only(self, geometry: Geometry) -> None:
+        """Drop the bodies on all geometries but one."""
+        self._bodies = {geometry: self.on(geometry)}
 
 
 class YieldLimit:
@@ -235,8 +272,9 @@ class Stage:
 
         G changes only with the reduced contact.
         """
-        now = model.source(self.reduced.gap, self.opening)
-        return now - model.source(base.reduced.gap, base.opening)
+        if not model.follows_shape:
+            return self.reduced.gap - base.reduced.gap
+        return (self.reduced.gap - self.opening) - (base.reduced.gap - base.opening)
 
     @property
     def in_contact(self) -> Mask:
@@ -281,7 +319,7 @@ class State(Stage):
             zip(("indenter", "flat"), (part * self.wear for part in law.shares or ()), strict=False)
         )
 
-    def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
+    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on other cells; gaps are computed on cells that are new."""
         old = self.geometry
         if geometry == old:
@@ -323,9 +361,9 @@ class State(Stage):
                 sheared = sheared.on(lambda field: old.resized(field, geometry))
             start = replace(reduced, pressure=np.maximum(stuck, 0.0), sheared=sheared)
             now = problem.at(self.cycle).slipped(fields.get("friction_energy"))
-            sliding = now.sliding(self.load, self.approach)
-            pressed = Pressed(bodies.half_space, shape, fields["pressure"], opened, self.approach)
-            reduced = now.slip_model.reduced(now, pressed, sliding, start)
+            sliding, pressure = now.sliding(self.load, self.approach), fields["pressure"]
+            pressed = Pressed(bodies.half_space, shape, pressure, opened, self.approach, sliding)
+            reduced = now.slip_model.reduced(now, pressed, start)
             spent += reduced.convolutions
         return replace(
             self,

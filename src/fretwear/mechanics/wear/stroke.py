@@ -26,14 +26,14 @@ from typing import Self
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Geometry, Workspace
+from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import fast_shape
 from fretwear.mechanics.slip.models import ReducedContact
 from fretwear.mechanics.wear import integrator
 from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
 from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
-from fretwear.mechanics.wear.state import State, WearProblem
+from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
@@ -72,7 +72,7 @@ class StrokeState(State):
         """Wear depth of indenter and flat, each in its coordinates, m, if the law knows them."""
         return {"indenter": self.wear_indenter, "flat": self.wear_flat} if law.is_of_each else {}
 
-    def on(self, workspace: Workspace[WearProblem], geometry: Geometry) -> Self:
+    def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on more cells; its gap is computed on cells that are new."""
         old = self.geometry
         if geometry.shape == old.shape:
