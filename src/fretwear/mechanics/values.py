@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, Any
 
@@ -72,10 +71,6 @@ class OfBodies(tuple[Any, ...]):
     """The contributions of indenter and flat, one of which may be 0; its ``float`` is their sum."""
 
     __slots__ = ()
-
-    def __new__(cls, contributions: Sequence[Any]) -> OfBodies:
-        """Of the indenter and of the flat."""
-        return super().__new__(cls, contributions)
 
     def __float__(self) -> float:
         return float(sum(map(float, self)))

@@ -83,8 +83,6 @@ class Geometry(ABC):
     of_tolerance: ClassVar[float] = 1.0
     #: Whether displacements have no component along y, as in a line contact.
     plane_strain: ClassVar[bool] = False
-    #: Whether cells are narrower than others where pressure grows without bound.
-    refines_edges: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -166,9 +164,9 @@ class Geometry(ABC):
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of these cells on others; zero where there were none."""
 
-    @abstractmethod
-    def extended(self, other: Geometry) -> Self:
-        """These cells, extended to the size of others."""
+    def extended(self, other: Geometry) -> Geometry:
+        """These cells, extended to the size of others; the others, if both are equal cells."""
+        return other
 
     @abstractmethod
     def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
@@ -180,15 +178,17 @@ class Geometry(ABC):
 
     # Output.
 
-    @abstractmethod
-    def plane(self, spacing: tuple[float, float]) -> Geometry:
-        """The grid of a spacing, m, on which fields are written."""
+    def plane(self, spacing: tuple[float, float]) -> Geometry:  # noqa: ARG002 - it is one
+        """The grid of a spacing, m, on which fields are written: as a rule, these cells."""
+        return self
 
-    @abstractmethod
     def written(
-        self, fields: dict[str, NDArray[Element]], plane: Geometry
+        self,
+        fields: dict[str, NDArray[Element]],
+        plane: Geometry,  # noqa: ARG002 - these cells
     ) -> dict[str, NDArray[Element]]:
         """Fields as means over the cells of that grid."""
+        return fields
 
 
 class HalfSpace(ABC):
@@ -215,9 +215,9 @@ class HalfSpace(ABC):
         """
         return self
 
-    @abstractmethod
-    def around(self, cells: Mask) -> HalfSpace:
-        """The same bodies on fewer cells, which hold the given ones and a margin."""
+    def around(self, cells: Mask) -> HalfSpace:  # noqa: ARG002 - of some hundreds of cells
+        """The same bodies, on fewer cells if these hold the given ones and a margin."""
+        return self
 
     @abstractmethod
     def solve(

@@ -60,7 +60,6 @@ class DenseCells(Geometry):
 
     edges: tuple[float, ...]  # distances of the edges of the cells from 0 outward, m
 
-    refines_edges: ClassVar[bool] = True
     # Area within a distance from the origin, over `_measure` of the distance.
     _whole: ClassVar[float]
 
@@ -351,10 +350,6 @@ class DenseHalfSpace(HalfSpace):
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
         return scaled(self.displacement(pressure))
-
-    def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
-        """The same bodies."""
-        return self
 
     def solve(
         self,

@@ -295,22 +295,6 @@ class Grid(Geometry):
         shape = fast_shape(extent, self.spacing, self.even)
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
-    def extended(self, other: Geometry) -> Grid:
-        """The other window, which is larger and has the same cells."""
-        return self.of_shape(other.shape)
-
-    def plane(self, spacing: tuple[float, float]) -> Grid:  # noqa: ARG002 - it is one
-        """The grid on which fields are written: this one."""
-        return self
-
-    def written(
-        self,
-        fields: dict[str, NDArray[Element]],
-        plane: Geometry,  # noqa: ARG002 - the same
-    ) -> dict[str, NDArray[Element]]:
-        """Fields on the grid on which they are written."""
-        return fields
-
     # How a window grows.
 
     def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Grid:  # noqa: ARG002

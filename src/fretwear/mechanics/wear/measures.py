@@ -7,7 +7,6 @@ contacts end at a tip, whose lowest point lies somewhere in its cell.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite, nan, pi, sqrt
 from types import SimpleNamespace
 from typing import NamedTuple, TypeAlias
@@ -262,7 +261,7 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
-    if problem.rough is None and geometry.refines_edges:
+    if problem.rough is None and not isinstance(geometry, Grid):
         ends = isfinite(problem.indenter.end)
         insides = [
             along[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1]
@@ -296,7 +295,7 @@ def half_width(
         edge = _edge(at, inside[line], gap[line], plane_strain)
         if tips and edge > 0.0:
             beyond = _tips_beyond(line, at, inside, gap)
-            edge = max([edge, *(tip.edge for tip in beyond if tip.lowest < 0.0)])
+            edge = max([edge, *(place for lowest, place in beyond if lowest < 0.0)])
         edges.append(edge)
     return sum(edges) / len(edges)
 
@@ -380,26 +379,19 @@ def next_tip(lines: Lines, inside: Mask, gap: Array) -> tuple[float, float]:
     all. The gap is at the top of the tip, below zero where it touches; 0 and NaN if there is none.
     """
     tips = [
-        (abs(tip.lowest), (tip.edge - float(at[last])) / len(lines), tip.lowest)
+        (abs(lowest), (edge - float(at[last])) / len(lines), lowest)
         for line, at in lines
         if (zone := np.flatnonzero(inside[line])).size
         for last in zone[-1:]
-        for tip in _tips_beyond(line, at, inside, gap)
+        for lowest, edge in _tips_beyond(line, at, inside, gap)
     ]
     return min(tips)[1:] if tips else (0.0, nan)
 
 
-@dataclass(frozen=True)
-class _Tip:
-    """A tip beyond a zone, on the line of an axis."""
+def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[tuple[float, float]]:
+    """The tips on a line beyond the last cell of a zone, the nearest first, in m.
 
-    lowest: float  # gap at its lowest point, m
-    edge: float  # outer edge of its contact, or its place, m from the origin
-
-
-def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[_Tip]:
-    """The tips on a line beyond the last cell of a zone, the nearest first.
-
+    They have the gap at the lowest point and the outer edge of the contact, or the tip's place.
     Parabolas along the line and across it have their vertices where the tip is lowest. A paraboloid
     of radius R that is pressed in by δ touches within √(Rδ).
     """
@@ -419,7 +411,7 @@ def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[_
         lowest = float(here[tip]) - fall - deeper
         radius = sqrt(max(-lowest, 0.0) / bend)
         edge = distance[tip] + (place + min(radius, 0.5)) * (distance[tip + 1] - distance[tip])
-        tips.append(_Tip(lowest, float(edge)))
+        tips.append((lowest, float(edge)))
     return tips
 
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
@@ -42,8 +41,6 @@ from fretwear.mechanics.wear.integrator import (
 )
 from fretwear.mechanics.wear.stage import all_worn
 from fretwear.mechanics.wear.state import Pulse, Stage, State, WearProblem
-
-StageT = TypeVar("StageT", bound=Stage)
 
 # Contacts solved between P₀ and P₁, and between P₁ and P₂; phases of half a cycle.
 _BELOW, _ABOVE, _PHASES = 5, 6, 96
@@ -148,15 +145,13 @@ class _PulsatingEvolution(Evolution):
     def load(self) -> None:
         """Load the bodies anew."""
         super().load()
-        self.state = self._told(self.state)
+        self.state = replace(self.state, pulse=self._pulse(self.state))
 
-    def _told(self, stage: StageT) -> StageT:
-        """A stage with its cycle."""
+    def _pulse(self, stage: Stage) -> Pulse:
+        """The cycle of a stage."""
         bodies = self.workspace.on(self.state.geometry)
         shape, tolerance = bodies.unworn + stage.opening, self.accuracy.reduced
-        return replace(
-            stage, pulse=load_cycle(self.problem, bodies.half_space, shape, stage, tolerance)
-        )
+        return load_cycle(self.problem, bodies.half_space, shape, stage, tolerance)
 
     def _mean(self, stage: Stage) -> tuple[Array, Array, Array]:
         """Mean pressure p̄ over the slip of each point, Pa, the share ω and the offset q, Pa."""
@@ -244,4 +239,5 @@ class _PulsatingEvolution(Evolution):
             residual=contact.residual,
             reduced=reduced,
         )
-        return self._told(stage), share * contact.pressure - offset
+        stage = replace(stage, pulse=self._pulse(stage))
+        return stage, share * contact.pressure - offset

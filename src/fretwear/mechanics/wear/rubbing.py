@@ -17,9 +17,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import ceil, inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from fretwear.arrays import Array, Mask, Places
 from fretwear.mechanics.contact.cells import ContactError, Geometry
@@ -29,9 +30,6 @@ from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 # Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
 # rounded edge of a line contact and per wave.
@@ -99,8 +97,6 @@ class Rubbing:
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
-        from scipy.sparse import csr_matrix
-
         #: Largest pressure, Pa, for the friction of the moment.
         self.limit = problem.slip_limit
         is_even, _ = problem.even
