@@ -165,8 +165,26 @@ class Plain(Parameter):
     description: str = field(default="", kw_only=True)
 
 
+class Readable(Parameter):
+    """A parameter whose `read` takes a value and the folder of the study file, None elsewhere."""
+
+    def read(self, value: object, folder: Any = None) -> Any:
+        """Return the value, or raise a `QuantityError`."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        is_optional = type(None) in get_args(source)
+
+        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
+            return None if value is None and is_optional else self.read(value, info.context)
+
+        return core_schema.with_info_plain_validator_function(validated)
+
+
 @dataclass(frozen=True)
-class Quantity(Parameter):
+class Quantity(Readable):
     """A physical quantity or a plain number within a range, with bounds in SI units.
 
     With `places` it may be a list of values, and with `forms` a mapping: a dataclass of these.
@@ -218,20 +236,6 @@ class Quantity(Parameter):
     def example(self) -> str:
         """A value, as in a study file."""
         return self.dimension.example
-
-    def __get_pydantic_core_schema__(
-        self,
-        source: Any,
-        handler: GetCoreSchemaHandler,
-    ) -> core_schema.CoreSchema:
-        is_optional = type(None) in get_args(source)
-
-        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
-            if value is None and is_optional:
-                return None
-            return self.read(value, info.context)
-
-        return core_schema.with_info_plain_validator_function(validated)
 
     def read(self, value: object, folder: object = None) -> Any:
         """Return a value in SI units; numbers need their unit if there is a `folder`."""

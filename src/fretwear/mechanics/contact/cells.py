@@ -49,9 +49,8 @@ class Zone:
     area: float  #: m²
     inside: Places  #: cells of the zone, shape (sides,)
     outside: Places  #: cells beside the zone, shape (sides,)
-    deviations: (
-        Array  #: standard deviation of the area, by where edges cut these cells, m², shape (sides,)
-    )
+    #: Standard deviation of the area, by where edges cut these cells, m², shape (sides,).
+    deviations: Array
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
@@ -368,10 +369,7 @@ def fast_shape(
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
     shape = []
     for half, cell, is_even in zip(extent, spacing, even, strict=True):
-        count = max(4, int(np.ceil(half / cell - 1e-9)))
-        # A number without prime factors beyond 5 divides a power of 30.
-        while pow(30, 64, count):
-            count += 1
+        count = next_fast_len(max(4, math.ceil(half / cell - 1e-9)), real=True)
         shape.append(count if is_even else 2 * count)
     return shape[0], shape[1]
 

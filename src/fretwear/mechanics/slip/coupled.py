@@ -59,10 +59,8 @@ class Sheared:
     force: float  #: Q of the whole contact, N
     energy: float  #: ½ ∬ q·Kq dA, J
     residual: float  #: largest change of traction by a projected gradient, over the largest bound
-    convolutions: (
-        int  #: applications of K and of its inverse without padding, in units of the first
-    )
-
+    #: Applications of K and of its inverse without padding, in units of the first.
+    convolutions: int
     bound: Array  #: µp, Pa, shape (nx, ny)
 
     @property

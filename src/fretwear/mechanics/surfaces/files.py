@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import GetJsonSchemaHandler
 from pydantic_core import core_schema
 
 from fretwear.arrays import Array, Mask
-from fretwear.quantity import Plain, Schema, is_list
+from fretwear.quantity import Plain, Readable, Schema, is_list
 from fretwear.tables import Layout, Table, read_text_table
 from fretwear.units import LENGTH, QuantityError, listed, parse_quantity
 
@@ -54,24 +54,10 @@ class Source:
         return f"{self.name} sha256:{self.checksum}"
 
 
-class Readable(Plain):
-    """A parameter whose `read` takes a value and the folder of the study file, None elsewhere."""
+class FileParameter(Plain, Readable):
+    """A parameter of a file."""
 
     schema: ClassVar[Schema]
-
-    def read(self, value: object, folder: Path | None = None) -> Any:
-        """Return the value, or raise a `QuantityError`."""
-        raise NotImplementedError
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        del source, handler
-
-        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
-            return self.read(value, info.context)
-
-        return core_schema.with_info_plain_validator_function(validated)
 
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
@@ -81,7 +67,7 @@ class Readable(Plain):
 
 
 @dataclass(frozen=True)
-class SourceFile(Readable):
+class SourceFile(FileParameter):
     """The name of a file, relative to the study file; its checksum is the value."""
 
     @property
@@ -123,7 +109,7 @@ def _checksum(path: Path, modified: int) -> str:  # noqa: ARG001 - a changed fil
 
 
 @dataclass(frozen=True)
-class FileKey(Readable):
+class FileKey(FileParameter):
     """A key beside the name of a file, as text; empty: as the file says it."""
 
     options: tuple[str, ...] = ()  # all that it may be

@@ -17,7 +17,7 @@ from fretwear.mechanics.surfaces.files import (
     FORMS,
     UNKNOWN,
     FileKey,
-    Readable,
+    FileParameter,
     Rectangle,
     Source,
     SourceFile,
@@ -39,7 +39,7 @@ _MOST_MISSING = 0.05  # of the points within the contact
 _SIDE = Quantity("m", "", "", "mm", like="0.5 mm", ge=0.0)
 
 
-class Patch(Readable):
+class Patch(FileParameter):
     """A rectangle [x, y, width, height]; None for the whole map."""
 
     _sides: ClassVar[Schema] = {"type": "array", "items": {"type": ["string", "number"]}}

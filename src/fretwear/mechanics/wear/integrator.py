@@ -312,11 +312,8 @@ class _FrictionOverStep:
         """The first stage with the energy dissipated so far."""
         if self._start is None:
             return stage
-        early, before, rate = (
-            TR_BDF2.middle * self._step,
-            self._rates[0],
-            problem.energy_rate(stage),
-        )
+        before, rate = self._rates[0], problem.energy_rate(stage)
+        early = TR_BDF2.middle * self._step
         reached = self._start + 0.5 * early * (before + rate)
         ahead = rate + 0.5 * TR_BDF2.beyond * (rate - before)
         self.energy = reached + (self._step - early) * np.maximum(ahead, 0.0)
