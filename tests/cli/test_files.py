@@ -8,7 +8,7 @@ import pytest
 
 from fretwear.plugins import plugins
 
-FULL = "not written, because the disk (or the quota on it) is full"
+FULL = "not written, because the disk is full"
 
 
 @pytest.fixture

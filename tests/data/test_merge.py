@@ -264,7 +264,7 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     merge_study(study, loads / "cases", file, keep_older=True, tell=told.append)
     with open_summary(file) as summary:
         assert [summary.attrs["warnings"]] == told
-    assert "6 of 6 cases were computed by another version of the code" in told[0]
+    assert "cases computed by another version of the code: 6 of 6" in told[0]
 
 
 def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(

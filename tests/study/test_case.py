@@ -86,8 +86,6 @@ def test_snapshots_are_those_asked_for_or_even_in_the_logarithm(cycles, asked, s
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        # The slip annulus is 2.5 µm wide.
-        ({"tangential_ratio": 0.05, "cell": 3.8e-6, "roughness": LONG}, ["too coarse"]),
         ({"output_cycles": [10, 1001, 5000]}, ["1001, 5000", "beyond the last cycle, 1000"]),
         (
             {"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]},

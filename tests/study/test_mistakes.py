@@ -40,7 +40,6 @@ base/roughness: {kind: fractal} || base.roughness.kind = fractal
 base/roughness: {kind: wavy, amplitude: 1 um} || base.roughness.slope_x: is missing
 base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file that
 base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 1: is not known
-base/cell: 40 um || too coarse for the contact
 base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values
 base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius = 9 mm: is not known
 base/blocks: [{cycles: 9}] || each block gives its cycles

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import platform
 import shutil
@@ -70,14 +69,8 @@ def _remove_left(folder: Path, start: str) -> None:
 
 def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     """Say why a file could not be written; the netCDF library does not tell a full disk."""
-    number = cause.errno if isinstance(cause, OSError) else None
     with suppress(OSError):
         if shutil.disk_usage(path.parent).free < _NEARLY_FULL_BYTES:
-            number = errno.ENOSPC
-    if number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        remedy = "Free some space or choose another folder, then run the same command again"
-        return DataFileError(
-            path, "not written, because the disk (or the quota on it) is full", remedy
-        )
-    reason = os.strerror(number) if number else cause
+            return DataFileError(path, "not written, because the disk is full", "Free some space")
+    reason = getattr(cause, "strerror", None) or cause
     return DataFileError(path, f"not written: {reason}", "Choose another folder")

@@ -10,10 +10,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import netCDF4
 import numpy as np
+import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
@@ -21,23 +20,20 @@ from fretwear.data.files import (
     HISTORY_GROUP,
     MERGED_HISTORIES,
     MERGED_PROFILES,
-    check_case,
-    opened_case,
+    read_case,
     write_groups,
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes
-from fretwear.data.stack import NOT_DONE, common_positions, empty_value, resampled
+from fretwear.data.stack import common_positions, empty_value, resampled
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
     POINT,
     STATUS,
-    STEP,
     PointStatus,
     Variable,
     X,
-    Y,
 )
 from fretwear.version import case_digest, code_digest
 
@@ -56,17 +52,6 @@ class Tally(NamedTuple):
     done: int
     failed: int
     invalid: int
-
-
-class _Row(NamedTuple):
-    """What the merged study takes from one case."""
-
-    cycles: Array  # of its snapshots
-    x: Array
-    results: dict[str, NDArray[Any]]  # scalars, shape (ncycles,), and profiles (ncycles, nx)
-    history: dict[str, Array]  # shape (nsteps,)
-    digest: str
-    source: str
 
 
 def merge_study(
@@ -95,8 +80,11 @@ def merge_study(
     then names them all.
     """
     points = [(point.id, point.case) for point in study.points()]
-    rows, errors = dict[int, _Row](), list[DataFileError]()
-    about = dict[str, dict[str, Any]]()
+    rows, histories, errors = (
+        dict[int, xr.Dataset](),
+        dict[int, xr.Dataset](),
+        list[DataFileError](),
+    )
     status = np.full(len(points), PointStatus.INVALID, STATUS.dtype)
     for number, (case_id, case) in enumerate(points):
         if case is None:
@@ -105,11 +93,11 @@ def merge_study(
         status[number] = PointStatus.DONE if file.exists() else PointStatus.FAILED
         if file.exists():
             try:
-                row = _read_case(file, case, keep_older, about)
+                row, histories[number] = _read_case(file, case, keep_older)
                 for section in study.added.values():
-                    for each, values in section.extra_results(file, row.cycles, tell).items():
-                        row.results[each.name] = np.asarray(values)
-                        about[each.name] = each.attributes
+                    extra = section.extra_results(file, row[CYCLE.name].values, tell)
+                    for each, values in extra.items():
+                        row[each.name] = (CYCLE.name, values, each.attributes)
                 rows[number] = row
             except DataFileError as error:
                 errors.append(error)
@@ -120,13 +108,17 @@ def merge_study(
         problem = f"not written, because no case of the study is done in {cases}"
         remedy = "Run the study; if it was run, its log says why every case failed"
         raise DataFileError(Path(path), problem, remedy)
-    summary, histories = _side_by_side(study, rows, about)
+    x = common_positions([row[X.name].values for row in rows.values()])
+    rows = {number: _on_positions(row, x) for number, row in rows.items()}
+    summary = _side_by_side(study, rows)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    digests = [rows[n].digest if n in rows else "" for n in range(len(points))]
+    stored = [rows[n].attrs if n in rows else {} for n in range(len(points))]
+    digests = [about.get(CODE_DIGEST.name, "") for about in stored]
+    sources = sorted({about["source"] for about in stored if "source" in about})
     coordinates, parameters = _columns(study, points)
     summary = summary.assign(
         {
@@ -135,11 +127,11 @@ def merge_study(
             **parameters,
         }
     ).assign_coords(coordinates)
-    remarks = _remarks_on((row.digest, points[number][1]) for number, row in rows.items())
+    remarks = _remarks_on((digests[number], points[number][1]) for number in rows)
     summary.attrs = {
         "title": study.title,
         **FORMAT,
-        "source": "; ".join(sorted({row.source for row in rows.values()})[:_MOST_SOURCES]),
+        "source": "; ".join(sources[:_MOST_SOURCES]),
         "history": history_line(command),
         CODE_DIGEST.name: code_digest(),
         "warnings": "\n".join(remarks),
@@ -148,99 +140,33 @@ def merge_study(
         "study_file": json.dumps(study.content, default=str),
         **study_attributes(study.content),
     }
-    write_groups(path, {"": summary, HISTORY_GROUP: histories})
+    write_groups(path, {"": summary, HISTORY_GROUP: _side_by_side(study, histories)})
     for remark in remarks:
         tell(remark)
     count = Counter(status.tolist())
     return Tally(*(count[kind] for kind in PointStatus))
 
 
-def _read_case(path: Path, case: Case, keep_older: bool, about: dict[str, dict[str, Any]]) -> _Row:
-    """Read a case at its snapshots; `DataFileError` if it cannot be used.
-
-    The attributes of variables that are read for the first time are added to `about`. The netCDF
-    library takes a tenth of the time that xarray takes to open a small file.
-    """
-    asked = np.array(case.output_cycles, np.float64)
-    with opened_case(path) as file:
-        check_case(path, vars(file), file.variables)
-        if (other := file.getncattr(CASE_ID.name)) != case.case_id:
-            raise DataFileError(path, f"it holds another case, {other}", _RUN_AGAIN)
-        cycles = file[CYCLE.name][:]
-        if lacking := sorted({*asked} - {*cycles}):
-            numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-            raise DataFileError(path, f"it has no snapshot at cycle {numbers}", _RUN_AGAIN)
-        digest = getattr(file, CODE_DIGEST.name, "")
-        if digest != case_digest(case) and not keep_older:
-            problem = "it was computed by another version of the code (its code_digest differs)"
-            raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")
-        at = np.searchsorted(cycles, asked)
-        results = {}
-        for name, variable in file.variables.items():
-            if variable.dimensions == (CYCLE.name,) and name != CYCLE.name:
-                results[name] = variable[:][at]
-                if name not in about:
-                    about[name] = _attributes(variable)
-        middle = [int(np.abs(file[Y.name][:]).argmin())] if Y.name in file.variables else []
-        for name, field in MERGED_PROFILES.items():
-            if field.name in file.variables:
-                results[name] = file[field.name][(at, slice(None), *middle)]
-        group = file.groups[HISTORY_GROUP].variables
-        history = {name: group[name][:] for name in MERGED_HISTORIES if name in group}
-        for name in history.keys() - about.keys():
-            about[name] = _attributes(group[name])
-        return _Row(asked, file[X.name][:], results, history, digest, getattr(file, "source", ""))
-
-
-def _attributes(variable: netCDF4.Variable[Any]) -> dict[str, Any]:
-    """The attributes but those by which xarray encodes a variable."""
-    names = [name for name in variable.ncattrs() if name not in ("coordinates", "_FillValue")]
-    return {name: variable.getncattr(name) for name in names}
-
-
-def _side_by_side(
-    study: Study, rows: Mapping[int, _Row], about: Mapping[str, Mapping[str, Any]]
-) -> tuple[xr.Dataset, xr.Dataset]:
-    """Results and histories of points, by number, along the axes of a study; NaN where missing."""
-    cycles = np.unique(np.concatenate([row.cycles for row in rows.values()]))
-    x, dims = common_positions([row.x for row in rows.values()]), tuple(study.sizes)
-    steps = np.arange(max(row.history[CYCLE.name].size for row in rows.values()))
-    results, histories = dict[str, NDArray[Any]](), dict[str, NDArray[Any]]()
-    for number, row in rows.items():
-        at = np.searchsorted(cycles, row.cycles)
-        for name, values in row.results.items():
-            profile = MERGED_PROFILES.get(name)
-            if name not in results:
-                shape = math.prod(study.shape), cycles.size, *([x.size] if profile else [])
-                empty = empty_value(profile) if profile else math.nan
-                results[name] = np.full(shape, empty, profile.dtype if profile else np.float64)
-            if profile:
-                values = resampled(values, [row.x], [x], profile.outside)
-            results[name][number, at] = values
-        for name, values in row.history.items():
-            if name not in histories:
-                histories[name] = np.full((math.prod(study.shape), steps.size), math.nan)
-            histories[name][number, : values.size] = values
-    variables = {
-        name: xr.Variable(
-            (*dims, CYCLE.name, X.name)[: len(dims) + values.ndim - 1],
-            values.reshape(*study.shape, *values.shape[1:]),
-            _profile_attributes(MERGED_PROFILES[name]) if name in MERGED_PROFILES else about[name],
-        )
-        for name, values in results.items()
+def _read_case(path: Path, case: Case, keep_older: bool) -> tuple[xr.Dataset, xr.Dataset]:
+    """Read a case at its snapshots, and its history; `DataFileError` if it cannot be used."""
+    stored, steps = read_case(path)
+    if (other := stored.attrs[CASE_ID.name]) != case.case_id:
+        raise DataFileError(path, f"it holds another case, {other}", _RUN_AGAIN)
+    asked = [*map(float, case.output_cycles)]
+    if lacking := sorted({*asked} - {*stored[CYCLE.name].values}):
+        numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
+        raise DataFileError(path, f"it has no snapshot at cycle {numbers}", _RUN_AGAIN)
+    if stored.attrs.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
+        problem = "it was computed by another version of the code (its code_digest differs)"
+        raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")
+    at_snapshots = stored.sel({CYCLE.name: asked})
+    profiles = {
+        name: at_snapshots[field.name]
+        for name, field in MERGED_PROFILES.items()
+        if field.name in stored
     }
-    if "contact_state_profile" in variables:
-        variables["contact_state_profile"].encoding["_FillValue"] = np.int8(NOT_DONE)
-    of_steps = {
-        name: ((*dims, STEP.name), values.reshape(*study.shape, steps.size), about[name])
-        for name, values in histories.items()
-    }
-    axes = {
-        CYCLE.name: (CYCLE.name, cycles, CYCLE.attributes),
-        X.name: (X.name, x, X.attributes),
-    }
-    step = {STEP.name: (STEP.name, steps.astype(STEP.dtype), STEP.attributes)}
-    return xr.Dataset(variables, axes), xr.Dataset(of_steps, step)
+    kept = [name for name in MERGED_HISTORIES if name in steps]
+    return at_snapshots.drop_dims(X.name).assign(profiles), steps[kept]
 
 
 def _profile_attributes(field: Variable) -> dict[str, Any]:
@@ -253,6 +179,41 @@ def _profile_attributes(field: Variable) -> dict[str, Any]:
         "NaN outside the window of the case" if math.isnan(field.outside) else outside,
     )
     return {**field.attributes, "comment": "; ".join(filter(None, comments))}
+
+
+def _on_positions(row: xr.Dataset, x: Array) -> xr.Dataset:
+    """The profiles of a case at positions, m, that all cases share."""
+    profiles = {
+        name: (
+            (CYCLE.name, X.name),
+            resampled(row[name].values, [row[X.name].values], [x], field.outside),
+            _profile_attributes(field),
+        )
+        for name, field in MERGED_PROFILES.items()
+        if name in row
+    }
+    return row.drop_dims(X.name).assign(profiles).assign_coords({X.name: (X.name, x, X.attributes)})
+
+
+def _side_by_side(study: Study, rows: Mapping[int, xr.Dataset]) -> xr.Dataset:
+    """Datasets of points, by number, along the axes of a study; NaN where a point has none."""
+    empty = {name: empty_value(field) for name, field in MERGED_PROFILES.items()}
+    numbers = pd.Index([*rows], name="number")
+    whole = xr.concat(
+        rows.values(),
+        numbers,
+        data_vars="all",
+        join="outer",
+        fill_value=empty,
+        combine_attrs="override",
+    ).reindex(number=range(math.prod(study.shape)), fill_value=empty)
+    variables = {}
+    for name, values in whole.data_vars.items():
+        dims, shape = (*study.sizes, *values.dims[1:]), (*study.shape, *values.shape[1:])
+        along = values.values.reshape(shape)
+        fill = {"_FillValue": empty[name]} if along.dtype.kind == "i" else None
+        variables[name] = xr.Variable(dims, along, values.attrs, fill)
+    return xr.Dataset(variables, whole.drop_vars("number").coords)
 
 
 def _columns(
@@ -317,10 +278,9 @@ def _remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
     """Return a remark if cases that are done, given with their digests, are of other code."""
     pairs = [(digest, case_digest(case)) for digest, case in done if case is not None]
     older = [digest or "missing" for digest, now in pairs if digest != now]
-    were = f"case{'s' * (len(pairs) > 1)} {'was' if len(older) == 1 else 'were'}"
     remark = (
-        f"{len(older)} of {len(pairs)} {were} computed by another version of the code: "
-        f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
+        f"cases computed by another version of the code: {len(older)} of {len(pairs)}, with "
+        f"code_digest {', '.join(sorted({*older}))}, not {code_digest()}"
     )
     return [remark] if older else []
 
@@ -335,6 +295,5 @@ def check_belongs(summary: xr.Dataset, study: Study) -> None:
         raise DataFileError(file, problem, remedy)
     for point in study.points():
         if (stored := str(ids.values[point.place])) != point.id:
-            now = point.id or "an invalid point"
-            problem = f"it has case {stored} where the study {study.name!r} has {now}"
+            problem = f"it has case {stored!r} where the study {study.name!r} has {point.id!r}"
             raise DataFileError(file, problem, remedy)

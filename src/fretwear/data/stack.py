@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from fretwear.arrays import Array
-from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_summary, opened_case
+from fretwear.data.files import open_case, open_summary
 from fretwear.results import (
     CASE_ID,
     CYCLE,
@@ -60,22 +59,15 @@ def resampled(
     axis and the first cell of a one-sided array values are constant; beyond the outermost cell
     centres they are `outside`. Cells that are all positive are one side of an even contact.
     """
-    inside = list[NDArray[np.intp]]()
     for axis, (at, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
-        inside.append(np.flatnonzero(np.abs(places) <= np.abs(at).max() * (1.0 + 1e-12)))
-        values = np.moveaxis(
-            _along_last(np.moveaxis(values, axis, -1), at, places[inside[-1]]), -1, axis
-        )
-    shape = (*values.shape[: -len(cells)], *(places.size for places in positions))
-    placed = np.full(shape, outside, values.dtype)
-    at_cells: Any = (..., *np.ix_(*inside))
-    placed[at_cells] = values
-    return placed
+        if not np.array_equal(at, places):
+            along = _along_last(np.moveaxis(values, axis, -1), at, places)
+            along[..., np.abs(places) > np.abs(at).max() * (1.0 + 1e-12)] = outside
+            values = np.moveaxis(along, -1, axis)
+    return values
 
 
 def _along_last(values: NDArray[Any], cells: Array, positions: Array) -> NDArray[Any]:
-    if np.array_equal(cells, positions):
-        return values
     where = np.abs(positions) if cells[0] > 0.0 else positions
     lower = np.clip(np.searchsorted(cells, where, side="right") - 1, 0, cells.size - 2)
     weight = np.clip((where - cells[lower]) / (cells[lower + 1] - cells[lower]), 0.0, 1.0)
@@ -138,39 +130,36 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
-    files: NDArray[Any] = np.full(status.shape, None)
-    rows = list[Array]()
-    try:
-        for place in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
-            files[place] = folder / "cases" / f"{ids[place]}.nc"
-            with opened_case(files[place]) as case:
-                rows += [case[Y.name][:]] if Y.name in case.variables else []
-    except DataFileError:
-        summary.close()
-        raise
+    cases: NDArray[Any] = np.full(status.shape, None)
     stacked, dims = summary.copy(), contact_frame(summary.variables).dims
-    if rows:
+    with ExitStack() as opened:
+        opened.callback(summary.close)
+        for place in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
+            cases[place] = opened.enter_context(open_case(folder / "cases" / f"{ids[place]}.nc"))
+        stacked.set_close(opened.pop_all().close)
+    if rows := [case[Y.name].values for case in cases.flat if case is not None and Y.name in case]:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = [stacked[name].to_numpy() for name in dims]
     shape = tuple(axis.size for axis in axes)
     for field in FIELDS:
-        read = [delayed(_read_field)(path, field, *axes) for path in files.flat]
+        read = [
+            delayed(_on_axes)(None if case is None else case.get(field.name), field, *axes)
+            for case in cases.flat
+        ]
         fields = [da.from_delayed(one, shape, field.dtype) for one in read]  # type: ignore[no-untyped-call]
-        lazy = da.stack(fields).reshape(*files.shape, *shape)  # type: ignore[no-untyped-call]
+        lazy = da.stack(fields).reshape(*cases.shape, *shape)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
-    stacked.set_close(summary.close)
     return stacked
 
 
-def _read_field(path: Path | None, field: Variable, cycles: Array, *axes: Array) -> NDArray[Any]:
-    """Read a field of one case at cycles and positions that all cases share."""
+def _on_axes(
+    stored: xr.DataArray | None, field: Variable, cycles: Array, *axes: Array
+) -> NDArray[Any]:
+    """Return a field of one case, if it has it, at cycles and positions that all cases share."""
     shape = (cycles.size, *(axis.size for axis in axes))
     values = np.full(shape, empty_value(field), dtype=field.dtype)
-    # Threads must not use the netCDF library at the same time, not even to open files.
-    if path is not None:
-        with NETCDF4_PYTHON_LOCK, opened_case(path) as case:
-            if field.name in case.variables:
-                cells = [case[name][:] for name in case[field.name].dimensions[1:]]
-                _, rows, stored = np.intersect1d(cycles, case[CYCLE.name][:], return_indices=True)
-                values[rows] = resampled(case[field.name][stored], cells, axes, field.outside)
+    if stored is not None:
+        cells = [stored[name].values for name in stored.dims[1:]]
+        _, rows, kept = np.intersect1d(cycles, stored[CYCLE.name], return_indices=True)
+        values[rows] = resampled(stored[kept].values, cells, axes, field.outside)
     return values

@@ -20,9 +20,9 @@ from fretwear.units import duration_text, size_text
 
 # Fitted to runs: times and memory hold within half.
 SECONDS_TO_START, SECONDS_PER_CASE = 1.3, 0.1
-# Of a step: on rings; of a line contact, at least and per squared strip of a matrix; on a window,
-# at least and per cell; of a stroke, per cubed strip or cell in contact.
-SECONDS_ON_RINGS, SECONDS_ON_STRIPS, SECONDS_PER_SQUARED_STRIP = 6e-3, 3.5e-2, 6e-8
+# Of a step: on rings; of a line contact, at least; on a window, at least and per cell; with a
+# matrix, per cubed cell, and over a stroke per cubed strip.
+SECONDS_ON_RINGS, SECONDS_ON_STRIPS = 6e-3, 3.5e-2
 SECONDS_ON_WINDOW, SECONDS_PER_CELL = 5e-3, 9e-7
 SECONDS_PER_CUBED_STRIP, SECONDS_PER_CUBED_CELL = 1.8e-8, 2.5e-11
 SECONDS_PER_CELL_OF_SNAPSHOT = 1.5e-6
@@ -39,7 +39,7 @@ MEMORY_TO_START, MEMORY_OF_GRADED = 110_000_000, 72 * 500**2
 MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
 MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
 
-USUAL_ACCURACY, USUAL_BUDGET = 0.02, 10.0
+USUAL_BUDGET = 10.0
 MOST_MEMORY = 2 * 1024**3
 _WORK_BY_WIDTH = 2.5  # power of the inverse width of cells by which work grows
 _WIDTHS = [LEAST_COARSENESS * 2.0 ** (n / 4.0) for n in range(13)]
@@ -65,26 +65,20 @@ def estimate(case: Case) -> Estimate:
     """Estimate the cost of a case.
 
     The coarser run for error estimates is included. A case that asks for an accuracy is expected to
-    end with its first run if it is smooth and elastic, others with default cells.
+    end with default cells.
     """
-    wide, coarser, accuracy = case.first_width, case.times_coarser, case.asked_accuracy
-    usual = _run(case, 1.0)
-    if accuracy is None:
-        widths = [1.0, coarser] if case.error_estimate else [1.0]
-    elif case.has_equal_cells:  # default cells have the first run as their coarser one
-        widths = [wide, 1.0]
-    else:
-        ends_early = case.is_graded and math.isinf(case.slip_limit)
-        ends_early &= accuracy >= USUAL_ACCURACY
-        widths = [wide, coarser * wide] if ends_early else [wide, coarser * wide, 1.0]
+    usual, widths = _run(case, 1.0), [1.0]
+    if accuracy := case.asked_accuracy:
+        widths += [case.first_width]
+    elif case.error_estimate:
+        widths += [case.times_coarser]
     runs = [_run(case, width) for width in widths]
-    memory = sum(run.memory_bytes - MEMORY_TO_START for run in runs[:2]) + MEMORY_TO_START
-    if accuracy is not None:
+    memory = sum(run.memory_bytes - MEMORY_TO_START for run in runs) + MEMORY_TO_START
+    if accuracy:
         budget = case.budget or USUAL_BUDGET
         narrowest = max(affordable_width(case), budget ** (-1.0 / _WORK_BY_WIDTH))
         memory = _run(case, narrowest).memory_bytes
-    working = sum(run.seconds for run in runs)
-    seconds = SECONDS_TO_START + SECONDS_PER_CASE + working
+    seconds = SECONDS_TO_START + SECONDS_PER_CASE + sum(run.seconds for run in runs)
     return usual._replace(seconds=seconds, memory_bytes=memory)
 
 
@@ -123,9 +117,9 @@ def _run(case: Case, width: float) -> Estimate:
         memory = 8 * int(places * closed**2 + 6 * cells * cells_y)
     elif geometry in (Strips, Row):
         # Rough and uneven contacts have matrices, for strips of equal width.
-        squared = cells_x**2 if case.rough is not None or geometry is Row else 0
-        of_step = max(SECONDS_ON_STRIPS, SECONDS_PER_SQUARED_STRIP * squared)
-        memory += MEMORY_PER_SQUARED_STRIP * squared
+        dense = cells_x if case.rough is not None or geometry is Row else 0
+        of_step = SECONDS_ON_STRIPS + SECONDS_PER_CUBED_CELL * dense**3
+        memory += MEMORY_PER_SQUARED_STRIP * dense**2
     else:
         # The window grows with the contact, starting near its unworn size.
         unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)

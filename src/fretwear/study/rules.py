@@ -26,10 +26,6 @@ from fretwear.units import (
     format_quantity,
 )
 
-LEAST_CELLS_PER_CONTACT_RADIUS = 8
-LEAST_CELLS_PER_STICK_RADIUS = 2
-LEAST_CELLS_PER_SLIP_ANNULUS = 1
-
 # Largest contact radius over R. At its edge the paraboloid r²/2R, which stands for the sphere in
 # half-space theory, is 1 % off the sphere, as much as the default tolerance allows.
 GREATEST_CONTACT = 0.2
@@ -239,7 +235,7 @@ def _of_size(case: FrettingContact) -> Iterator[Problem]:
 
 
 def _of_cell(case: FrettingContact) -> Iterator[Problem]:
-    """Waves and edges of the surfaces, contact, stick zone and slip annulus need enough cells."""
+    """Waves and edges of the surfaces need enough cells."""
     if case.cell is None:
         return
     given = f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in case.cell)}]"
@@ -254,20 +250,6 @@ def _of_cell(case: FrettingContact) -> Iterator[Problem]:
                     f"{_length(length)} long and needs at least {least} cells"
                 )
                 yield Problem("cell", given, rule, "or leave cell out")
-    radius, stick, ratio = case.hertz_radius, case.stick_radius, case.tangential_ratio
-    if ratio < LEAST_LOAD_RATIO or (case.loading.is_force and ratio >= 1.0):
-        return
-    limit = radius / LEAST_CELLS_PER_CONTACT_RADIUS
-    if not case.is_graded:  # graded cells resolve the stick zone and the slip annulus themselves
-        if case.force_is_held:
-            limit = min(limit, stick / LEAST_CELLS_PER_STICK_RADIUS)
-        limit = min(limit, (radius - stick) / LEAST_CELLS_PER_SLIP_ANNULUS)
-    if max(case.cell) > limit * (1.0 + 1e-9):
-        rule = (
-            f"is too coarse for the contact: radius {_length(radius)}, stick zone "
-            f"{_length(stick)}, cells of at most {_length(limit)}"
-        )
-        yield Problem("cell", given, rule, "or leave cell out")
 
 
 # Rules of every case without blocks, and of each block of a case.
