@@ -15,7 +15,6 @@ from fretwear.study.spacing import rounded_down
 from ..studies import WAVES, near, refusal, steel
 
 # Waves much longer than a slip annulus.
-LONG = {**WAVES, "slope_x": "0.3 deg", "slope_y": "0.1 deg"}
 FALLING = {"slow": 4e-13, "fast": 1e-13, "decay": 11e-6, "frequency": 10.0}
 # As a dataset has it: without the file itself.
 MEASURED = {"kind": "measured", "file": f"disc.x3p sha256:{64 * 'a'}", "body": "flat"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -50,7 +49,7 @@ STUDY_ATTRIBUTES = ("creator", "institution", "license", "references")
 
 # Fraction of the largest value of a result below which its relative error is meaningless.
 _TRACE = 0.01
-_ROOT = Path(__file__).resolve().parents[3]
+_ROOT = Path(__file__).resolve().parents[3]  # of a checkout
 
 
 def case_dataset(
@@ -179,23 +178,16 @@ def _variables(
 
 
 @cache
-def source(root: Path = _ROOT) -> str:
+def source() -> str:
     """Package name and version, with the commit when the package runs from a checkout."""
     version = f"fretwear {__version__}"
-    # An installed package may lie inside another checkout (a virtual environment in a user's
-    # project), so only a repository with our sources at its root counts.
-    if (root / ".git").exists() and (root / "src" / "fretwear").is_dir():
-        describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    if (_ROOT / ".git").exists():
         with suppress(OSError, subprocess.SubprocessError):
-            commit = subprocess.run(
-                ["git", "-C", str(root), *describe],
-                capture_output=True,
-                text=True,
-                timeout=5,
-                check=True,
-                env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
-            ).stdout.strip()
-            return f"{version} (commit {commit})" if commit else version
+            describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+            found = subprocess.run(
+                ["git", "-C", str(_ROOT), *describe], capture_output=True, check=True, text=True
+            )
+            return f"{version} (commit {found.stdout.strip()})"
     return version
 
 

@@ -116,11 +116,6 @@ class Axis:
     written: tuple[Any, ...]  # as in a study file
     drawn_from: DrawnRange | None = None  # None if the values were listed
 
-    @cached_property
-    def member(self) -> str:
-        """Member of the case to which the parameter belongs."""
-        return case_keys().member_of(self.name)
-
     @property
     def key(self) -> str:
         """Key of `base` to which the parameter belongs."""
