@@ -140,7 +140,7 @@ def test_a_study_without_results_has_a_page(finished):
 
 
 def test_a_summary_of_other_points_and_a_missing_figure_are_refused(finished, tmp_path):
-    with pytest.raises(DataFileError, match="has points"):
+    with pytest.raises(DataFileError, match="has other points"):
         build_report(finished.plan, finished.summary.isel(normal_load=[0]), finished.folder)
     shutil.copytree(finished.folder, tmp_path / "copy")
     path = next((tmp_path / "copy/figures").glob("*.svg"))

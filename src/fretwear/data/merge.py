@@ -211,7 +211,7 @@ def _side_by_side(study: Study, rows: Mapping[int, xr.Dataset]) -> xr.Dataset:
     for name, values in whole.data_vars.items():
         dims, shape = (*study.sizes, *values.dims[1:]), (*study.shape, *values.shape[1:])
         along = values.values.reshape(shape)
-        fill = {"_FillValue": empty[name]} if along.dtype.kind == "i" else None
+        fill = {"_FillValue": empty[str(name)]} if along.dtype.kind == "i" else None
         variables[name] = xr.Variable(dims, along, values.attrs, fill)
     return xr.Dataset(variables, whole.drop_vars("number").coords)
 
@@ -257,12 +257,11 @@ def _laid(study: Study, values: object, about: Mapping[str, object]) -> xr.Varia
 
 def _varied(study: Study, axis: Axis, about: Mapping[str, object] | None) -> xr.Variable:
     attributes: dict[str, object] = {"long_name": axis.name, **(about or {})}
-    values = np.array(axis.labels, dtype=str)
     if all(isinstance(value, int | float) for value in axis.values):
         values = np.array(axis.values, dtype=np.float64)
-    elif all(isinstance(value, str) for value in axis.values):
-        values = np.array(axis.values, dtype=str)
     else:
+        is_text = all(isinstance(value, str) for value in axis.values)
+        values = np.array(axis.values if is_text else axis.labels, dtype=str)
         attributes.pop("units", None)
     if axis.drawn_from is not None:
         attributes |= {
@@ -287,13 +286,10 @@ def _remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
 
 def check_belongs(summary: xr.Dataset, study: Study) -> None:
     """Raise a `DataFileError` if a merged study is of another study, or of an earlier state."""
-    file = Path(summary.encoding.get("source", "summary.nc"))
-    remedy = "Run the same study again, or name its results by --results"
-    status, ids = summary[STATUS.name], summary[CASE_ID.name]
-    if [*(sizes := dict(status.sizes)).items()] != [*study.sizes.items()]:
-        problem = f"it has points {sizes}, but the study {study.name!r} has {study.sizes}"
+    ids = summary[CASE_ID.name]
+    here = [*ids.sizes.items()], ids.values.ravel().tolist()
+    if here != ([*study.sizes.items()], [point.id for point in study.points()]):
+        file = Path(summary.encoding.get("source", "summary.nc"))
+        problem = f"it has other points than the study {study.name!r}"
+        remedy = "Run the same study again, or name its results by --results"
         raise DataFileError(file, problem, remedy)
-    for point in study.points():
-        if (stored := str(ids.values[point.place])) != point.id:
-            problem = f"it has case {stored!r} where the study {study.name!r} has {point.id!r}"
-            raise DataFileError(file, problem, remedy)
