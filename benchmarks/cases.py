@@ -20,9 +20,3 @@ WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y":
 def study_case(**changes: Any) -> Case:
     """The study's case with some parameters changed."""
     return Case(**{**STUDY, **changes})
-
-
-def smooth_case(cells_on_radius: float, **changes: Any) -> Case:
-    """The smooth elastic case with so many cells on the Hertz radius."""
-    spacing = study_case().hertz_radius / cells_on_radius
-    return study_case(cell=(spacing, spacing), **changes)

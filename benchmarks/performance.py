@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from benchmarks.cases import STUDY, WAVES
 from benchmarks.pages import Data, Page, Section, scientific, table
-from benchmarks.peers import contacts, wear_loop
+from benchmarks.peers import contacts
 from matplotlib.figure import Figure
 
 from fretwear import Case, simulate
 from fretwear.figures.style import CATEGORICAL, JournalFigure, styled
 
-CELLS, CELLS_ON_RADIUS = 512, 128.0
+CELLS = 512
 CYLINDER = {"kind": "cylinder", "radius": "10 mm"}
 CASES: dict[str, dict[str, Any]] = {
     "smooth, elastic": {},
@@ -94,23 +94,20 @@ libraries; errors are those of wear volume, contact area and energy at the last 
 @styled
 def cases_figure(data: Data) -> Figure:
     """Seconds of each case as bars."""
-    return _bars({name: run["seconds"] for name, run in data.items()}, log=False)
+    return _bars({name: run["seconds"] for name, run in data.items()})
 
 
 def measure_peers() -> Data:
-    """The cold solve and the wear loop, in turn with other programs."""
-    return {"cold": contacts.compare(CELLS), "loop": wear_loop.compare(CELLS_ON_RADIUS)}
+    """The first loading, in turn with other programs."""
+    return {"cold": contacts.compare(CELLS)}
 
 
 def peers_text(data: Data) -> str:
-    """Two tables."""
+    """A chart and a table."""
     solves = [
         [entry["name"], f"{entry['cpu']:.3g}", scientific(entry["residual"])]
         for entry in data["cold"]
     ]
-    loop = data["loop"]
-    runs = [["fretwear", f"{loop['own']['steps']}", f"{loop['own']['cpu']:.2g}"]]
-    runs += [[e["name"], f"{e['steps']:.0f}", f"{e['seconds']:.0f}"] for e in loop["peers"]]
     return f"""\
 {{figure}}
 
@@ -121,25 +118,16 @@ is computed by the same code for all, from the pressure alone; each program has 
 tolerance that reaches it on {contacts.TUNING_CELLS}² cells.
 
 {table(["", "processor, s", "residual"], solves)}
-
-30000 cycles of the smooth, elastic contact with `slip_model: jaeger`, {CELLS_ON_RADIUS:g} cells on the radius. The other
-programs solve both contacts before each explicit step of Archard's law, as long a one as an eye on
-its error allows; their steps are timed at seven cycles and summed over the run.
-
-{table(["", "steps", "processor, s"], runs)}
 """
 
 
 @styled
 def peers_figure(data: Data) -> Figure:
-    """Seconds of the whole run as bars."""
-    seconds = {"fretwear": data["loop"]["own"]["cpu"]}
-    for entry in data["loop"]["peers"]:
-        seconds[entry["name"]] = entry["seconds"]
-    return _bars(seconds, log=True)
+    """Seconds of the first loading as bars."""
+    return _bars({entry["name"]: entry["cpu"] for entry in data["cold"]})
 
 
-def _bars(seconds: dict[str, float], *, log: bool) -> Figure:
+def _bars(seconds: dict[str, float]) -> Figure:
     figure = JournalFigure(columns=1, height=12.0 + 7.0 * len(seconds))
     axes = figure.subplots()
     places = np.arange(len(seconds))[::-1]
@@ -149,7 +137,7 @@ def _bars(seconds: dict[str, float], *, log: bool) -> Figure:
             f"{value:.2g} s", (value, place), (3, 0), textcoords="offset points", va="center"
         )
     axes.set_yticks(places, [*seconds])
-    axes.set(xlabel="processor time (s)", xscale="log" if log else "linear")
+    axes.set(xlabel="processor time (s)")
     axes.margins(x=0.15)
     return figure
 

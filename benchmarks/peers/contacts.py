@@ -1,9 +1,7 @@
-"""tamaas and ContactMechanics as contact solvers that keep data for the next solve.
+"""tamaas and ContactMechanics as contact solvers.
 
 Both are driven as their documentation says for a contact that is not periodic: tamaas with its
-operator for free surfaces, named to the solver; ContactMechanics with its free half-space. A
-solver object keeps model and Green's function. A warm start is the pressure of the solve before:
-tamaas starts from the traction in its model, ContactMechanics from the forces it is given.
+operator for free surfaces, named to the solver; ContactMechanics with its free half-space.
 
 `compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual. Each
 peer has the largest tolerance with which it reaches the residual.
@@ -13,7 +11,6 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import version
 from statistics import median
 from typing import Any, ClassVar
@@ -28,20 +25,6 @@ from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.run import simulate
 
 _ITERATIONS = 20_000
-
-
-@dataclass(frozen=True)
-class Pressed:
-    """A peer's solution on the window: pressure, Pa, and displacement, m, up to a constant."""
-
-    pressure: Array
-    displacement: Array
-
-    def gap(self, shape: Array) -> Array:
-        """The gap, m, zero on the mean of the contact."""
-        separation = self.displacement + shape
-        gap: Array = separation - separation[self.pressure > 0].mean()
-        return gap
 
 
 class Peer(ABC):
@@ -77,13 +60,8 @@ class Peer(ABC):
         """The data of the bodies and the window, without the shape."""
 
     @abstractmethod
-    def solve(
-        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
-    ) -> Pressed:
-        """Press a shape, m, with a load, N.
-
-        ``start`` is a pressure, Pa, to start from, ``limit`` the largest one that the body bears.
-        """
+    def solve(self, shape: Array, load: float, limit: float = math.inf) -> Array:
+        """The pressure, Pa, of a shape, m, under a load, N; the body bears no more than a limit."""
 
 
 class Tamaas(Peer):
@@ -101,14 +79,12 @@ class Tamaas(Peer):
         self._model.E, self._model.nu = modulus, 0.0
         tamaas.ModelFactory.registerNonPeriodic(self._model, "free")
 
-    def solve(
-        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
-    ) -> Pressed:
+    def solve(self, shape: Array, load: float, limit: float = math.inf) -> Array:
         import tamaas
 
         if limit < math.inf:
             raise ValueError("this driver of tamaas is for elastic contact")
-        self._model.traction[...] = 0.0 if start is None else start
+        self._model.traction[...] = 0.0
         # The solver looks at this surface as long as it lives.
         surface = np.ascontiguousarray(-shape)
         solver = tamaas.PolonskyKeerRey(self._model, surface, self.tolerance)
@@ -117,7 +93,7 @@ class Tamaas(Peer):
         error = solver.solve(load / (self.lengths[0] * self.lengths[1]))
         if not error <= self.tolerance:
             raise RuntimeError(f"tamaas stopped at {error:.1e}, not {self.tolerance:.0e}")
-        return Pressed(np.array(self._model.traction), np.array(self._model.displacement))
+        return np.array(self._model.traction)
 
 
 class ContactMechanics(Peer):
@@ -130,22 +106,14 @@ class ContactMechanics(Peer):
 
         self._bodies: Any = FreeFFTElasticHalfSpace(self.window.shape, modulus, tuple(self.lengths))
 
-    def solve(
-        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
-    ) -> Pressed:
+    def solve(self, shape: Array, load: float, limit: float = math.inf) -> Array:
         from ContactMechanics.Systems import NonSmoothContactSystem
         from SurfaceTopography import Topography
 
         nx, ny = self.window.shape
         surface = Topography(-shape, tuple(self.lengths), periodic=False)
-        forces = None
-        if start is not None:
-            # Forces of cells, N, negative in contact, on the padded window.
-            forces = np.zeros(self._bodies.nb_subdomain_grid_pts)
-            forces[:nx, :ny] = -self.window.unit_area * start
         result = NonSmoothContactSystem(self._bodies, surface).minimize_proxy(
             external_force=load,
-            initial_forces=forces,
             # As the forces, that of one cell, N.
             hardness=limit * self.window.unit_area if limit < math.inf else None,
             pentol=self.tolerance * float(np.ptp(shape)),
@@ -154,8 +122,7 @@ class ContactMechanics(Peer):
         )
         if not result.success:
             raise RuntimeError(f"ContactMechanics did not converge: {result.message}")
-        pressure = np.array(result.jac[:nx, :ny]) / self.window.unit_area
-        return Pressed(pressure, np.array(result.x[:nx, :ny]))
+        return np.array(result.jac[:nx, :ny]) / self.window.unit_area
 
 
 PEERS: tuple[type[Peer], ...] = (Tamaas, ContactMechanics)
@@ -166,7 +133,7 @@ def pressed_by(
 ) -> Array:
     """The pressure, Pa, with which a peer solves a contact without a layer."""
     peer = kind(problem.half_space.geometry, modulus, tolerance)
-    return peer.solve(problem.shape, problem.load, limit=problem.limit).pressure
+    return peer.solve(problem.shape, problem.load, problem.limit)
 
 
 def residual(problem: ContactProblem, pressure: Array) -> float:
@@ -227,7 +194,7 @@ def other(kind: type[Peer], cells: int, tolerance: float) -> Solver:
 
     def solve() -> Array:
         peer = kind(problem.half_space.geometry, modulus, tolerance)
-        return peer.solve(problem.shape, problem.load).pressure
+        return peer.solve(problem.shape, problem.load)
 
     return solve
 

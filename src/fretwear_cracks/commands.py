@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -61,7 +61,6 @@ def stress_below(
     """
     from fretwear_cracks import results
 
-    socie = _pair("--fatemi-socie", fatemi_socie, "k and the yield strength", "1, 1000 MPa")
     depths = [value for text in depth or () for value in text.split(",")]
     compute = partial(
         results.stress,
@@ -69,7 +68,7 @@ def stress_below(
         depths=depths or None,
         phases=phases,
         bulk_stress=bulk_stress,
-        fatemi_socie=socie,
+        fatemi_socie=_pair(fatemi_socie),
         crossland=crossland,
         critical_distance=critical_distance,
         command="fretwear stress",
@@ -104,10 +103,8 @@ def fatigue_of(
     compute = partial(
         fatigue.fatigue,
         depth=depth,
-        basquin=_pair("--basquin", basquin, "the strength and the exponent", "1000 MPa, -0.1"),
-        manson_coffin=_pair(
-            "--manson-coffin", manson_coffin, "ductility and exponent", "0.5, -0.6"
-        ),
+        basquin=_pair(basquin),
+        manson_coffin=_pair(manson_coffin),
         bulk_stress=bulk_stress,
         phases=phases,
         command="fretwear fatigue",
@@ -117,12 +114,9 @@ def fatigue_of(
         say(line)
 
 
-def _pair(name: str, text: str | None, what: str, example: str) -> tuple[str, str] | None:
-    """Two constants with a comma between them."""
-    first, comma, second = (text or "").partition(",")
-    if text is not None and not comma:
-        raise CommandError(f"{name} {text}: must be {what}, such as '{example}'")
-    return None if text is None else (first.strip(), second.strip())
+def _pair(text: str | None) -> Any:
+    """Constants with a comma between them."""
+    return None if text is None else text.split(",")
 
 
 def _written(
@@ -132,8 +126,8 @@ def _written(
 
     The file is named as the case with `ending` where there is no `output`.
     """
+    from fretwear.data.files import write_groups
     from fretwear_cracks import StressError
-    from fretwear_cracks.results import write_stresses
 
     with opened(file) as (case, _):
         # A loop over the files in cases/ must meet cases alone.
@@ -143,7 +137,7 @@ def _written(
             computed = compute(case)
         except StressError as error:
             raise CommandError(f"{file}: {error}") from error
-        write_stresses(computed, path)
+        write_groups(path, {"": computed})
     for warning in computed.attrs["warnings"].splitlines():
         typer.echo(f"fretwear: warning: {warning}", err=True)
     return path, computed

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -50,11 +49,6 @@ class PointLoops:
     def shear_modulus(self) -> float:
         """G, Pa."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
-    @cached_property
-    def _traces(self) -> Array:
-        traces: Array = self.alternating[:, :3].sum(axis=1)
-        return traces
 
     def smith_watson_topper(self) -> OverPlanes:
         """Largest normal stress times the amplitude of normal strain, Pa, on the worst plane.
@@ -94,27 +88,20 @@ class PointLoops:
 
         return self._worst_plane(on_planes)
 
-    @property
-    def deviatoric_amplitude(self) -> Array:
-        """√J2,a, Pa, half the longest chord of the path of the deviator over √2, shape (n,)."""
-        result: Array = (von_mises(np.moveaxis(self.alternating, 1, 0)) / math.sqrt(3.0)).max(
-            axis=0
-        )
-        return result
-
-    @property
-    def largest_mean_stress(self) -> Array:
-        """Largest mean of the three normal stresses of a loop, Pa, shape (n,)."""
-        result: Array = (self.steady[:3].sum(axis=0) + abs(self._traces).max(axis=0)) / 3.0
-        return result
-
     def crossland(self, mean_stress_sensitivity: float) -> Array:
         """√J2,a + α P_H,max, Pa, shape (n,).
+
+        √J2,a is half the longest chord of the path of the deviator over √2, P_H,max the largest
+        mean of the three normal stresses.
 
         Crossland, "Effect of large hydrostatic pressures on the torsional fatigue strength of an
         alloy steel", Proc. Int. Conf. Fatigue of Metals, London (1956).
         """
-        return self.deviatoric_amplitude + mean_stress_sensitivity * self.largest_mean_stress
+        amplitude = von_mises(np.moveaxis(self.alternating, 1, 0)).max(axis=0) / math.sqrt(3.0)
+        traces = abs(self.alternating[:, :3].sum(axis=1)).max(axis=0)
+        mean = (self.steady[:3].sum(axis=0) + traces) / 3.0
+        result: Array = amplitude + mean_stress_sensitivity * mean
+        return result
 
     def _worst_plane(self, on_planes: Callable[[_Loops, Array], Array]) -> OverPlanes:
         """Maximize a parameter over the planes of each point.
@@ -193,23 +180,6 @@ def von_mises(stress: Array) -> Array:
     xx, yy, zz, xy, xz, yz = stress
     differences = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
     result: Array = np.sqrt(0.5 * differences + 3.0 * (xy**2 + xz**2 + yz**2))
-    return result
-
-
-def largest_shear(stress: Array) -> Array:
-    """The largest shear stress of tensors of shape (6, ...), half of Tresca's stress.
-
-    √J2 sin(θ + π/3), with the Lode angle θ from cos 3θ = (3√3/2) J3/J2^(3/2).
-    """
-    xx, yy, zz, xy, xz, yz = stress
-    mean = (xx + yy + zz) / 3.0
-    xx, yy, zz = xx - mean, yy - mean, zz - mean
-    second = 0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + xz * xz + yz * yz
-    third = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
-    root = np.sqrt(second)
-    cube = np.where(root > 0.0, root, 1.0) ** 3
-    lode = np.arccos(np.clip(1.5 * math.sqrt(3.0) * third / cube, -1.0, 1.0)) / 3.0
-    result: Array = root * np.sin(lode + math.pi / 3.0)
     return result
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fretwear.arrays import Array, Mask
 from fretwear_cracks.influence import of_rectangles, of_strips
@@ -30,7 +31,6 @@ _SMALLEST, _GROWTH, _READINGS = (1e-4, 1e-2), 1.3, 3
 _NOISE, _PARTIAL = 1e-3, 0.3
 # Cells whose squares are continued outwards, and corrections of means of the root to values.
 _CONTINUED, _CORRECTIONS = 5, 4
-_BISECTIONS = 50
 # Misfit, over the largest value, of squares to the parabola that continues them.
 _MISFIT = 0.1
 
@@ -83,7 +83,8 @@ def stresses_at_edge(
     is_root = _continued(pressure[box], noise)[1]
     if not is_root[is_root.size // 2] or not on_plane[0] < 0.0 < on_plane.max():
         return None
-    place = _root(on_plane, near_x)
+    inside = int(np.flatnonzero(on_plane > 0.0)[0])
+    place = float(brentq(_interpolated, *near_x[inside - 1 : inside + 1], (on_plane, near_x)))
     # Corners of the divisions, with the place of the edge in the middle of the smallest.
     edges_x = _graded(near_x, spacing[0], place, _SMALLEST[0])
     read_x = _weights(_readings(edges_x), near_x)
@@ -159,19 +160,6 @@ def _continued(field: Array, noise: float) -> tuple[Array, Mask]:
     return square, is_root
 
 
-def _root(values: Array, centres: Array) -> float:
-    """Where an interpolated row, negative at first, becomes positive."""
-    inside = int(np.flatnonzero(values > 0.0)[0])
-    low, high = centres[inside - 1], centres[inside]
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        if (_weights(np.array([middle]), centres) @ values)[0] > 0.0:
-            high = middle
-        else:
-            low = middle
-    return float(0.5 * (low + high))
-
-
 def _corners(centres: Array, step: float) -> Array:
     return np.append(centres - 0.5 * step, centres[-1] + 0.5 * step)
 
@@ -198,14 +186,11 @@ def _weights(points: Array, centres: Array) -> Array:
     weights = np.zeros((points.size, centres.size))
     rows = np.arange(points.size)[:, None]
     nodes = np.arange(4.0)
-    weights[rows, first[:, None] + np.arange(4)] = _lagrange(places - first, nodes)
+    apart = np.where(np.eye(4), 1.0, nodes[:, None] - nodes)
+    along = np.where(np.eye(4), 1.0, (places - first)[:, None, None] - nodes)
+    weights[rows, first[:, None] + np.arange(4)] = (along / apart).prod(axis=2)
     return weights
 
 
-def _lagrange(points: Array, nodes: Array) -> Array:
-    """Polynomial interpolation from nodes, shape (points, nodes)."""
-    weights = np.ones((points.size, nodes.size))
-    for number, node in enumerate(nodes):
-        for other in np.delete(nodes, number):
-            weights[:, number] *= (points - other) / (node - other)
-    return weights
+def _interpolated(place: float, values: Array, centres: Array) -> float:
+    return float((_weights(np.array([place]), centres) @ values)[0])

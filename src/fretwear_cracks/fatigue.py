@@ -14,16 +14,22 @@ import xarray as xr
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
-from fretwear.data.files import open_case
+from fretwear.data.files import open_case, open_group, write_groups
 from fretwear.data.labels import attributes_from
-from fretwear.results import CYCLE, DEPTH, X
-from fretwear.units import cycle_text, listed, number_text
+from fretwear.results import CYCLE, X
+from fretwear.units import cycle_text, number_text
 from fretwear.version import code_digest
 from fretwear_cracks import StressError
-from fretwear_cracks.inputs import read_pair, read_quantity, usual_depths
+from fretwear_cracks.inputs import read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.results import open_stresses, stress, write_stresses
-from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, FATIGUE_OUTCOMES
+from fretwear_cracks.results import stress
+from fretwear_cracks.variables import (
+    CRACKS,
+    EDGE_STRESSES,
+    FATIGUE,
+    FATIGUE_HEADS,
+    FATIGUE_OUTCOMES,
+)
 
 # Number of depths of stresses.
 _COUNT = 20
@@ -31,18 +37,6 @@ _COUNT = 20
 _ABOVE = np.array([0.125, 0.25, 0.5])
 _SWT, _TENSION = CRACKS[0], EDGE_STRESSES[0].name
 _MATERIAL = "material_z"
-# Heads of the columns of a table, and the units of their values.
-_HEADS = (
-    ("tension (MPa)", 1e6),
-    ("SWT (MPa)", 1e6),
-    ("x (µm)", 1e-6),
-    ("depth (µm)", 1e-6),
-    ("plane (°)", 1.0),
-    ("life", 1.0),
-    ("damage", 1.0),
-    ("crack at", 1.0),
-    ("outcome", 1.0),
-)
 
 
 def fatigue(
@@ -99,20 +93,18 @@ def fatigue(
     life = _life(basquin, manson_coffin)
     stored = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
     asked = stored if cycles is None else np.unique(np.array([*cycles], float))
-    if lacking := sorted({*asked.tolist()} - {*stored.tolist()}):
-        there = listed([cycle_text(at) for at in stored])
-        raise StressError(f"cycle {cycle_text(lacking[0])} is not a snapshot; there are {there}")
     if not asked.size:
         raise StressError("the dataset has no snapshots")
     last = None if depth is None else read_quantity("depth", depth, "m")
-    depths = usual_depths(ds.sel({CYCLE.name: asked[0]}), _COUNT, last)
+    depths = usual_depths(snapshot_of(ds, asked[0]), _COUNT, last)
     at_cycles = [
         stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
     ]
-    parameters = np.stack([at[_SWT.name].values[:, 0] for at in at_cycles])
-    normals = np.stack([at[f"{_SWT.name}_normal"].values[:, 0] for at in at_cycles])
+    names = [_SWT.name, f"{_SWT.name}_normal"]
+    swt = xr.concat([at[names].isel(y=0, drop=True) for at in at_cycles], CYCLE.name)
+    parameters, normals = (swt[name].values for name in names)
     places = [np.unravel_index(at.argmax(), at.shape) for at in parameters]
-    x = at_cycles[0][X.name].values
+    x = swt[X.name].values
     # Where the surface is singular there is none.
     tensions = [float(at[_TENSION].max()) if _TENSION in at else np.nan for at in at_cycles]
     # From +x downwards: along the plane, across its normal.
@@ -126,21 +118,14 @@ def fatigue(
         "crack_depth": [depths[place[1]] for place in places],
         "crack_angle": angles,
     }
-    fields: dict[str, object] = {
-        _SWT.name: ((CYCLE.name, X.name, DEPTH.name), parameters, _SWT.attributes)
-    }
+    result = swt[[_SWT.name]]
     warnings = dict.fromkeys(
         warning for at in at_cycles for warning in at.attrs["warnings"].splitlines()
     )
     if any(place[0] in (0, x.size - 1) for place in places):
         warnings["the largest parameter lies at the border of the window"] = None
-    coordinates: dict[str, object] = {
-        CYCLE.name: (CYCLE.name, asked, CYCLE.attributes),
-        X.name: (X.name, x, X.attributes),
-        DEPTH.name: (DEPTH.name, depths, DEPTH.attributes),
-    }
+    constants = {} if life is None else {name: float(v) for name, v in vars(life).items()}
     if life is not None:
-        constants = {n: float(v) for n, v in vars(life).items()}
         modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
         worn, doubts = _worn_flat(ds, asked, x)
         warnings |= dict.fromkeys(doubts)
@@ -150,26 +135,21 @@ def fatigue(
         values["life"] = life.cycles(largest, modulus)
         left = np.where(damage.removed, np.nan, damage.sums)
         words = {"long_name": "fatigue damage", "units": "1", "comment": "1 is a crack"}
-        fields["damage"] = (CYCLE.name, X.name, _MATERIAL), left, words
+        result["damage"] = (CYCLE.name, X.name, _MATERIAL), left, words
         words = {"long_name": "depth below the unworn surface of the flat", "units": "m"}
-        coordinates[_MATERIAL] = _MATERIAL, points, words
-    else:
-        constants = {}
+        result.coords[_MATERIAL] = _MATERIAL, points, words
     scalars = {
         at.name: (CYCLE.name, np.asarray(values[at.name], float), at.attributes)
         for at in FATIGUE
         if at.name in values
     }
-    return xr.Dataset(
-        {**scalars, **fields},
-        coordinates,
-        {
-            **attributes_from(ds, "Fatigue and wear", command),
-            "bulk_stress": at_cycles[0].attrs["bulk_stress"],
-            **constants,
-            "warnings": "\n".join(warnings),
-        },
-    )
+    result.attrs = {
+        **attributes_from(ds, "Fatigue and wear", command),
+        "bulk_stress": at_cycles[0].attrs["bulk_stress"],
+        **constants,
+        "warnings": "\n".join(warnings),
+    }
+    return result.assign(scalars)
 
 
 def stored_fatigue(
@@ -184,7 +164,7 @@ def stored_fatigue(
     code = code_digest("fretwear_cracks")
     asked = [cycles, depth, constants, case.stat().st_mtime_ns, code]
     settings = json.dumps(asked, default=str)
-    with suppress(DataFileError), open_stresses(path) as stored:
+    with suppress(DataFileError), open_group(path) as stored:
         if stored.attrs.get("asked") == settings:
             return stored.load()
     with open_case(case) as ds:
@@ -192,14 +172,14 @@ def stored_fatigue(
         shown = None if cycles is None else snapshots & {0.0, *map(float, cycles)}
         outcome = fatigue(ds, shown, depth=depth, **constants, command="fretwear merge")
     outcome.attrs["asked"] = settings
-    write_stresses(outcome, path)
+    write_groups(path, {"": outcome})
     return outcome
 
 
 def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
     """Rows of text about the snapshots of `fatigue`, below a row of words."""
     columns = [(CYCLE.name, *map(cycle_text, outcome[CYCLE.name].values))]
-    for about, (head, size) in zip(FATIGUE, _HEADS, strict=True):
+    for about, (head, size) in zip(FATIGUE, FATIGUE_HEADS, strict=True):
         if about.name in outcome:
             values = outcome[about.name].values
             texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]

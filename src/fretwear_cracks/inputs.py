@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,8 +26,6 @@ from fretwear_cracks.states import LoadedSurface
 _FIRST, _LAST, USUAL_COUNT = 0.05, 2.0, 16
 _FIRST_CELLS = 2.0
 _FIELDS = ("pressure", "shear_traction", "gap", "slip")
-# Sensible values, by their SI units.
-_LIKE = {"m": "20 um", "Pa": "80 MPa", "1": "1"}
 
 
 def loaded_case(ds: xr.Dataset) -> Case:
@@ -148,8 +145,7 @@ def read_constants(
 def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, float]:
     """Two constants of a law, in SI units."""
     if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
-        like = ", ".join(repr(_LIKE[unit]) if unit != "1" else _LIKE[unit] for unit in si_units)
-        raise StressError(f"{name}: must be two constants, such as ({like})")
+        raise StressError(f"{name}: must be two constants")
     first, second = (
         read_quantity(name, value, unit) for value, unit in zip(pair, si_units, strict=True)
     )
@@ -158,9 +154,8 @@ def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, f
 
 def read_quantity(name: str, value: object, si_unit: str, *, positive: bool = False) -> float:
     """A number, or text with a unit, in SI units; `StressError` if it is neither."""
-    dimension = NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit]
     try:
-        number = parse_quantity(value, replace(dimension, example=_LIKE[si_unit]))
+        number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
     except QuantityError as error:
         raise StressError(f"{name} = {value!r}: {error}") from error
     if positive and not number > 0.0:

@@ -14,20 +14,11 @@ from fretwear.arrays import Array
 from fretwear.data.effects import point_values, varied_names
 from fretwear.report import Section
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text, number_text
+from fretwear.units import cycle_text, number_text
 from fretwear_cracks.figures import first_crack
-from fretwear_cracks.variables import FATIGUE_OUTCOMES
+from fretwear_cracks.variables import FATIGUE, FATIGUE_HEADS, FATIGUE_OUTCOMES
 
 _MOST_ROWS = 2000
-# Heads of columns, results, sizes of the units and digits.
-_COLUMNS = (
-    ("Parameter (MPa)", "largest_smith_watson_topper", MEGAPASCAL.size, 3),
-    ("x (µm)", "crack_x", MICROMETRE.size, 3),
-    ("Depth (µm)", "crack_depth", MICROMETRE.size, 3),
-    ("Plane (°)", "crack_angle", 1.0, 2),
-    ("Life", "life", 1.0, 3),
-    ("Damage", "largest_damage", 1.0, 3),
-)
 _WORDS = (
     "The first crack is expected where the Smith–Watson–Topper parameter is largest on the plane "
     "y = 0. The table has this place from the first snapshot to the last (→), and the angle of its "
@@ -58,15 +49,15 @@ def crack_table(summary: xr.Dataset) -> pd.DataFrame:
             parameter(name).words.capitalize(): value_text(name, of_points[number])
             for name, of_points in varied.items()
         }
-        for head, name, size, digits in _COLUMNS:
-            if name in summary:
+        for about, (head, size) in zip(FATIGUE[1:7], FATIGUE_HEADS[1:7], strict=True):
+            if (name := about.name) in summary:
                 ends = [values(name)[end] / size for end in (0, -1) if values(name).size]
-                texts = [number_text(float(end), digits) for end in ends] or ["–"]
+                texts = [number_text(float(end), 3) for end in ends] or ["–"]
                 row[head] = " → ".join(dict.fromkeys(texts))
         if lives:
-            row["Outcome"] = FATIGUE_OUTCOMES[int(values("fatigue_outcome")[-1])]
+            row["outcome"] = FATIGUE_OUTCOMES[int(values("fatigue_outcome")[-1])]
             if (first := np.nan_to_num(first_crack(summary).values[place]).max()) > 0.0:
-                row["Outcome"] += f", first at cycle {cycle_text(float(np.round(first)))}"
+                row["outcome"] += f", first at cycle {cycle_text(float(np.round(first)))}"
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -76,6 +67,6 @@ def crack_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # no
     if "largest_smith_watson_topper" not in summary or (table := crack_table(summary)).empty:
         return
     shown = table.head(_MOST_ROWS).to_html(index=False, border=0, na_rep="")
-    words = _WORDS + _OF_LIVES * ("Life" in table)
+    words = _WORDS + _OF_LIVES * ("life" in table)
     body = f'<p>{words}</p><div class="scroll" tabindex="0">{shown}</div>'
     yield Section("cracks", "Cracks", Markup(body))

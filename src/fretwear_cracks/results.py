@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,6 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
-from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_group, write_groups
 from fretwear.data.labels import attributes_from
 from fretwear.results import CYCLE, DEPTH, LOOP, PHASE, X, Y
 from fretwear.study.case import Case
@@ -24,7 +21,7 @@ from fretwear.units import (
     with_unit,
 )
 from fretwear_cracks import StressError
-from fretwear_cracks.cracks import OverPlanes, PointLoops, largest_shear, von_mises
+from fretwear_cracks.cracks import OverPlanes, PointLoops, von_mises
 from fretwear_cracks.inputs import (
     USUAL_COUNT,
     loaded_case,
@@ -95,7 +92,7 @@ def stress(
     Returns
     -------
     xarray.Dataset
-        ``stress_xx`` to ``stress_xz``, ``von_mises`` and ``tresca``, Pa, over ``phase`` and
+        ``stress_xx`` to ``stress_xz`` and ``von_mises``, Pa, over ``phase`` and
         ``point`` or ``x``, ``y`` and ``z``. ``smith_watson_topper`` and the other parameters, for
         which constants were given, of the loop at each point; ``<name>_normal`` is the normal of
         the worst plane along ``axis``; ``ruiz``, over ``x``, of the surface at y = 0. On the plane
@@ -136,7 +133,7 @@ def stress(
         along = [(name,) for name in dims]
         parts = _on_plane(history, z)
     tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
-    values = (*tensors, von_mises(tensors), 2.0 * largest_shear(tensors))
+    values = (*tensors, von_mises(tensors))
     variables: dict[str, object] = {
         of.name: ((PHASE.name, *dims), field.astype(of.dtype), of.attributes)
         for of, field in zip(STRESSES, values, strict=True)
@@ -170,21 +167,6 @@ def stress(
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
     return xr.Dataset(variables, coordinates, attributes)
-
-
-def write_stresses(stresses: xr.Dataset, path: Path) -> None:
-    """Write the dataset of `stress` to a netCDF file, which appears when it is whole."""
-    write_groups(path, {"": stresses})
-
-
-def open_stresses(path: Path) -> xr.Dataset:
-    """Open the file of `write_stresses` lazily; `DataFileError` if it is another or damaged."""
-    remedy = "fretwear stress writes it from a case file"
-    ds = open_group(path, remedy=remedy)
-    if not {STRESSES[0].name, CRACKS[0].name} & {*ds.data_vars}:
-        ds.close()
-        raise DataFileError(path, "it is not a file of stresses", remedy)
-    return ds
 
 
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:

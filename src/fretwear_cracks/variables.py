@@ -14,7 +14,6 @@ stress_xz | Pa | $σ_{xz}$ | MPa | shear stress along x and the depth | free |
     the negative shear traction just below the surface
 stress_yz | Pa | $σ_{yz}$ | MPa | shear stress along y and the depth | free |
 von_mises | Pa | $σ_\mathrm{M}$ | MPa | von Mises stress | |
-tresca    | Pa | $σ_\mathrm{T}$ | MPa | Tresca stress    | | twice the largest shear stress
 """,
     "float32",
 )
@@ -71,3 +70,16 @@ fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or 
 
 FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
 """Words for the values of ``fatigue_outcome``."""
+
+FATIGUE_HEADS = (
+    ("tension (MPa)", 1e6),
+    ("SWT (MPa)", 1e6),
+    ("x (µm)", 1e-6),
+    ("depth (µm)", 1e-6),
+    ("plane (°)", 1.0),
+    ("life", 1.0),
+    ("damage", 1.0),
+    ("crack at", 1.0),
+    ("outcome", 1.0),
+)
+"""Heads of columns for the same, and the units of their values."""

@@ -47,6 +47,7 @@ def fit_scar(
     beside = check_output(json_ or path.with_suffix(".json"), ".json")
 
     from fretwear_fit import search as fits
+    from fretwear_fit.results import parameter_table
 
     try:
         result = fits.fit(study, folder=path.with_suffix(".runs"), processes=processes, tell=note)
@@ -54,7 +55,8 @@ def fit_scar(
         raise CommandError(str(error)) from error
     result.write(path)
     result.write_json(beside)
-    for line in aligned(result.table()):
+    table = parameter_table(result.as_dict())
+    for line in aligned([("parameter", *table.columns), *table.itertuples()]):
         say(line)
     for warning in result.warnings:
         note(f"warning: {warning}")

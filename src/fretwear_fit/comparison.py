@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import xarray as xr
 
 from fretwear.arrays import Array
+from fretwear.results import CYCLE
 from fretwear_fit.noise import Noise, NoiseEvidence
 from fretwear_fit.request import BASELINE, Measurement
-from fretwear_fit.runs import Prediction
 
 # Points of the grid of a signal, over cells: a scar is interpolated twice.
 _FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5
-_SHIFTS, _STEPS = 41, 12
-_CLOSE = 1e-6
+_SHIFTS, _CLOSE = 21, 1e-7
 _DEPENDENT = 1e-8  # of singular values
 # A profile is unworn where the prediction is shallower than this part of its depth.
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
@@ -47,12 +47,14 @@ class Comparison:
     is_placed: bool = False  # whether the scar lies at x = 0, because the readings do not show it
 
     @classmethod
-    def of(cls, measurement: Measurement, cycle: float, prediction: Prediction) -> Comparison:
+    def of(cls, measurement: Measurement, prediction: xr.Dataset) -> Comparison:
         """Begin with a measurement and the first prediction, which tells how fine a grid is."""
         grid, noise = None, None
+        last = float(prediction[CYCLE.name][-1])
+        cycle = last if measurement.cycle is None else measurement.cycle
         if measurement.is_profile:
             x, depth = measurement.readings or (np.zeros(0), np.zeros(0))
-            cells, _ = prediction.profiles[f"{measurement.quantity} {measurement.along}"]
+            cells = prediction[measurement.along].values
             reach = _ROOM * (x[-1] - x[0])
             count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
             points = int(np.clip(count, 401, _MOST_POINTS))
@@ -63,34 +65,39 @@ class Comparison:
             noise = Noise(size, measurement.correlation_length or 0.0)
         return cls(measurement, cycle, noise, grid=grid).with_errors(prediction)
 
-    def with_errors(self, prediction: Prediction) -> Comparison:
-        """The comparison with the numerical errors of a prediction."""
+    def with_errors(self, prediction: xr.Dataset) -> Comparison:
+        """The comparison with the numerical errors of a prediction: half of what it states."""
+        at = prediction.sel({CYCLE.name: self.cycle})
 
-        def relative(*names: str) -> float:
-            name = next((name for name in names if name in prediction.numbers), "")
-            value = prediction.number(name, self.cycle) if name else 0.0
-            return prediction.deviation(name, self.cycle) / value if value else 0.0
+        def deviation(name: str) -> float:
+            error = 0.5 * float(at.get(f"{name}_error", 0.0))
+            return error if np.isfinite(error) else 0.0
+
+        def relative(name: str) -> float:
+            value = float(at.get(name, 0.0))
+            return deviation(name) / value if value else 0.0
 
         of = self.measurement
         if of.is_profile:
             volume = of.quantity.replace("depth", "volume")
-            deviations = relative(volume, "wear_volume"), relative(f"contact_half_width_{of.along}")
+            volume = volume if volume in at else "wear_volume"
+            deviations = relative(volume), relative(f"contact_half_width_{of.along}")
         elif of.is_loop:
             deviations = relative("tangential_force"), relative("tangential_displacement")
         else:
-            deviations = (prediction.deviation(of.quantity, self.cycle),) * 2
+            deviations = (deviation(of.quantity),) * 2
         return replace(self, deviations=deviations)
 
-    def signal(self, prediction: Prediction) -> Array:
+    def signal(self, prediction: xr.Dataset) -> Array:
         """What a run predicts for the measurement, shape (g,)."""
-        of, row = self.measurement, prediction.row(self.cycle)
+        of, at = self.measurement, prediction.sel({CYCLE.name: self.cycle})
         if of.is_profile:
-            x, depths = prediction.profiles[f"{of.quantity} {of.along}"]
             assert self.grid is not None
-            return np.asarray(np.interp(self.grid, x, depths[row], left=0.0, right=0.0))
+            x, depth = at[of.along].values, at[f"{of.quantity}_{of.along}"].values
+            return np.asarray(np.interp(self.grid, x, depth, left=0.0, right=0.0))
         if of.is_loop:
-            return _evenly_along(*(curve[row] for curve in prediction.loops))
-        return np.array([prediction.number(of.quantity, self.cycle)])
+            return _evenly_along(at["displacement"].values, at["force"].values)
+        return np.array([float(at[of.quantity])])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -109,16 +116,11 @@ class Comparison:
         return tuple(name for name, deviation in pairs if deviation > _ROUNDING)
 
     @property
-    def units(self) -> tuple[str, ...]:
-        """The SI units of the nuisances."""
-        height = getattr(self.measurement.force_noise, "si_unit", "m")
-        units = {"offset": height, "shift": "m"}
-        return tuple(units.get(name, "1") for name in self.names)
-
-    @property
-    def readings(self) -> int:
-        """Number of readings."""
-        return 1 if self.measurement.readings is None else self.measurement.readings[0].size
+    def degrees(self) -> int:
+        """Degrees of freedom: readings less what is free of the base line."""
+        readings = self.measurement.readings
+        count = 1 if readings is None else readings[0].size
+        return count - len(self.names) + len(self._errors)
 
     def modelled(self, signal: Array, nuisances: Array) -> Array:
         """The readings that a signal and a base line would give, shape (n,).
@@ -225,48 +227,37 @@ class Comparison:
         rows = self.residuals(signal, nuisances).size
         return np.column_stack(columns) if columns else np.zeros((rows, 0))
 
-    def settled(self, signal: Array, start: Array | None = None, steps: int = _STEPS) -> Array:
-        """The nuisances with the least sum of squares for a signal, by Gauss–Newton steps.
+    def settled(self, signal: Array, start: Array | None = None) -> Array:
+        """The nuisances with the least sum of squares for a signal.
 
-        Without a start, the shift is sought over the whole width first.
+        Without a start, those of a loop are sought from its middle on, and the shift of a profile
+        over the whole width.
         """
-        names = self.names
-        nuisances = np.zeros(len(names)) if start is None else start.copy()
-        if start is None and "shift" in names:
-            assert self.measurement.readings is not None
-            x, at = self.measurement.readings[0], names.index("shift")
-            reach = _ROOM * (x[-1] - x[0])
-            trials = []
-            for shift in _center(self.measurement) + np.linspace(-reach, reach, _SHIFTS):
-                nuisances[at] = shift
-                trials.append(self._improved(signal, nuisances.copy(), 1, fixed=at))
-            nuisances = min(trials, key=lambda trial: self.misfit(signal, trial))
-        return self._improved(signal, nuisances, steps)
+        from scipy.optimize import least_squares
 
-    def _improved(
-        self, signal: Array, nuisances: Array, steps: int, fixed: int | None = None
-    ) -> Array:
-        """Take Gauss–Newton steps, each halved until it reduces the sum of squares."""
-        free = [place for place in range(nuisances.size) if place != fixed]
-        if not free:
-            return nuisances
-        best = self.misfit(signal, nuisances)
-        for _ in range(steps):
-            slopes = self.slopes(signal, nuisances)[:, free] * self.steps[free]
-            rest = self.residuals(signal, nuisances)
-            step = np.zeros_like(nuisances)
-            step[free] = -np.linalg.lstsq(slopes, rest, rcond=1e-10)[0] * self.steps[free]
-            if fixed is not None:
-                return nuisances + step
-            before = best
-            for _ in range(5):
-                if (now := self.misfit(signal, nuisances + step)) < best:
-                    best, nuisances = now, nuisances + step
-                    break
-                step = 0.5 * step
-            if before - best < _CLOSE * max(before, 1.0):
-                break
-        return nuisances
+        names, readings = np.array(self.names), self.measurement.readings
+        if not names.size:
+            return np.zeros(0)
+        assert readings is not None
+        starts = [np.zeros(names.size) if start is None else start]
+        if start is None and self.measurement.is_loop:
+            force, where = (0.5 * (each.min() + each.max()) for each in readings[::-1])
+            starts = [force * (names == "offset") + where * (names == "shift")]
+        elif start is None and "shift" in names:
+            shifts = _ROOM * (readings[0][-1] - readings[0][0]) * np.linspace(-1.0, 1.0, _SHIFTS)
+            starts = [(_center(self.measurement) + shift) * (names == "shift") for shift in shifts]
+        found = [
+            least_squares(
+                lambda nuisances: self.residuals(signal, nuisances),
+                each,
+                lambda nuisances: self.slopes(signal, nuisances),
+                method="lm",
+                x_scale=self.steps,
+                ftol=_CLOSE,
+            )
+            for each in starts
+        ]
+        return np.asarray(min(found, key=lambda one: one.cost).x)
 
     def misfit(self, signal: Array, nuisances: Array) -> float:
         """Sum of squares of the residuals."""
@@ -305,22 +296,22 @@ class Comparison:
         misfits = (self.misfit(s, self.settled(s)) for s in (0.0 * signal, signal))
         return replace(self, is_placed=next(misfits) - next(misfits) < _SEEN)
 
-    def with_noise_beside(self, signal: Array, nuisances: Array) -> tuple[Comparison, str]:
-        """The comparison with the noise of the readings beside the scar, and a doubt about it."""
+    def with_noise_beside(self, signal: Array, nuisances: Array) -> Comparison:
+        """The comparison with the noise beside the scar, of all readings if few lie there."""
         of = self.measurement
         has_noise = of.noise is not None and of.correlation_length is not None
         if not of.is_profile or has_noise:
-            return self, ""
+            return self
         assert of.readings is not None
         x, depth = of.readings
         worn = self.modelled(signal, nuisances * ~np.isin(self.names, ("offset", "tilt")))
-        unworn, doubt = worn < _UNWORN * max(signal.max(), 1e-300), ""
+        unworn, is_beside = worn < _UNWORN * max(signal.max(), 1e-300), True
         if unworn.sum() < _FEWEST_UNWORN:
-            unworn = np.ones(x.size, bool)
-            doubt = f"has {int((worn < _UNWORN * signal.max()).sum())} readings beside the scar"
+            unworn, is_beside = np.ones(x.size, bool), False
         rest, trend = (depth - worn)[unworn], np.vander(x[unworn] - x.mean(), 2)
-        evidence = NoiseEvidence(x[unworn], rest, trend, of.noise, of.correlation_length)
-        return replace(self, noise=evidence.best(), evidence=evidence), doubt
+        known = of.noise, of.correlation_length
+        evidence = NoiseEvidence(x[unworn], rest, trend, *known, is_beside)
+        return replace(self, noise=evidence.best(), evidence=evidence)
 
     def with_noise_of_residuals(
         self, signal: Array, nuisances: Array, changes: Sequence[Array]
@@ -329,6 +320,8 @@ class Comparison:
 
         These are less free by the base line and by the changes of the signal that were sought.
         """
+        from scipy.linalg import orth
+
         of = self.measurement
         if not of.is_profile:
             return self
@@ -336,10 +329,9 @@ class Comparison:
         x, depth = of.readings
         fitted = self.unweighted(signal, nuisances, changes)[: x.size]
         lengths = np.linalg.norm(fitted, axis=0)
-        moving = lengths > 0.0
-        basis, sizes, _ = np.linalg.svd(fitted[:, moving] / lengths[moving], full_matrices=False)
+        basis = orth(fitted[:, lengths > 0.0] / lengths[lengths > 0.0], _DEPENDENT)
         rest = depth - self.modelled(signal, nuisances)
-        evidence = NoiseEvidence(x, rest, basis[:, sizes > _DEPENDENT * sizes[0]])
+        evidence = NoiseEvidence(x, rest, basis)
         return replace(self, noise=evidence.best(), evidence=evidence)
 
     def derivatives(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:

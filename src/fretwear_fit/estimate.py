@@ -11,16 +11,14 @@ from fretwear.arrays import Array
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.emulator import NEAR, Emulator
 from fretwear_fit.noise import Noise
-from fretwear_fit.request import FreeParameter
+from fretwear_fit.request import Unknown
 
 LEVELS = (0.68, 0.9, 0.95)
 """Probabilities of the intervals."""
 
-_LEAST_FRACTION = 1e-3
 _STEP = 0.04  # of a derivative, in logarithms or parts of a range
 _MOST_STEPS = 30
 _FLAT, _SAME = 2e-3, 5e-3  # least relative change of χ², and of parameters
-_PLACES, _STARTS = 8, 2  # where a search begins anew that has not explained the data
 _INVALID = 1e3  # residual of parameters that make no case
 _DIGITS = 10  # of the parameters of a run
 # Places of the runs that intervals rest on, in standard deviations.
@@ -29,55 +27,13 @@ _NARROWEST = 0.008  # least step of these runs
 _LEAST_ROOM = 0.02  # of the range beside the best parameters, in parts of a step
 _FAR = 0.4  # standard deviations after which the runs around the best parameters are made anew
 _MOST_MOVES = 3
-_ALIKE = (
-    0.3  # logarithm of a ratio of standard deviations with which the runs lie where they should
-)
+# Logarithm of a ratio of standard deviations with which the runs lie where they should.
+_ALIKE = 0.3
 _UNCHECKED = 0.5  # standard deviations from all runs at which ends of intervals are run
 # Values of a profile, in standard deviations, up to this part of the highest rise of χ² asked for.
 _REACHES, _BEYOND = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 1.8
 _FALLEN = 0.5  # fall of χ² along a profile that is another minimum
 _NOISES = 256  # draws of the noise
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """What is sought: a free parameter of all tests, or its value in one test."""
-
-    free: FreeParameter
-    test: int | None = None  # None: of all tests
-
-    @property
-    def name(self) -> str:
-        """Its name, with the number of its test if it has one."""
-        return self.free.name + ("" if self.test is None else f"[{self.test}]")
-
-    @property
-    def is_fraction(self) -> bool:
-        """Whether it is a part of a whole, sought on the logarithm of x/(1 − x)."""
-        about = self.free.about
-        bounds = about.ge, about.le
-        return bounds == (0.0, 1.0) and not self.free.logarithmic
-
-    def inner(self, value: float) -> float:
-        """The coordinate in which it is sought: a logarithm, or the part of its range."""
-        low, high = self.free.low, self.free.high
-        if self.is_fraction:
-            inside = min(max(value, _LEAST_FRACTION), 1.0 - _LEAST_FRACTION)
-            return float(np.log(inside / (1.0 - inside)))
-        return float(np.log(value)) if self.free.logarithmic else (value - low) / (high - low)
-
-    def value(self, inner: float | Array) -> Array:
-        """The value, in SI units, from the coordinate in which it is sought."""
-        low, high = self.free.low, self.free.high
-        if self.is_fraction:
-            return np.asarray(1.0 / (1.0 + np.exp(-np.asarray(inner))))
-        value = np.exp(inner) if self.free.logarithmic else low + np.asarray(inner) * (high - low)
-        return np.asarray(value)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The range, in the coordinate in which it is sought."""
-        return self.inner(self.free.low), self.inner(self.free.high)
 
 
 class Fitter:
@@ -88,9 +44,14 @@ class Fitter:
         unknowns: Sequence[Unknown],
         comparisons: Sequence[Comparison],
         signals: Callable[[Sequence[Array]], list[list[Array] | None]],
+        tell: Callable[[str], None] = lambda _: None,
     ) -> None:
-        """Begin; `signals` runs parameters and gives the signal of each measurement or None."""
+        """Begin; `signals` runs parameters and gives the signal of each measurement or None.
+
+        `tell` takes a line of text about each run.
+        """
         self.unknowns, self.comparisons, self._signals = unknowns, [*comparisons], signals
+        self._tell = tell
         ends = np.array([unknown.ends for unknown in unknowns])
         self.lower, self.upper = ends.T
         self.settled: list[Array | None] = [None] * len(comparisons)
@@ -102,42 +63,34 @@ class Fitter:
         points = [np.round(u, _DIGITS) + 0.0 for u in points]
         new = {u.tobytes(): u for u in points if u.tobytes() not in self.signals_of}
         for (key, u), signals in zip(new.items(), self._signals([*new.values()]), strict=True):
-            if signals is not None:
-                self.sizes = [part.size for part in signals]
-            self.signals_of[key] = u, None if signals is None else np.concatenate(signals)
+            pairs = zip(self.unknowns, u, strict=True)
+            values = ", ".join(f"{of.name} = {float(of.value(x)):.4g}" for of, x in pairs)
+            if signals is None:
+                self.signals_of[key] = u, None
+                self._tell(f"{values}: makes no case")
+                continue
+            self.sizes = [part.size for part in signals]
+            self.signals_of[key] = u, np.concatenate(signals)
+            parts = zip(self.comparisons, signals, self.settled, strict=True)
+            misfit = sum(c.misfit(part, c.settled(part, start)) for c, part, start in parts)
+            self._tell(f"{values}: χ² = {misfit:.4g}")
         return [self.signals_of[u.tobytes()][1] for u in points]
-
-    def text(self, u: Array) -> str:
-        """The values of parameters, for people."""
-        pairs = zip(self.unknowns, u, strict=True)
-        return ", ".join(f"{unknown.name} = {float(unknown.value(x)):.4g}" for unknown, x in pairs)
 
     def split(self, signal: Array) -> list[Array]:
         """The signal of each measurement."""
         return np.split(signal, np.cumsum(self.sizes)[:-1])
 
-    def settle(self, signal: Array) -> list[Array]:
-        """The nuisances of each measurement that suit a signal best."""
-        nuisances = []
-        for place, (comparison, part) in enumerate(
-            zip(self.comparisons, self.split(signal), strict=True)
-        ):
-            self.settled[place] = comparison.settled(part, self.settled[place])
-            nuisances.append(self.settled[place])
-        return nuisances  # type: ignore[return-value]
-
     def parts(self, signal: Array) -> list[tuple[Comparison, Array, Array]]:
         """Each measurement with its signal and the nuisances that suit it best."""
-        return [*zip(self.comparisons, self.split(signal), self.settle(signal), strict=True)]
+        signals = [*zip(self.comparisons, self.split(signal), strict=True)]
+        pairs = zip(signals, self.settled, strict=True)
+        settled = [comparison.settled(part, start) for (comparison, part), start in pairs]
+        self.settled = [*settled]
+        return [(*both, nuisances) for both, nuisances in zip(signals, settled, strict=True)]
 
     def residuals(self, signal: Array) -> Array:
         """Whitened residuals of all measurements at the best nuisances."""
         return np.concatenate([c.residuals(s, n) for c, s, n in self.parts(signal)])
-
-    def misfit_of(self, signals: Sequence[Array]) -> float:
-        """χ² of the signal of each measurement."""
-        parts = zip(self.comparisons, signals, self.settled, strict=True)
-        return sum(c.misfit(signal, c.settled(signal, start)) for c, signal, start in parts)
 
     def misfit(self, signal: Array) -> float:
         """χ²: the sum of squares of the residuals."""
@@ -188,23 +141,6 @@ class Fitter:
         return np.asarray(
             origin + least_squares(missed, start - origin, slopes, ends, **tolerances).x
         )
-
-    def elsewhere(self) -> list[Array]:
-        """Where searches end that begin at the best of places spread over the ranges."""
-        generator, shares = np.random.default_rng(0), (np.arange(_PLACES) + 0.5) / _PLACES
-        cube = np.column_stack([generator.permutation(shares) for _ in self.unknowns])
-        points = [*(self.lower + cube * (self.upper - self.lower))]
-        misfits = []
-        for u, signal in zip(points, self.signals_at(points), strict=True):
-            self.settled = [None] * len(self.comparisons)
-            if signal is not None:
-                misfits.append((self.misfit(signal), u))
-        misfits.sort(key=lambda pair: pair[0])
-        ends = []
-        for _, u in misfits[:_STARTS]:
-            self.settled = [None] * len(self.comparisons)
-            ends.append(self.best(u))
-        return ends
 
     def signal(self, u: Array) -> Array:
         """The signals of all measurements at parameters that make a case."""
@@ -387,7 +323,7 @@ class Profile:
 
     def interval(self, level: float) -> tuple[float, float]:
         """The interval of a level, in the coordinate in which the parameter is sought."""
-        low, high = (self._at(sign * root_of(level, self.spread)) for sign in (-1.0, 1.0))
+        low, high = self.ends_at(level)
         return float(low[self.place]), float(high[self.place])
 
     def is_open(self, level: float) -> tuple[bool, bool]:
@@ -397,10 +333,8 @@ class Profile:
 
     def ends_at(self, level: float) -> list[Array]:
         """All parameters at both ends of the interval of a level."""
-        return [self._at(sign * root_of(level, self.spread)) for sign in (-1.0, 1.0)]
-
-    def _at(self, root: float) -> Array:
-        return np.array([np.interp(root, self.roots, column) for column in self.points.T])
+        roots = root_of(level, self.spread) * np.array([-1.0, 1.0])
+        return [*np.transpose([np.interp(roots, self.roots, column) for column in self.points.T])]
 
 
 def root_of(level: float, spread: Array) -> float:

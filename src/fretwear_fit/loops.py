@@ -15,7 +15,7 @@ from fretwear_fit.readings import cycles_of, recording_of
 _MOST_POINTS = 12  # of a table over cycles
 
 
-def loop_history(path: str | Path, load: float, layout: Layout | None = None) -> pd.DataFrame:
+def loop_history(path: str | Path, load: float) -> pd.DataFrame:
     """The cycles of a recording under a normal load, N, or N/m of a line contact.
 
     Its columns are ``cycle`` from 0, ``displacement_amplitude`` (m), ``force_amplitude`` (N or
@@ -23,7 +23,7 @@ def loop_history(path: str | Path, load: float, layout: Layout | None = None) ->
     width δ₀ of the loop at Q = 0: the coefficient of a contact that slides as a whole, whatever the
     compliance of the rig. A recording that begins or ends within a cycle loses that part.
     """
-    x, force = recording_of(Path(path), layout or Layout(), "N")
+    x, force = recording_of(Path(path), Layout(), "N")
     if not (cycles := cycles_of(x)):
         raise QuantityError("has no complete cycle of its displacement")
     rows = [_loop(x[part], force[part]) for part in cycles]

@@ -64,6 +64,7 @@ class NoiseEvidence:
     trend: Array
     size: float | None = None
     length: float | None = None
+    is_beside: bool = True  # whether the readings lie beside the scar
 
     @property
     def degrees(self) -> int:

@@ -12,7 +12,7 @@ from fretwear_fit.emulator import Emulator
 from fretwear_fit.estimate import Fitter, Profile
 
 CHAINS, DRAWS = 4, 1000
-_TOGETHER = 0.95  # correlation beyond which intervals are those of the draws
+TOGETHER = 0.95  # correlation beyond which intervals are those of the draws
 _LOPSIDED = 2.0  # so they are where one half of an interval is this many times the other
 _LEVEL = 0.9
 _WALKERS, _BURN_IN, _THIN = 200, 300, 40
@@ -48,7 +48,7 @@ class Posterior:
 def why_to_sample(profiles: Sequence[Profile], correlation: Array) -> str:
     """Why the profile likelihood does not do for intervals; empty where it does."""
     apart = np.abs(correlation[np.triu_indices(len(correlation), 1)])
-    if apart.size and apart.max() > _TOGETHER:
+    if apart.size and apart.max() > TOGETHER:
         return f"two parameters have a correlation of {apart.max():.3f}"
     for profile in profiles:
         if profile.falls:

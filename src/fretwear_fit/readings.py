@@ -44,11 +44,8 @@ def profile_of(
     if (np.diff(x) < 0.0).all():
         x, depth = x[::-1], depth[::-1]
     if (wrong := np.flatnonzero(np.diff(x) <= 0.0)).size:
-        place, at = int(wrong[0]) + 2, x[wrong[0] + 1]
-        if at == x[wrong[0]]:
-            raise QuantityError(f"has the position {at:g} m twice, at reading {place}")
-        rule = f"is not sorted: reading {place} goes back to x = {at:g} m"
-        raise QuantityError(rule, "give the readings of one line in order")
+        rule = f"is not sorted: reading {wrong[0] + 2} is not beyond x = {x[wrong[0]]:g} m"
+        raise QuantityError(rule, "give the readings of one line in order, each place once")
     ends = max(2, x.size // 10)
     flat = np.r_[0:ends, x.size - ends : x.size]
     over = depth - np.polyval(np.polyfit(x[flat], depth[flat], 1), x)
@@ -56,11 +53,6 @@ def profile_of(
         rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
         raise QuantityError(rule, "name the column height if it holds heights")
     return x, depth
-
-
-def loop_of(file: Source, layout: Layout, force_unit: str) -> tuple[Array, Array]:
-    """Displacements, m, and forces, N or N/m, of the last complete loop of a recording."""
-    return last_loop(*recording_of(Path(file.path), layout, force_unit))
 
 
 def recording_of(path: Path, layout: Layout, force_unit: str) -> tuple[Array, Array]:

@@ -36,7 +36,7 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
-from fretwear.results import OPTIONAL_SCALARS, SCALARS, Variable, Y
+from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
@@ -46,14 +46,13 @@ from fretwear.tables import Layout
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
-    ContactFrame,
     FloatWithUnit,
     QuantityError,
     did_you_mean,
     exact_text,
     parse_quantity,
 )
-from fretwear_fit.readings import loop_of, profile_of
+from fretwear_fit.readings import last_loop, profile_of, recording_of
 
 MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 """Fields that are measured along a line."""
@@ -66,40 +65,70 @@ _OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")
 _WEAR = ("wear_coefficient", "energy_wear_coefficient")
 _PARTS_OF_WEAR = ("", *_BODIES, "value", "rim", "core")
-_FREE_EXAMPLE = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
-_FORCE = BY_SI_UNIT["N"]
 
 _UNITS = Path()  # numbers of a file need them
+_LEAST_FRACTION = 1e-3
+_TEXT: dict[str, Any] = {"type": "string"}
 
 
 @dataclasses.dataclass(frozen=True)
-class FreeParameter:
-    """A parameter that is sought within a range, in SI units."""
+class Unknown:
+    """A parameter that is sought within a range, in SI units, of all tests or of one."""
 
-    name: str  # as in a study file, dotted within a part, a pair or a law
+    parameter: str  # as in a study file, dotted within a part, a pair or a law
     low: float
     high: float
     about: Quantity  # its unit, words and symbol
     logarithmic: bool  # whether it is sought on its logarithm
     each: bool = False  # whether every test has its own value
     path: tuple[str | int, ...] = ()  # keys of parts and places of pairs below its key of `base`
+    test: int | None = None  # None: of all tests
+
+    @property
+    def name(self) -> str:
+        """Its name, with the number of its test if it has one."""
+        return self.parameter + ("" if self.test is None else f"[{self.test}]")
 
     @property
     def key(self) -> str:
         """Its key of `base`, which may hold more."""
-        return self.name.partition(".")[0]
+        return self.parameter.partition(".")[0]
 
     @property
     def is_of_wear(self) -> bool:
         """Whether it is a wear coefficient, also of one body or within a law."""
-        _, _, part = self.name.partition(".")
+        _, _, part = self.parameter.partition(".")
         return self.key in _WEAR and part.rpartition(".")[2] in _PARTS_OF_WEAR
 
     @property
     def middle(self) -> float:
         """The middle of its range."""
-        ends = self.low, self.high
-        return float(np.sqrt(np.prod(ends)) if self.logarithmic else np.mean(ends))
+        return float(self.value(float(np.mean(self.ends))))
+
+    @property
+    def is_fraction(self) -> bool:
+        """Whether it is a part of a whole, sought on the logarithm of x/(1 − x)."""
+        return (self.about.ge, self.about.le) == (0.0, 1.0) and not self.logarithmic
+
+    def inner(self, value: float) -> float:
+        """The coordinate in which it is sought: a logarithm, or the part of its range."""
+        if self.is_fraction:
+            inside = min(max(value, _LEAST_FRACTION), 1.0 - _LEAST_FRACTION)
+            return float(np.log(inside / (1.0 - inside)))
+        part = (value - self.low) / (self.high - self.low)
+        return float(np.log(value)) if self.logarithmic else part
+
+    def value(self, inner: float | Array) -> Array:
+        """The value, in SI units, from the coordinate in which it is sought."""
+        if self.is_fraction:
+            return np.asarray(1.0 / (1.0 + np.exp(-np.asarray(inner))))
+        inside = self.low + np.asarray(inner) * (self.high - self.low)
+        return np.asarray(np.exp(inner) if self.logarithmic else inside)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The range, in the coordinate in which it is sought."""
+        return self.inner(self.low), self.inner(self.high)
 
     def text(self, value: float) -> str:
         """The value as study files have it."""
@@ -163,7 +192,7 @@ class Range(BaseModel):
             raise QuantityError("must be a range of two values", "such as [0.2, 0.9]")
         return given
 
-    def of(self, name: str) -> FreeParameter:
+    def of(self, name: str) -> Unknown:
         """The parameter with this range."""
         about, path = _parameter_at(name)
         if about is None:
@@ -178,7 +207,7 @@ class Range(BaseModel):
         if self.scale == "log" and low <= 0.0:
             raise QuantityError("must begin above 0 on a logarithmic scale")
         scale = self.scale or ("log" if low > 0.0 else "linear")
-        return FreeParameter(name, low, high, about, scale == "log", self.each, path)
+        return Unknown(name, low, high, about, scale == "log", self.each, path)
 
 
 def _checked(ranges: dict[str, Range]) -> dict[str, Range]:
@@ -264,15 +293,9 @@ class Measurement(Part):
         BeforeValidator(_as_tuple),
         Field(description="What of the base line is free; none: nothing."),
     ] = BASELINE
-    value: Annotated[
-        Any, Field(description="A measured number.", json_schema_extra={"type": "string"})
-    ] = None
+    value: Annotated[Any, Field(description="A measured number.", json_schema_extra=_TEXT)] = None
     error: Annotated[
-        Any,
-        Field(
-            description="Its standard deviation, in its unit or in %.",
-            json_schema_extra={"type": "string"},
-        ),
+        Any, Field(description="Its standard deviation, or in %.", json_schema_extra=_TEXT)
     ] = None
     columns: Annotated[
         tuple[int | str, ...] | None,
@@ -299,24 +322,12 @@ class Measurement(Part):
 
     def __post_init__(self) -> None:
         """Read the file or the number, which depend on each other's keys."""
-        wrong: list[tuple[str, object, QuantityError]] = []
-        if about := _NUMBERS.get(self.quantity):
-            for name in _OF_READINGS:
-                if vars(self)[name] is not None:
-                    rule = f"does not apply to the number {self.quantity}"
-                    wrong.append((name, None, QuantityError(rule, "it has value and error")))
-            example = "such as value: 2.7 um, error: 5 %"
-            needed = {"value": example, "error": example}
-        else:
-            for name in ("value", "error"):
-                if vars(self)[name] is not None:
-                    reason = QuantityError("does not apply to readings of a file")
-                    wrong.append((name, vars(self)[name], reason))
-            needed = {"file": "such as file: scar.csv"}
-            needed |= {"force_noise": "such as force_noise: 0.2 N"} if self.is_loop else {}
-        for name, example in needed.items():
-            if vars(self)[name] is None:
-                wrong.append((name, None, QuantityError("is missing", example)))
+        about, given = _NUMBERS.get(self.quantity), vars(self)
+        needed = ("value", "error") if about else ("file", "force_noise")[: 1 + self.is_loop]
+        foreign = _OF_READINGS if about else ("value", "error")
+        wrong = [(n, None, QuantityError("is missing")) for n in needed if given[n] is None]
+        rule = f"does not apply to {self.quantity}"
+        wrong += [(n, None, QuantityError(rule)) for n in foreign if given[n] is not None]
         _raise(wrong)
         try:
             if about:
@@ -335,7 +346,8 @@ class Measurement(Part):
         layout = Layout(self.columns, self.units, self.skip, self.decimal, self.encoding)
         if self.is_loop:
             assert self.force_noise is not None
-            return loop_of(self.file, layout, self.force_noise.si_unit)
+            recording = recording_of(Path(self.file.path), layout, self.force_noise.si_unit)
+            return last_loop(*recording)
         x, depth = profile_of(self.file, layout, self.unit, self.along, self.line)
         if not np.ptp(depth) and self.noise is None:
             rule = "is flat: it shows no wear"
@@ -352,30 +364,21 @@ class Measurement(Part):
         """Whether it is force against displacement."""
         return bool(self.quantity == _LOOPS)
 
-    def variable(self, frame: ContactFrame) -> Variable:
-        """The scalar that it is, in a point or a line contact."""
-        return _NUMBERS[self.quantity].in_frame(frame)
-
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FitRequest(StudySection):
     """The section ``fit``: free parameters and measurements."""
 
-    example = _FREE_EXAMPLE
+    example = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 
     free: Ranges
     data: Annotated[
         tuple[Measurement, ...],
-        Field(description="What was measured.", json_schema_extra={"minItems": 1}),
+        Field(description="What was measured.", min_length=1),
     ]
 
-    def __post_init__(self) -> None:
-        """Check that something was measured."""
-        if not self.data:
-            raise QuantityError("data must be a list of measurements")
-
     @property
-    def sought(self) -> tuple[FreeParameter, ...]:
+    def sought(self) -> tuple[Unknown, ...]:
         """The parameters with their ranges."""
         return tuple(ends.of(name) for name, ends in self.free.items())
 
@@ -393,22 +396,35 @@ class FitRequest(StudySection):
         problems: Problems,
     ) -> dict[str, object]:
         """`base` with a value within its range for each sought parameter that it lacks."""
-        free = []
-        for name, ends in as_mapping(as_mapping(given).get("free")).items():
-            with suppress(QuantityError, ValidationError):  # told when the section is read
-                free.append(adapter(Range).validate_python(ends).of(name))
-        return with_sought(free, base, vary, problems)
+        filled = dict(base)
+        for name, range_ in as_mapping(as_mapping(given).get("free")).items():
+            try:
+                parameter = adapter(Range).validate_python(range_).of(name)
+            except (QuantityError, ValidationError):  # told when the section is read
+                continue
+            whole, further = parameter.key, parameter.name.partition(".")[2]
+            ends, is_pair = _places(case_keys()[whole].about), is_list(filled.get(whole))
+            if whole in vary or parameter.name in vary:
+                rule = "is varied too: every test has its own value already"
+                remedy = "leave it out of vary and write each: true beside its range"
+                problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
+            elif whole in filled and is_pair != (further in ends) and (further or ends != _BODIES):
+                rule = f"base has {'two values' if is_pair else 'one value for both together'}"
+                remedy = f"write {whole}: [{', '.join(ends)}] under base for {whole}.{ends[0]}"
+                problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
+            elif parameter.given_in(filled) is None and parameter.name not in filled:
+                key, value = parameter.placed(filled, parameter.middle)
+                filled[key] = value
+        return filled
 
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the measurements with the cases of the points of the study."""
         for number, datum in enumerate(self.data):
             place = f"fit.data[{number}]"
-            if datum.test > len(cases):
-                rule = f"is none of the {len(cases)} points of the study"
+            case = cases[datum.test - 1] if datum.test <= len(cases) else None
+            if case is None:
+                rule = f"is none of the valid points among the {len(cases)} of the study"
                 problems.add(f"{place}.test", datum.test, rule, "fretwear plan numbers them")
-                continue
-            if (case := cases[datum.test - 1]) is None:
-                problems.add(f"{place}.test", datum.test, "is an invalid point of the study")
                 continue
             if datum.cycle is not None and datum.cycle > case.cycles:
                 rule = f"is beyond the {case.cycles} cycles of its test"
@@ -418,51 +434,15 @@ class FitRequest(StudySection):
                 rule = "is of one body, but the wear coefficient is one for both together"
                 remedy = "write wear_coefficient: [indenter, flat] under base"
                 problems.add(f"{place}.quantity", datum.quantity, rule, remedy)
-            if (
-                datum.value is not None
-                and datum.value.si_unit != datum.variable(case.frame).si_unit
-            ):
-                rule = f"must have the unit of a {case.frame.name} contact"
-                remedy = f"in SI {datum.variable(case.frame).si_unit}"
-                problems.add(f"{place}.value", datum.value, rule, remedy)
-            force = case.frame.unit(_FORCE.si_unit)
-            if datum.force_noise is not None and datum.force_noise.si_unit != force:
-                rule = f"must have the unit of a {case.frame.name} contact"
-                problems.add(f"{place}.force_noise", datum.force_noise, rule, f"in SI {force}")
-            lacks = datum.quantity in _NUMBERS and _NUMBERS[datum.quantity].across
-            if (datum.along == Y.name or lacks) and Y.name not in case.frame.axes:
+            about = _NUMBERS.get(datum.quantity, LOOP[0])
+            unit = about.in_frame(case.frame).si_unit
+            for key in ("value", "force_noise"):
+                given = getattr(datum, key)
+                if given is not None and given.si_unit != unit:
+                    rule = f"must have the unit of a {case.frame.name} contact"
+                    problems.add(f"{place}.{key}", given, rule, f"in SI {unit}")
+            if (datum.along == Y.name or about.across) and Y.name not in case.frame.axes:
                 problems.add(place, None, "lies along y, which a line contact lacks")
-
-
-def with_sought(
-    free: Sequence[FreeParameter],
-    base: Mapping[str, object],
-    vary: Mapping[str, object],
-    problems: Problems,
-) -> dict[str, object]:
-    """The plain keys of `base` with a value within its range for what is sought, if missing."""
-    filled = dict(base)
-    for parameter in free:
-        whole, further = parameter.key, parameter.name.partition(".")[2]
-        if whole in vary or parameter.name in vary:
-            rule = "is varied too: every test has its own value already"
-            remedy = "leave it out of vary and write each: true beside its range"
-            problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
-        elif further in _places(case_keys()[whole].about) and not is_list(filled.get(whole, [])):
-            rule = "is of one body, but base has one value for both together"
-            remedy = f"write {whole}: [indenter, flat] under base"
-            problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
-        elif (
-            not further
-            and is_list(filled.get(whole))
-            and _places(case_keys()[whole].about) != _BODIES
-        ):
-            rule = "has two values in base"
-            problems.add(f"fit.free.{parameter.name}", None, rule, f"write {whole}.1 or {whole}.2")
-        elif parameter.given_in(filled) is None and parameter.name not in filled:
-            key, value = parameter.placed(filled, parameter.middle)
-            filled[key] = value
-    return filled
 
 
 def _places(about: Parameter | None) -> tuple[str, ...]:
@@ -490,14 +470,12 @@ def _parameter_at(name: str) -> tuple[Parameter | None, tuple[str | int, ...]]:
 
 def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWithUnit, float]:
     """A measured value and its standard deviation, which may be in percent."""
-    for unit in (LINE_CONTACT.unit(about.si_unit), about.si_unit):
-        dimension = BY_SI_UNIT[unit]
-        try:
-            value = FloatWithUnit(parse_quantity(given, dimension, units_required=True), unit)
-            break
-        except QuantityError:
-            if unit == about.si_unit:
-                raise
+    dimension = BY_SI_UNIT[LINE_CONTACT.unit(about.si_unit)]
+    try:
+        value = parse_quantity(given, dimension, units_required=True)
+    except QuantityError:
+        dimension = BY_SI_UNIT[about.si_unit]
+        value = parse_quantity(given, dimension, units_required=True)
     share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None
     if share:
         deviation = abs(value) * float(share[1]) / 100.0
@@ -505,4 +483,4 @@ def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWi
         deviation = parse_quantity(error, dimension, units_required=True)
     if not deviation > 0.0:
         raise QuantityError(f"has the error {error}, which must be larger than 0", "such as 5 %")
-    return value, deviation
+    return FloatWithUnit(value, dimension.si_unit), deviation

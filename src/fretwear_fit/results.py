@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import write_text
 from fretwear.data.files import write_groups
 from fretwear.data.labels import FORMAT, history_line, source
 from fretwear.study.study import Study
+from fretwear.units import BY_SI_UNIT, format_quantity, number_text
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.emulator import Emulator
-from fretwear_fit.estimate import LEVELS, Fitter, Profile, Unknown
-from fretwear_fit.posterior import CHAINS, DRAWS, Posterior
+from fretwear_fit.estimate import LEVELS, Fitter, Profile
+from fretwear_fit.posterior import CHAINS, DRAWS, TOGETHER, Posterior
+from fretwear_fit.request import BASELINE, Unknown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _PREDICTED = 200  # draws whose predictions are stored
-_SHOWN = (LEVELS[0], LEVELS[-1])
+_WITH_BASELINE = 0.7  # correlation
+_UNLIKELY = 0.01
+_OF_PATH = {"cycles", "sliding_amplitude", "displacement_amplitude", "sliding_distance"}
 
 
 @dataclass(frozen=True)
@@ -42,11 +49,6 @@ class FittedMeasurement:
         of = self.comparison.measurement
         return f"{of.quantity} at cycle {self.comparison.cycle:.0f}, test {of.test}"
 
-    @property
-    def fitted(self) -> Array:
-        """The readings that the best parameters would give, shape (n,)."""
-        return self.comparison.modelled(self.signal, self.nuisances)
-
 
 @dataclass(frozen=True)
 class Fit:
@@ -55,17 +57,15 @@ class Fit:
     study: Study
     unknowns: tuple[Unknown, ...]
     emulator: Emulator
-    derivatives: Array  # of all signals by the parameters, at the best ones, shape (g, p)
     profiles: tuple[Profile, ...]
     covariance: Array  # of the coordinates in which parameters are sought, with the noise taken
-    spread: Array  # variances with noises that the readings allow, over it, shape (m, p)
     measurements: tuple[FittedMeasurement, ...]
     misfit: float  # χ²
     degrees: int  # of freedom
     p_value: float  # of a χ² as large, if noise and model are right
     runs: int  # runs that it needs
     computed: int  # runs that no folder had kept
-    warnings: tuple[str, ...]
+    doubts: tuple[str, ...]  # of the search
     posterior: Posterior
     seed: int = 0
 
@@ -99,26 +99,6 @@ class Fit:
         deviations = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(deviations, deviations))
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of text about the parameters, below a row of words: value and intervals."""
-        rows = [("parameter", "value", *(f"{100 * level:.0f} %" for level in _SHOWN))]
-        for unknown, value in zip(self.unknowns, self.values.values(), strict=True):
-            texts = [unknown.free.about.text(value)]
-            for level in _SHOWN:
-                open_ends = self.is_open(unknown.name, level)
-                shown = [
-                    word if is_open else unknown.free.about.text(_rounded(end))
-                    for end, is_open, word in zip(
-                        self.interval(unknown.name, level),
-                        open_ends,
-                        ("below range", "above range"),
-                        strict=True,
-                    )
-                ]
-                texts.append(" to ".join(shown))
-            rows.append((unknown.name, *texts))
-        return rows
-
     def is_open(self, name: str, level: float = LEVELS[-1]) -> tuple[bool, bool]:
         """Whether the range of a parameter ends its interval, below and above."""
         low, high = self.profiles[self.names.index(name)].is_open(level)
@@ -126,8 +106,56 @@ class Fit:
 
     def is_limit(self, name: str) -> bool:
         """Whether the data give an upper limit only: of wear that no measured profile shows."""
-        free = self.unknowns[self.names.index(name)].free
-        return free.is_of_wear and all(datum.comparison.is_placed for datum in self.measurements)
+        unknown = self.unknowns[self.names.index(name)]
+        return unknown.is_of_wear and all(datum.comparison.is_placed for datum in self.measurements)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What makes the fit doubtful, and what the data leave open."""
+        return (*dict.fromkeys([*self.doubts, *self._left_open()]),)
+
+    def _left_open(self) -> Iterator[str]:
+        if self.p_value < _UNLIKELY:
+            yield (
+                "the model does not explain the data within their errors: "
+                f"χ² = {self.misfit:.4g} with {self.degrees} degrees of freedom, "
+                f"p = {self.p_value:.1g}"
+            )
+        words = {
+            (True, True): "the data do not determine {}",
+            (True, False): "{} has an upper bound only",
+            (False, True): "{} has a lower bound only",
+        }
+        for name in self.names:
+            if (ends := self.is_open(name)) in words:
+                yield words[ends].format(name)
+        sought = {unknown.parameter for unknown in self.unknowns}
+        if any(unknown.is_of_wear for unknown in self.unknowns) and not _OF_PATH & sought:
+            yield (
+                "only the product of wear coefficient, cycles and slip counts: relative errors of "
+                "cycles and slip add to that of the coefficient"
+            )
+        yield from self._of_correlations()
+
+    def _of_correlations(self) -> Iterator[str]:
+        """Parameters that the data determine together only, or together with the base line."""
+        names, deviations = self.names, np.sqrt(np.diag(self.covariance))
+        for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+            if abs(correlation := self.correlation[i, j]) > TOGETHER:
+                product = ""
+                if all(self.unknowns[place].logarithmic for place in (i, j)):
+                    ratio = -np.sign(correlation) * deviations[i] / deviations[j]
+                    product = f": {names[i]} · {names[j]}^{ratio:.2g}"
+                yield f"the data determine {names[i]} and {names[j]} together only{product}"
+        for datum in self.measurements:
+            for column, name in enumerate(datum.comparison.names):
+                for place, unknown in enumerate(names):
+                    correlation = datum.correlation[place, column]
+                    if name in BASELINE and abs(correlation) > _WITH_BASELINE:
+                        yield (
+                            f"{unknown} and the {name} of the base line of {datum.title} have the "
+                            f"correlation {correlation:.2f}"
+                        )
 
     def as_dict(self, level: float = LEVELS[-1]) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -139,15 +167,17 @@ class Fit:
                 "low": low,
                 "high": high,
                 "level": level,
-                "unit": unknown.free.about.si_unit,
+                "unit": unknown.about.si_unit,
                 "intervals": {f"{share:g}": [*self.interval(name, share)] for share in LEVELS},
             }
         for datum in self.measurements:
             of = datum.comparison
             record: dict[str, Any] = {"measurement": datum.title}
-            rows = zip(of.names, datum.nuisances, datum.deviations, of.units, strict=True)
-            for name, value, deviation, unit in rows:
-                record[name] = {"value": float(value), "error": float(deviation), "unit": unit}
+            height = getattr(of.measurement.force_noise, "si_unit", "m")
+            units = {"offset": height, "shift": "m"}
+            for name, value, error in zip(of.names, datum.nuisances, datum.deviations, strict=True):
+                unit = units.get(name, "1")
+                record[name] = {"value": float(value), "error": float(error), "unit": unit}
             if of.noise is not None:
                 record |= {"noise": of.noise.size, "correlation_length": of.noise.length}
             measurements.append(record)
@@ -179,7 +209,7 @@ class Fit:
         def of(draws: Array, **more: str) -> xr.Dataset:
             variables = {}
             for place, unknown in enumerate(self.unknowns):
-                about = unknown.free.about
+                about = unknown.about
                 words = {"units": about.si_unit, "long_name": about.words}
                 variables[unknown.name] = draw, unknown.value(draws[..., place]), words
             chains = {name: np.arange(n) for name, n in zip(draw, draws.shape[:2], strict=True)}
@@ -217,14 +247,11 @@ class Fit:
         """Readings of a measurement for draws, shape (chains, draws, n), noise included."""
         datum = self.measurements[place]
         generator = np.random.default_rng(self.seed + 2 + place)
-        sizes = [one.signal.size for one in self.measurements]
-        begin = sum(sizes[:place])
-        part = slice(begin, begin + sizes[place])
+        ends = np.cumsum([one.signal.size for one in self.measurements])[:-1]
         drawn = []
         for u in draws.reshape(-1, draws.shape[-1]):
-            signal = self.emulator.signal(u)[part]
-            # The base line goes with the parameters, of which it is almost a linear function.
-            nuisances = datum.comparison.settled(signal, datum.nuisances, steps=1)
+            signal = np.split(self.emulator.signal(u), ends)[place]
+            nuisances = datum.comparison.settled(signal, datum.nuisances)
             drawn.append(datum.comparison.drawn(signal, nuisances, generator))
         return np.reshape(drawn, (*draws.shape[:2], -1))
 
@@ -239,8 +266,22 @@ class Fit:
         write_text(path, json.dumps(self.as_dict(), indent=1, ensure_ascii=False) + "\n")
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.3g}")
+def parameter_table(record: Mapping[str, Any]) -> pd.DataFrame:
+    """Value and intervals of each parameter as texts, from the content of ``fit.json``."""
+    rows = {}
+    for name, about in record["parameters"].items():
+        rows[name] = {"value": quantity_text(about["value"], about["unit"])}
+        for level, ends in about["intervals"].items():
+            texts = [quantity_text(end, about["unit"], 3) for end in ends]
+            rows[name][f"{100 * float(level):.0f} %"] = " to ".join(texts)
+    return pd.DataFrame.from_dict(rows, "index")
+
+
+def quantity_text(value: float, unit: str, digits: int = 4) -> str:
+    """A value in SI units as people read it."""
+    if unit in BY_SI_UNIT and unit not in ("1", "Pa-1"):
+        return format_quantity(value, BY_SI_UNIT[unit], digits)
+    return f"{number_text(value, digits)} {'' if unit == '1' else unit}".strip()
 
 
 def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:

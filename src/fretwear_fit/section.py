@@ -18,8 +18,9 @@ from fretwear.data.files import open_group
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.report import Section, table_html
-from fretwear.units import BY_SI_UNIT, format_quantity, number_text, readable_unit
+from fretwear.units import readable_unit
 from fretwear_fit.request import BASELINE
+from fretwear_fit.results import parameter_table, quantity_text
 
 _HEIGHT = 80.0
 
@@ -39,17 +40,11 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
 
 def _body(record: Mapping[str, Any]) -> Markup:
     """The section, of the content of ``fit.json``."""
-    rows = {}
-    for name, about in record["parameters"].items():
-        rows[name] = {"best value": _text(about["value"], about["unit"])}
-        for level, ends in about["intervals"].items():
-            texts = [_text(end, about["unit"]) for end in ends]
-            rows[name][f"{100 * float(level):.0f} %"] = " to ".join(texts)
     body = Markup("<p>χ² is {:.4g} with {} degrees of freedom, p = {:.2g}; {} runs.</p>").format(
         record["chi_square"], record["degrees_of_freedom"], record["p_value"], record["runs"]
     )
-    body += table_html(pd.DataFrame.from_dict(rows, "index"), index=True)
-    if len(rows) > 1:
+    body += table_html(parameter_table(record), index=True)
+    if len(record["parameters"]) > 1:
         correlation = pd.DataFrame(record["correlation"]).round(2)
         body += Markup("<h3>Correlations</h3>") + table_html(correlation, index=True)
     lines = pd.DataFrame([_line(about) for about in record["measurements"]])
@@ -115,19 +110,15 @@ def fit_figure(measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataA
     return figure
 
 
-def _text(value: float, unit: str, digits: int = 4) -> str:
-    if unit in BY_SI_UNIT and unit not in ("1", "Pa-1"):
-        return format_quantity(value, BY_SI_UNIT[unit], digits)
-    return f"{number_text(value, digits)} {'' if unit == '1' else unit}".strip()
-
-
 def _line(about: Mapping[str, Any]) -> dict[str, str]:
     """Measurement, noise and base line in words."""
     row = {"measurement": about["measurement"], "noise": "given"}
     if "noise" in about:
-        size, reach = (_text(about[key], "m", 3) for key in ("noise", "correlation_length"))
+        size, reach = (quantity_text(about[key], "m", 3) for key in ("noise", "correlation_length"))
         row["noise"] = f"{size}, correlated over {reach}"
     for name in BASELINE:
         if of := about.get(name):
-            row[name] = " ± ".join(_text(of[key], of["unit"], 3) for key in ("value", "error"))
+            row[name] = " ± ".join(
+                quantity_text(of[key], of["unit"], 3) for key in ("value", "error")
+            )
     return row

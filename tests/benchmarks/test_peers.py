@@ -5,17 +5,11 @@ They are optional: install the extra ``bench``. Where one is missing, its tests 
 
 import numpy as np
 import pytest
-from benchmarks.cases import smooth_case
 from benchmarks.peers import contacts
 from benchmarks.peers.contacts import PEERS, pressed_by, residual
-from benchmarks.peers.wear_loop import estimated_step, own_loop
 
 from fretwear.mechanics.contact.cells import ContactProblem
-from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.state import Workspace
-from fretwear.run import simulate
 
 from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window
 
@@ -58,15 +52,3 @@ def test_the_residual_is_that_of_the_solver_and_a_quarter_unfolds_to_the_whole()
     quarter = solve_contact(contacts.sphere(32, quarter=True), tolerance=1e-9).pressure
     whole = solve_contact(problem, tolerance=1e-9).pressure
     np.testing.assert_allclose(contacts.unfolded(quarter), whole, atol=1e-6 * whole.max())
-
-
-def test_the_explicit_loop_wears_as_the_run_does():
-    problem = simulate.wear_problem(smooth_case(12), Grid)
-    start, *_, end = evolve(problem, [600.0])
-    loop = own_loop(problem, start.on(Workspace(problem), end.geometry))
-    step = 0.25 * estimated_step(problem, start)
-    count = round(600.0 / step)
-    for _ in range(count):
-        loop.step(600.0 / count)
-    # Euler's steps are of first order, the run promises one per cent.
-    assert loop.wear.sum() == pytest.approx(end.wear.sum(), rel=0.03)

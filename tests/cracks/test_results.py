@@ -33,8 +33,6 @@ def test_the_central_axis_of_an_unworn_sphere(worn):
     across = found.stress_xz.isel(phase=[0, 2]).values
     np.testing.assert_allclose(across[0], -across[1], rtol=1e-5)
     np.testing.assert_allclose(found.force, [20, 0, -20, 0], atol=1e-2)
-    plane = fretwear.stress(worn, depths=a * np.arange(0.4, 0.5, 0.01), phases=2)
-    assert 1.0 < float(plane.tresca.max() / plane.von_mises.max()) < 2 / np.sqrt(3)
 
 
 def test_planes_and_points_agree(worn):

@@ -5,10 +5,9 @@ import pytest
 
 from fretwear.study.contact import case_keys
 from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import Fitter, Unknown
+from fretwear_fit.estimate import Fitter
 from fretwear_fit.posterior import sampled
-from fretwear_fit.request import FreeParameter, Measurement
-from fretwear_fit.search import _best_of_all
+from fretwear_fit.request import Measurement, Unknown
 
 
 def banana(u):
@@ -20,7 +19,7 @@ def banana(u):
 def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself():
     """On a fine grid; the emulator begins with eight runs about the best parameters."""
     about = case_keys()["friction"].about
-    unknowns = [Unknown(FreeParameter(name, -2.0, 2.0, about, False)) for name in "ab"]
+    unknowns = [Unknown(name, -2.0, 2.0, about, False) for name in "ab"]
     data = [
         Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1, None)
         for error in (0.4, 0.1)
@@ -46,26 +45,3 @@ def test_draws_of_a_bent_posterior_have_the_quantiles_of_the_likelihood_itself()
             expected = np.interp(share, below / below[-1], axis)
             drawn = unknowns[place].value(np.quantile(found.draws[..., place], share))
             assert drawn == pytest.approx(expected, abs=0.06)
-
-
-def two_minima(u):
-    """Two numbers: both are met at u = 1, and the first at u = −1 too."""
-    return np.array([[u[0] ** 2], [u[0]]])
-
-
-@pytest.mark.parametrize(("start", "told"), [(-1.5, True), (1.5, False)])
-def test_a_search_that_ends_in_a_minimum_that_explains_nothing_begins_elsewhere(start, told):
-    about = case_keys()["friction"].about
-    (unknown,) = unknowns = [Unknown(FreeParameter("a", -2.0, 2.0, about, False))]
-    data = [
-        Comparison(Measurement.unchecked(quantity="wear_volume", value=1.0, error=error), 1, None)
-        for error in (0.1, 0.5)
-    ]
-    fitter = Fitter(
-        unknowns, data, lambda points: [[*two_minima(unknown.value(u))] for u in points]
-    )
-    first = fitter.best(np.array([unknown.inner(start)]))
-    assert unknown.value(first[0]) == pytest.approx(np.sign(start), abs=0.05)
-    best, doubts = _best_of_all(fitter, first)
-    assert unknown.value(best[0]) == pytest.approx(1.0, abs=0.01)
-    assert any("several minima" in doubt for doubt in doubts) is told

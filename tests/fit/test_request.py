@@ -55,7 +55,7 @@ DOUBLED, BACKWARDS = np.where(EIGHTH, X[6], X), np.where(EIGHTH, X[5], X)
     ("scar", "part"),
     [
         (text(head="x,depth"), "no unit for its column 'x'"),
-        (text(DOUBLED), "twice, at reading 8"),
+        (text(DOUBLED), "is not sorted: reading 8"),
         (text(BACKWARDS), "is not sorted: reading 8"),
         (text(depth=-SCAR), "has the wrong sign"),
         (text(depth=0.0 * SCAR), "is flat: it shows no wear"),
