@@ -24,7 +24,7 @@ from fretwear.units import cycle_text
 if TYPE_CHECKING:
     import xarray as xr
 
-_DEPTH = "Depth with its unit, such as '20 um', or several with commas; may be repeated."
+_DEPTH = "Depth with its unit, such as '20 um', or several with commas."
 _DEPTHS = "16 from 0.05 to 2 contact half-widths"
 _BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
@@ -46,7 +46,7 @@ def stress_below(
     cycle: Annotated[
         float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
     ] = 0,
-    depth: Annotated[list[str] | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
+    depth: Annotated[str | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
     phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
     bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
@@ -61,17 +61,15 @@ def stress_below(
     """
     from fretwear_cracks import results
 
-    depths = [value for text in depth or () for value in text.split(",")]
     compute = partial(
         results.stress,
         cycle=cycle,
-        depths=depths or None,
+        depths=None if depth is None else depth.split(","),
         phases=phases,
         bulk_stress=bulk_stress,
         fatemi_socie=_pair(fatemi_socie),
         crossland=crossland,
         critical_distance=critical_distance,
-        command="fretwear stress",
     )
     path, stresses = _written(file, output, "stress", compute)
     say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")
@@ -107,7 +105,6 @@ def fatigue_of(
         manson_coffin=_pair(manson_coffin),
         bulk_stress=bulk_stress,
         phases=phases,
-        command="fretwear fatigue",
     )
     path, lives = _written(file, output, "fatigue", compute)
     for line in (*aligned(fatigue.fatigue_table(lives)), _TABLE, str(path)):

@@ -45,11 +45,6 @@ class PointLoops:
     youngs_modulus: float  #: Pa
     poisson_ratio: float
 
-    @property
-    def shear_modulus(self) -> float:
-        """G, Pa."""
-        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
     def smith_watson_topper(self) -> OverPlanes:
         """Largest normal stress times the amplitude of normal strain, Pa, on the worst plane.
 
@@ -76,13 +71,14 @@ class PointLoops:
         out-of-phase loading", Fatigue Fract. Eng. Mater. Struct. 11 (1988), with k and the yield
         strength σ_y, Pa; compression does not count.
         """
+        shear_modulus = self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
         def on_planes(loops: _Loops, planes: Array) -> Array:
             normal = loops.alternating(planes)
             worse = np.maximum(loops.largest(planes, normal), 0.0) / yield_strength
             square = loops.squared(planes)
             square -= np.multiply(normal, normal, out=normal)
-            strain = np.sqrt(np.maximum(square.max(axis=-1), 0.0)) / self.shear_modulus
+            strain = np.sqrt(np.maximum(square.max(axis=-1), 0.0)) / shear_modulus
             result: Array = strain * (1.0 + normal_sensitivity * worse)
             return result
 

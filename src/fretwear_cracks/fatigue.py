@@ -48,7 +48,6 @@ def fatigue(
     manson_coffin: tuple[float | str, float | str] | None = None,
     bulk_stress: float | str | None = None,
     phases: int = 32,
-    command: str = "fretwear.fatigue",
 ) -> xr.Dataset:
     """Find where a case is expected to crack at its snapshots, and whether wear comes first.
 
@@ -144,7 +143,7 @@ def fatigue(
         if at.name in values
     }
     result.attrs = {
-        **attributes_from(ds, "Fatigue and wear", command),
+        **attributes_from(ds, "Fatigue and wear", "fretwear.fatigue"),
         "bulk_stress": at_cycles[0].attrs["bulk_stress"],
         **constants,
         "warnings": "\n".join(warnings),
@@ -170,7 +169,7 @@ def stored_fatigue(
     with open_case(case) as ds:
         snapshots = {*ds[CYCLE.name].values.tolist()}
         shown = None if cycles is None else snapshots & {0.0, *map(float, cycles)}
-        outcome = fatigue(ds, shown, depth=depth, **constants, command="fretwear merge")
+        outcome = fatigue(ds, shown, depth=depth, **constants)
     outcome.attrs["asked"] = settings
     write_groups(path, {"": outcome})
     return outcome

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.data.effects import point_values, varied_names
-from fretwear.report import Section
+from fretwear.report import Section, table_html
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import cycle_text, number_text
 from fretwear_cracks.figures import first_crack
@@ -66,7 +66,5 @@ def crack_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # no
     """Yield the section of a study that asks for stresses."""
     if "largest_smith_watson_topper" not in summary or (table := crack_table(summary)).empty:
         return
-    shown = table.head(_MOST_ROWS).to_html(index=False, border=0, na_rep="")
-    words = _WORDS + _OF_LIVES * ("life" in table)
-    body = f'<p>{words}</p><div class="scroll" tabindex="0">{shown}</div>'
-    yield Section("cracks", "Cracks", Markup(body))
+    words = Markup("<p>{}</p>").format(_WORDS + _OF_LIVES * ("life" in table))
+    yield Section("cracks", "Cracks", words + table_html(table.head(_MOST_ROWS)))

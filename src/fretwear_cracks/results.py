@@ -53,7 +53,6 @@ def stress(
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
     critical_distance: float | str | None = None,
-    command: str = "fretwear.stress",
 ) -> xr.Dataset:
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
 
@@ -86,8 +85,6 @@ def stress(
         A distance L, m, in the material: on the plane y = 0 the parameters too of the stresses at
         the depth L/2, ``<name>_point``, and of their means from the surface to the depth 2L,
         ``<name>_line``, over ``x``: D. Taylor, "The Theory of Critical Distances", Elsevier (2007).
-    command : str
-        What the attribute ``history`` says was called.
 
     Returns
     -------
@@ -160,9 +157,9 @@ def stress(
         CYCLE.name: ((), float(cycle), CYCLE.attributes),
     }
     attributes = {
-        **attributes_from(ds, "Stresses below the surface", command),
+        **attributes_from(ds, "Stresses below the surface", "fretwear.stress"),
         "bulk_stress": bulk,
-        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()), (x, y))),
+        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()))),
     }
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
@@ -306,22 +303,9 @@ def _doubts(
     snapshot: xr.Dataset,
     surface: LoadedSurface,
     shallow: float,
-    places: tuple[Array, Array],
 ) -> Iterable[str]:
-    """Say what makes stresses doubtful at places along x and y, m, from a shallow depth on, m."""
+    """Say what makes stresses doubtful from a shallow depth on, m."""
     cell = max(surface.spacing)
-    window = [
-        count * step * (1.0 if is_even else 0.5)
-        for count, step, is_even in zip(
-            surface.pressure.shape, surface.spacing, surface.even, strict=True
-        )
-    ]
-    for axis, at, end in zip("xy", places, window, strict=True):
-        if (farthest := float(abs(at).max())) > end:
-            yield (
-                f"points lie outside the window of the case, at {axis} = {farthest * 1e6:.3g} µm "
-                f"beyond {end * 1e6:.3g} µm"
-            )
     if shallow < cell:
         yield (
             f"a depth of {shallow * 1e6:.3g} µm is less than a cell, {cell * 1e6:.3g} µm: stresses "

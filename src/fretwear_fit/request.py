@@ -372,10 +372,7 @@ class FitRequest(StudySection):
     example = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
 
     free: Ranges
-    data: Annotated[
-        tuple[Measurement, ...],
-        Field(description="What was measured.", min_length=1),
-    ]
+    data: Annotated[tuple[Measurement, ...], Field(description="What was measured.", min_length=1)]
 
     @property
     def sought(self) -> tuple[Unknown, ...]:
@@ -408,7 +405,9 @@ class FitRequest(StudySection):
                 rule = "is varied too: every test has its own value already"
                 remedy = "leave it out of vary and write each: true beside its range"
                 problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
-            elif whole in filled and is_pair != (further in ends) and (further or ends != _BODIES):
+            elif whole in filled and (
+                (is_pair and ends != _BODIES) if not further else further in ends and not is_pair
+            ):
                 rule = f"base has {'two values' if is_pair else 'one value for both together'}"
                 remedy = f"write {whole}: [{', '.join(ends)}] under base for {whole}.{ends[0]}"
                 problems.add(f"fit.free.{parameter.name}", None, rule, remedy)

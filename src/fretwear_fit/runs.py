@@ -33,8 +33,11 @@ def predicted(case: Case, profiles: Iterable[tuple[str, str]]) -> xr.Dataset:
     parts = [dataset[scalars], result.loops]
     for name, along in profiles:
         field = mirrored(dataset[[name]])[name].astype(float)
-        across = field.sel({X.name: 0.0}, method="nearest") if along == Y.name else field
-        parts.append(line_near_the_middle(across).to_dataset(name=f"{name}_{along}"))
+        if along == Y.name:
+            field = field.sel({X.name: 0.0}, method="nearest")
+        else:
+            field = line_near_the_middle(field)
+        parts.append(field.to_dataset(name=f"{name}_{along}"))
     return xr.merge([part.reset_coords(drop=True).drop_attrs() for part in parts])
 
 

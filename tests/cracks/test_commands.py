@@ -5,7 +5,7 @@ import xarray as xr
 
 
 def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_file):
-    options = ("--cycle", 20, "--depth", "10 um, 30 um", "--depth", "60um", "--phases", 8)
+    options = ("--cycle", 20, "--depth", "10 um, 30 um,60um", "--phases", 8)
     constants = ("--fatemi-socie", "1, 1000 MPa", "--crossland", 0.2, "--bulk-stress", "50 MPa")
     said = desk.call("stress", case_file, "-o", "stress.nc", *options, *constants).stdout
     assert "Fatemi–Socie parameter" in said
