@@ -281,7 +281,7 @@ def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     """A value in SI units as people read it."""
     if unit in BY_SI_UNIT and unit not in ("1", "Pa-1"):
         return format_quantity(value, BY_SI_UNIT[unit], digits)
-    return f"{number_text(value, digits)} {'' if unit == '1' else unit}".strip()
+    return f"{number_text(value, digits)} {'' if unit == '1' else unit.replace('-1', '⁻¹')}".strip()
 
 
 def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:
