@@ -112,7 +112,7 @@ def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
     assert code_digest.__wrapped__() not in digests
 
 
-def test_code_of_another_package_counts_where_it_is_named(tmp_path, monkeypatch):
+def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
     package = tmp_path / "fretwear"
     monkeypatch.setattr("fretwear.version.__file__", str(package / "version.py"))
     monkeypatch.setattr("fretwear.version.SOURCES", ("theory",))
@@ -123,7 +123,13 @@ def test_code_of_another_package_counts_where_it_is_named(tmp_path, monkeypatch)
         file.write_text(body)
         return code_digest.__wrapped__(*packages)
 
-    core = digest("law = 2")
-    cracks = digest("law = 2", "fretwear_cracks", ["fretwear_cracks"])
+    code = "def law(p):\n    return '# p' + p\n"
+    same = '"""Laws."""\n\ndef law(p):  # of wear\n    """A law."""\n    return \'# p\' + p  # Pa\n'
+    assert digest(code) == digest(same) != digest(code.replace("# p", "# q"))
+    table = 'rows = table(\n    """\n    a | b\n    """\n)\n'
+    assert digest(table) != digest(table.replace("b", "c"))
+    # Code of another package counts where it is named.
+    core = digest(code)
+    cracks = digest(code, "fretwear_cracks", ["fretwear_cracks"])
     assert core == code_digest.__wrapped__() != cracks
     assert digest("law = 1", "fretwear_cracks", ["fretwear_cracks"]) != cracks

@@ -6,6 +6,7 @@ The module imports nothing of the package, because every start of the workflow l
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable
 from functools import cache
 from importlib import metadata
@@ -29,19 +30,28 @@ Sources that read, check or plan a case, or draw and report its numbers, do not 
 
 LIBRARIES = ("numpy", "scipy", "ducc0")
 
+# Every text of a source is found, so that a sign in one opens neither a comment nor another text.
+_TEXTS = re.compile(
+    r'''(?P<alone>(?:(?<=:\n)[ ]+|^)r?"""[\s\S]*?"""[ ]*$)|"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"'''
+    r"""|'(?:\\.|[^'\\\n])*'|(?P<comment>[ ]*\#.*)""",
+    re.MULTILINE,
+)
+
 
 @cache
 def code_digest(*packages: str) -> str:
     """Return the digest of the code that computes a case, and of `packages` beside this one.
 
-    It covers the minor versions of numerical libraries. A checkout and a wheel have the same.
+    It covers statements, but neither comments nor docstrings, and the minor versions of numerical
+    libraries: what it leaves out does not change results. Every version of Python, a checkout and
+    a wheel give the same digest.
     """
     here = Path(__file__).parent
     places = [here / name for name in SOURCES] + [here.parent / name for name in packages]
     digest = hashlib.sha256()
     for file in _python_files(places):
         digest.update(f"{file.relative_to(here.parent).as_posix()}\n".encode())
-        digest.update(file.read_text(encoding="utf-8").encode())
+        digest.update(_statements(file.read_text(encoding="utf-8")).encode())
     for name in LIBRARIES:
         digest.update(f"{name} {minor_version(name)}\n".encode())
     return digest.hexdigest()[:16]
@@ -65,3 +75,13 @@ def minor_version(library: str) -> str:
 
 def _python_files(places: Iterable[Path]) -> list[Path]:
     return sorted(f for place in places for f in (place, *place.rglob("*.py")) if f.suffix == ".py")
+
+
+def _statements(source: str) -> str:
+    """Return a source without comments, and texts that stand alone."""
+
+    def kept(found: re.Match[str]) -> str:
+        return "" if found["comment"] or found["alone"] else found[0]
+
+    without_comments = _TEXTS.sub(kept, source)  # some of which come before docstrings
+    return " ".join(_TEXTS.sub(kept, without_comments).split())
