@@ -65,8 +65,8 @@ def fit_scar(
 
 def split_loops(
     file: Annotated[Path, typer.Argument(help="Recording with displacement and force.")],
-    load: Annotated[str, option("--load", "LOAD", "Normal load.", "'50 N'")],
-    output: Annotated[Path, option("-o/--output", "LOOPS.csv", "Table to write.", "loops.csv")],
+    load: Annotated[str, option("--load", "LOAD", "Normal load, such as '50 N'.")],
+    output: Annotated[Path, option("-o/--output", "LOOPS.csv", "Table to write.")],
 ) -> None:
     """Split a recording into cycles: friction, displacement and energy over the cycles.
 
