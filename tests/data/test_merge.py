@@ -316,7 +316,7 @@ def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
         open_study(folder)
     assert error.value.path == case
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(DataFileError, match=r"damaged.*Merge the study again"):
+    with pytest.raises(DataFileError, match=r"damaged.*merge it again"):
         open_summary(path)
 
 
