@@ -37,7 +37,14 @@ if TYPE_CHECKING:
 
 _MORE_RESULTS = (
     *("contact_half_width_x", "contact_half_width_y", "stick_half_width_x", "stick_half_width_y"),
-    *("contact_area", "stick_area", "approach", "tangential_displacement", "plastic_volume"),
+    *(
+        "contact_area",
+        "stick_area",
+        "approach",
+        "tangential_displacement",
+        "plastic_volume",
+        "mean_slip_friction",
+    ),
     *("central_pressure", "peak_pressure"),
 )
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
