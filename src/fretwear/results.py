@@ -288,7 +288,7 @@ mean_slip_friction | 1 | $\bar{µ}$ | 1 | mean coefficient of friction in the sl
     weighted by pressure
 """
 )
-SCALARS, OPTIONAL_SCALARS, FRICTION_SCALAR = _SCALARS[:-3], _SCALARS[-3:], _SCALARS[-1]
+SCALARS, OPTIONAL_SCALARS = _SCALARS[:-3], _SCALARS[-3:]
 """Scalars of every case, those of each body and of friction that follows slip, and the latter."""
 
 AT_SNAPSHOTS = ("sliding_criterion",)

@@ -26,10 +26,10 @@ from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
     Described,
     described,
-    doubts,
     fractions,
     measure,
     share_beyond_friction,
+    uncertainty,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
@@ -248,7 +248,12 @@ def _run_on_cells(
             follow()
         follow()
         found = [described(workspace, state) for state in snapshots]
-        uncertain = [doubts(problem.of(state), state) for state in snapshots]
+        # Without a run on wider cells, there are no errors to which they belong.
+        compared = zip(snapshots, found, strict=True) if wider or coarser else ()
+        uncertain = [
+            uncertainty(problem.of(state), state, one.scalars["peak_pressure"])
+            for state, one in compared
+        ]
     finished = GridRun.of(width, found, record.work)
     scalars = columns_of(finished.rows)
     errors: dict[str, NDArray[np.float64]] = {}

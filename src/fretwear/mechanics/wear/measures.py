@@ -227,9 +227,9 @@ def scatter(state: State) -> dict[str, float]:
     return deviations
 
 
-def doubts(problem: WearProblem, state: State) -> tuple[dict[str, float], float]:
-    """The `scatter` of a snapshot, and how much higher its peak pressure, Pa, may be."""
-    return scatter(state), unresolved_peak(problem, state, measure(problem, state).peak_pressure)
+def uncertainty(problem: WearProblem, state: State, peak: float) -> tuple[dict[str, float], float]:
+    """The `scatter` of a snapshot, and how much higher than its peak, Pa, the pressure may be."""
+    return scatter(state), unresolved_peak(problem, state, peak)
 
 
 def mean_slip_friction(problem: WearProblem, state: State) -> float:
