@@ -103,6 +103,20 @@ def test_factors_run_from_the_first_to_the_last_level_and_split_where_they_depen
     assert friction["factor"] == near(float(np.exp(-2.0 * np.log(load).mean())))
 
 
+@pytest.mark.parametrize(
+    ("others", "factor", "rows"), [(1, 1.04, 1), (1, 1.06, 3), (3, 2.0, 3), (4, 2.0, 1)]
+)
+def test_a_factor_splits_if_it_spreads_by_5_percent_and_one_parameter_explains_30(
+    others, factor, rows
+):
+    """Of parameters that change it alike, one of three explains a third, one of four a quarter."""
+    names = ["load", *"abcd"[:others]]
+    steps = sum(np.meshgrid(*[[0, 1]] * others, indexing="ij"))
+    volume = np.stack([1.0 + 0.0 * steps, factor ** (steps / others)])
+    table = effects_table(Points.of(listed(volume, {name: [1.0, 2.0] for name in names})))
+    assert (table["parameter"] == "load").sum() == rows
+
+
 def test_zeros_appear_and_vanish_and_points_without_results_make_no_pairs():
     volume = np.array([[0.0, 1.0], [2.0, 0.0], [3.0, 6.0], [0.0, 0.0], [1.0, np.nan]])
     status = np.array([[0, 0], [0, 0], [0, 0], [0, 0], [0, 1]])

@@ -41,3 +41,12 @@ def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
     for level, quantile in ((0.68, 1.046), (0.9, 1.812), (0.95, 2.228)):  # of t with ν = 10
         assert root_of(level, spread) == pytest.approx(quantile, rel=0.01)
     assert root_of(0.95, np.ones(1)) == pytest.approx(1.95996, rel=1e-5)
+
+
+def test_noise_is_correlated_over_no_more_than_0_3_of_its_readings():
+    """A straight line about its mean, as alike over long distances as readings can be."""
+    x = np.linspace(0.0, 1e-3, 50)
+    evidence = NoiseEvidence(x, 1e-4 * x, np.ones((50, 1)))
+    assert evidence.best().length == pytest.approx(0.3e-3, rel=1e-3, abs=0.0)
+    (longest,) = evidence.drawn(np.array([[1.0, 0.5]]))
+    assert longest.length == pytest.approx(0.3e-3, rel=1e-9, abs=0.0)

@@ -89,6 +89,9 @@ def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
     np.testing.assert_allclose(
         slip, theory.slip(x), atol=2e-3 * slip[x < hertz.contact_radius].max()
     )
+    wide = state.on(Workspace(problem), state.geometry.reaching(2.0 * hertz.contact_radius))
+    x_beyond = wide.geometry.x[x.size :]
+    np.testing.assert_allclose(wide.gap[x.size :, 0], hertz.gap(x_beyond), rtol=1e-3)
     pressure = state.pressure[:, 0]
     # The cell that the edge crosses has the mean of its pressure.
     error = np.abs(pressure - hertz.pressure(x)) / hertz.peak_pressure

@@ -91,6 +91,10 @@ def test_snapshots_are_those_asked_for_or_even_in_the_logarithm(cycles, asked, s
             ["tangential_ratio = 1.5 in block 1 is gross sliding"],
         ),
         (
+            {"tangential_load": "15 N", "friction": {"cycles": [0, 9], "values": [0.5, 0.2]}},
+            ["gross sliding: Q must be less than µP = 10 N"],
+        ),
+        (
             {"friction": {"cycles": [10], "values": [0.5]}},
             ["friction.cycles = 10.0: must begin with 0"],
         ),
@@ -135,6 +139,9 @@ def test_a_contact_may_be_as_wide_as_a_fifth_of_the_radius():
 def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves():
     dx, dy = steel().grid_spacing
     assert dx == dy == float(f"{dx:.1e}") == near(2.3e-6)
+    narrow = steel(tangential_ratio=0.2)
+    slip_annulus = narrow.hertz_radius - narrow.stick_radius
+    assert narrow.grid_spacing[0] == near(slip_annulus / 12, rel=0.02)
     dx, dy = steel(roughness=WAVES).grid_spacing
     assert dx < 0.5e-6
     assert dy == 2.3e-6
