@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from fretwear_cracks.life import StrainLife, summed_damage
+from fretwear_cracks.fatigue import _outcomes
+from fretwear_cracks.life import Damage, StrainLife, summed_damage
+from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
 from ..studies import near
 
@@ -76,3 +78,8 @@ def test_wear_removes_material_before_it_cracks():
     assert np.isinf(found.first_crack[1, DEPTHS < 48e-6]).all()
     assert np.isfinite(found.first_crack[1, DEPTHS > 52e-6]).all()
     assert found.removed[-1, 1].all()
+    # A crack that wear has removed is none.
+    removed = Damage(found.sums[:, 1:], found.removed[:, 1:], found.first_crack[1:])
+    both = (_outcomes(cycles, each, np.full(1, 1.0 / life)) for each in (found, removed))
+    last = [FATIGUE_OUTCOMES[outcomes["fatigue_outcome"][-1]] for outcomes in both]
+    assert last == ["crack wins", "wear wins"]
