@@ -151,11 +151,6 @@ MISTAKES = {
         "P50N-",
     ),
     "a change without unit": ("plan studies/tiny.yaml --set load=3", "did you mean '3 N'?"),
-    "sliding": (
-        "run studies/tiny.yaml --case P25 --set tangential_load=20N",
-        "Q must be less than µP = 12.5 N",
-        "for gross slip write sliding_amplitude",
-    ),
     "two cases for a file": ("run studies/tiny.yaml --case P2 --case P5 -o a.nc", "a folder"),
     "a study to look at": ("show studies/tiny.yaml", "not a netCDF-4 file of fretwear"),
     "a misspelt case file": ("show results/tiny/cases/god.nc", "there is no such file"),

@@ -32,13 +32,7 @@ def test_indices_of_ishigami_are_those_of_the_closed_form(engine):
     assert found.quality > 0.98
 
 
-def test_indices_settle_and_noise_tells_nothing():
-    errors = []
-    for count in (128, 512):
-        unit = qmc.Sobol(3, seed=2).random(count)
-        (found,) = sobol_indices(unit, ishigami(unit)[:, None])
-        errors.append(np.abs(found.total - TOTAL).max())
-    assert errors[1] < errors[0]
+def test_noise_tells_nothing():
     unit = qmc.Sobol(3, seed=4).random(16)
     noise = np.random.default_rng(5).standard_normal((16, 1))
     assert sobol_indices(unit, noise)[0].quality < 0.5

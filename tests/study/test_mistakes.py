@@ -27,7 +27,6 @@ vary/load: [50 N, 50 N] || vary.load[1] = 50 N: is the same value
 base/slip_model: jager || must be one of | did you mean 'jaeger'
 base/accuracy: 2 %, base/error_estimate: false || leaves out the error estimates
 base/tangential_ratio: 1.2 || gross sliding
-base/plastic_limit: 0.1 MPa || too low to carry
 base/load: 50 N/mm | vary/load | a force per length, but the load of this sphere is a force
 vary/load: {from: 1 N, to: 2 N} || is a range, which design: grid cannot take
 design: {kind: sobol, points: 8}, vary/load: {from: 40 N, to: 10 N} || vary.load.to = 10 N | more
