@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import netCDF4
 import numpy as np
@@ -36,6 +36,8 @@ from fretwear.results import (
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
+
+Variables: TypeAlias = dict[str, xr.Variable]
 
 HISTORY_GROUP, LOOP_GROUP = "history", "loop"
 
@@ -183,7 +185,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     """
     dataset = open_group(path)
     try:
-        _check_case(Path(path), dataset)
+        _check_case(Path(path), dataset.attrs, dataset.variables)
     except DataFileError:
         dataset.close()
         raise
@@ -192,57 +194,61 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     return dataset.fretwear.full() if full else dataset
 
 
-def _check_case(path: Path, dataset: xr.Dataset) -> None:
-    """Raise a `DataFileError` unless a dataset is that of one case."""
-    attributes = dataset.attrs
-    if CASE_ID.name not in attributes or STATUS.name in dataset:
+def _check_case(
+    path: Path, attributes: Mapping[Any, Any], variables: Mapping[Any, xr.Variable]
+) -> None:
+    """Raise a `DataFileError` unless a file with these contents is that of one case."""
+    if CASE_ID.name not in attributes or STATUS.name in variables:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
     # Only datasets of the first format, saved by xarray, may lack the attribute.
     if attributes.get("complete", 0 if "format_version" in attributes else 1) != 1:
         raise DataFileError(path, "the run that wrote it did not finish", _RUN_AGAIN)
-    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in dataset]:
+    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in variables]:
         raise DataFileError(path, f"it lacks {', '.join(lacking)}", _RUN_AGAIN)
     if attributes.get("symmetry") not in SYMMETRIES:
         raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", _RUN_AGAIN)
-    _check_axes_and_units(path, dataset)
+    _check_axes_and_units(path, variables)
 
 
-def _check_axes_and_units(path: Path, dataset: xr.Dataset) -> None:
-    for axis in {CYCLE.name, X.name, Y.name} & dataset.coords.keys():
-        values = dataset[axis].values
+def _check_axes_and_units(path: Path, variables: Mapping[Any, xr.Variable]) -> None:
+    for axis in {CYCLE.name, X.name, Y.name} & variables.keys():
+        values = variables[axis].values
         if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
             raise DataFileError(path, f"{axis} does not increase from value to value", _RUN_AGAIN)
-    for name in RESULTS.keys() & dataset.variables.keys():
-        units = dataset.variables[name].attrs.get("units", "")
+    for name in RESULTS.keys() & variables.keys():
+        units = variables[name].attrs.get("units", "")
         if units != (expected := RESULTS[name].in_units(units).si_unit):
             problem = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
             raise DataFileError(path, problem, _RUN_AGAIN)
 
 
-def read_case(path: str | os.PathLike[str]) -> tuple[xr.Dataset, xr.Dataset]:
-    """Read a case on the line of cells nearest y = 0, and its history, without parameters.
+def read_case(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Variables, Variables]:
+    """Read what a merged study has of a case: attributes, results, and the history.
 
-    The netCDF library takes a third of the time that xarray takes. Raises the errors of
-    `open_case`.
+    Results are scalars and the fields of `MERGED_PROFILES` on the line of cells nearest y = 0.
+    Most of the time goes into opening the file. Raises the errors of `open_case`.
     """
-    parts = []
+    profiles = {field.name for field in MERGED_PROFILES.values()}
     with reading(path), netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         middle = int(np.abs(file[Y.name][:]).argmin()) if Y.name in file.dimensions else 0
-        for group in (file, file.groups[HISTORY_GROUP]):
-            variables = {}
-            for name, stored in group.variables.items():
-                dims = stored.dimensions
-                is_along = {*dims} <= {CYCLE.name, X.name, Y.name, STEP.name}
-                if name == Y.name or not dims or not is_along:
-                    continue
-                values = stored[tuple(middle if dim == Y.name else slice(None) for dim in dims)]
-                about = {n: v for n, v in vars(stored).items() if n not in _OF_ENCODING}
-                variables[name] = xr.Variable([d for d in dims if d != Y.name], values, about)
-            parts.append(xr.Dataset(variables, attrs=vars(group)))
-    case, steps = parts
-    _check_case(Path(path), case)
-    return case, steps
+        attributes, results, history = vars(file), {}, {}
+        for name, stored in file.variables.items():
+            if name in profiles or stored.dimensions in ((CYCLE.name,), (X.name,)):
+                results[name] = _read(stored, middle)
+        for name, stored in file[HISTORY_GROUP].variables.items():
+            if name in MERGED_HISTORIES:
+                history[name] = _read(stored)
+    _check_case(Path(path), attributes, results)
+    return attributes, results, history
+
+
+def _read(stored: netCDF4.Variable[Any], middle: int = 0) -> xr.Variable:
+    """Read a variable, at one place of the axis y."""
+    dims = [dim for dim in stored.dimensions if dim != Y.name]
+    values = stored[tuple(middle if dim == Y.name else slice(None) for dim in stored.dimensions)]
+    about = {name: value for name, value in vars(stored).items() if name not in _OF_ENCODING}
+    return xr.Variable(dims, values, about)
 
 
 def finished_by(path: str | os.PathLike[str], case: Case) -> str | None:
@@ -265,7 +271,7 @@ def open_history(path: str | os.PathLike[str]) -> xr.Dataset:
         if STATUS.name in whole:
             history = open_group(path, HISTORY_GROUP).set_coords(CYCLE.name)
             return history.assign_coords(whole.drop_vars([CYCLE.name, X.name]).coords)
-        _check_case(Path(path), whole)
+        _check_case(Path(path), whole.attrs, whole.variables)
         with suppress(DataFileError):
             return open_group(path, HISTORY_GROUP)
         # A dataset saved by xarray has no history, only snapshots.
@@ -288,7 +294,7 @@ def open_summary(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         if STATUS.name not in dataset or CYCLE.name not in dataset:
             raise DataFileError(path, "it is not a merged study", remedy)
-        _check_axes_and_units(path, dataset)
+        _check_axes_and_units(path, dataset.variables)
     except DataFileError:
         dataset.close()
         raise

@@ -11,26 +11,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
-    MERGED_HISTORIES,
     MERGED_PROFILES,
+    Variables,
     read_case,
     write_groups,
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes
-from fretwear.data.stack import common_positions, empty_value, resampled
+from fretwear.data.stack import NOT_DONE, common_positions, resampled
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
     CYCLE,
     POINT,
     STATUS,
+    STEP,
     PointStatus,
     Variable,
     X,
@@ -80,11 +81,8 @@ def merge_study(
     then names them all.
     """
     points = [(point.id, point.case) for point in study.points()]
-    rows, histories, errors = (
-        dict[int, xr.Dataset](),
-        dict[int, xr.Dataset](),
-        list[DataFileError](),
-    )
+    rows, histories, errors = dict[int, Variables](), dict[int, Variables](), list[DataFileError]()
+    stored: list[Mapping[str, Any]] = [{} for _ in points]  # attributes
     status = np.full(len(points), PointStatus.INVALID, STATUS.dtype)
     for number, (case_id, case) in enumerate(points):
         if case is None:
@@ -93,11 +91,11 @@ def merge_study(
         status[number] = PointStatus.DONE if file.exists() else PointStatus.FAILED
         if file.exists():
             try:
-                row, histories[number] = _read_case(file, case, keep_older)
+                stored[number], row, histories[number] = _read_case(file, case, keep_older)
                 for section in study.added.values():
                     extra = section.extra_results(file, row[CYCLE.name].values, tell)
                     for each, values in extra.items():
-                        row[each.name] = (CYCLE.name, values, each.attributes)
+                        row[each.name] = xr.Variable((CYCLE.name,), values, each.attributes)
                 rows[number] = row
             except DataFileError as error:
                 errors.append(error)
@@ -109,14 +107,23 @@ def merge_study(
         remedy = "Run the study; if it was run, its log says why every case failed"
         raise DataFileError(Path(path), problem, remedy)
     x = common_positions([row[X.name].values for row in rows.values()])
+    cycles = np.unique(np.concatenate([row[CYCLE.name].values for row in rows.values()]))
+    axes = {
+        CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
+        X.name: xr.Variable((X.name,), x, X.attributes),
+    }
+    places = {n: np.searchsorted(cycles, row[CYCLE.name].values) for n, row in rows.items()}
     rows = {number: _on_positions(row, x) for number, row in rows.items()}
-    summary = _side_by_side(study, rows)
+    summary = _side_by_side(study, rows, places, axes)
+    accepted = {n: np.arange(history[CYCLE.name].size) for n, history in histories.items()}
+    steps = max(accepted.values(), key=np.size).astype(STEP.dtype)
+    step = {STEP.name: xr.Variable((STEP.name,), steps, STEP.attributes)}
+    history = _side_by_side(study, histories, accepted, step)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    stored = [rows[n].attrs if n in rows else {} for n in range(len(points))]
     digests = [about.get(CODE_DIGEST.name, "") for about in stored]
     sources = sorted({about["source"] for about in stored if "source" in about})
     coordinates, parameters = _columns(study, points)
@@ -140,33 +147,31 @@ def merge_study(
         "study_file": json.dumps(study.content, default=str),
         **study_attributes(study.content),
     }
-    write_groups(path, {"": summary, HISTORY_GROUP: _side_by_side(study, histories)})
+    write_groups(path, {"": summary, HISTORY_GROUP: history})
     for remark in remarks:
         tell(remark)
     count = Counter(status.tolist())
     return Tally(*(count[kind] for kind in PointStatus))
 
 
-def _read_case(path: Path, case: Case, keep_older: bool) -> tuple[xr.Dataset, xr.Dataset]:
-    """Read a case at its snapshots, and its history; `DataFileError` if it cannot be used."""
-    stored, steps = read_case(path)
-    if (other := stored.attrs[CASE_ID.name]) != case.case_id:
+def _read_case(
+    path: Path, case: Case, keep_older: bool
+) -> tuple[dict[str, Any], Variables, Variables]:
+    """Read a case at its snapshots; `DataFileError` if it cannot be used."""
+    attributes, results, history = read_case(path)
+    if (other := attributes[CASE_ID.name]) != case.case_id:
         raise DataFileError(path, f"it holds another case, {other}", _RUN_AGAIN)
-    asked = [*map(float, case.output_cycles)]
-    if lacking := sorted({*asked} - {*stored[CYCLE.name].values}):
+    cycles, asked = results[CYCLE.name].values, np.array(case.output_cycles, np.float64)
+    if lacking := sorted({*asked} - {*cycles}):
         numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
         raise DataFileError(path, f"it has no snapshot at cycle {numbers}", _RUN_AGAIN)
-    if stored.attrs.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
+    if attributes.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
         problem = "it was computed by another version of the code (its code_digest differs)"
         raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")
-    at_snapshots = stored.sel({CYCLE.name: asked})
-    profiles = {
-        name: at_snapshots[field.name]
-        for name, field in MERGED_PROFILES.items()
-        if field.name in stored
-    }
-    kept = [name for name in MERGED_HISTORIES if name in steps]
-    return at_snapshots.drop_dims(X.name).assign(profiles), steps[kept]
+    if asked.size < cycles.size:
+        at = {CYCLE.name: np.searchsorted(cycles, asked)}
+        results = {name: each.isel(at, missing_dims="ignore") for name, each in results.items()}
+    return attributes, results, history
 
 
 def _profile_attributes(field: Variable) -> dict[str, Any]:
@@ -181,39 +186,40 @@ def _profile_attributes(field: Variable) -> dict[str, Any]:
     return {**field.attributes, "comment": "; ".join(filter(None, comments))}
 
 
-def _on_positions(row: xr.Dataset, x: Array) -> xr.Dataset:
-    """The profiles of a case at positions, m, that all cases share."""
-    profiles = {
-        name: (
-            (CYCLE.name, X.name),
-            resampled(row[name].values, [row[X.name].values], [x], field.outside),
-            _profile_attributes(field),
-        )
-        for name, field in MERGED_PROFILES.items()
-        if name in row
-    }
-    return row.drop_dims(X.name).assign(profiles).assign_coords({X.name: (X.name, x, X.attributes)})
+def _on_positions(results: Variables, x: Array) -> Variables:
+    """The scalars of a case, and its profiles at positions, m, that all cases share."""
+    row = {n: each for n, each in results.items() if each.dims == (CYCLE.name,) and n != CYCLE.name}
+    for name, field in MERGED_PROFILES.items():
+        if field.name in results:
+            values, cells = results[field.name].values, results[X.name].values
+            along = resampled(values, [cells], [x], field.outside)
+            row[name] = xr.Variable((CYCLE.name, X.name), along, _profile_attributes(field))
+    return row
 
 
-def _side_by_side(study: Study, rows: Mapping[int, xr.Dataset]) -> xr.Dataset:
-    """Datasets of points, by number, along the axes of a study; NaN where a point has none."""
-    empty = {name: empty_value(field) for name, field in MERGED_PROFILES.items()}
-    numbers = pd.Index([*rows], name="number")
-    whole = xr.concat(
-        rows.values(),
-        numbers,
-        data_vars="all",
-        join="outer",
-        fill_value=empty,
-        combine_attrs="override",
-    ).reindex(number=range(math.prod(study.shape)), fill_value=empty)
+def _side_by_side(
+    study: Study,
+    rows: Mapping[int, Variables],
+    places: Mapping[int, NDArray[np.intp]],
+    axes: Variables,
+) -> xr.Dataset:
+    """Variables of points, by number, along the axes of a study; NaN where a point has none.
+
+    `places` are where the values of each point lie on the first axis of a variable.
+    """
+    like = {name: variable for row in rows.values() for name, variable in row.items()}
     variables = {}
-    for name, values in whole.data_vars.items():
-        dims, shape = (*study.sizes, *values.dims[1:]), (*study.shape, *values.shape[1:])
-        along = values.values.reshape(shape)
-        fill = {"_FillValue": empty[str(name)]} if along.dtype.kind == "i" else None
-        variables[name] = xr.Variable(dims, along, values.attrs, fill)
-    return xr.Dataset(variables, whole.drop_vars("number").coords)
+    for name, about in like.items():
+        shape = [axes[str(dim)].size for dim in about.dims]
+        empty = NOT_DONE if about.dtype.kind == "i" else math.nan
+        values = np.full((math.prod(study.shape), *shape), empty, about.dtype)
+        for number, row in rows.items():
+            if name in row:
+                values[number, places[number]] = row[name].values
+        dims, along = (*study.sizes, *about.dims), values.reshape(*study.shape, *shape)
+        fill = {"_FillValue": empty} if empty == NOT_DONE else None
+        variables[name] = xr.Variable(dims, along, about.attrs, fill)
+    return xr.Dataset(variables, axes)
 
 
 def _columns(
