@@ -36,7 +36,7 @@ from fretwear.study.case import Case
 from fretwear.study.contact import case_keys, members
 from fretwear.study.materials import material_table
 from fretwear.study.parameters import parameter
-from fretwear.study.reading import study_schema
+from fretwear.study.sections import study_schema
 from fretwear_cracks.section import StressOutput
 from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, STRESSES
 

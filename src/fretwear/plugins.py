@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fretwear.arrays import Array
@@ -46,7 +46,7 @@ def added(group: str, *arguments: Any) -> Iterator[Any]:
 
 
 class StudySection:
-    """A section of a study file that a package beside the core reads."""
+    """A section of a study file: a pydantic dataclass of a package beside the core."""
 
     cycles: tuple[int, ...] | None = None
     """Snapshots that the section needs, which every case then keeps."""
@@ -55,27 +55,6 @@ class StudySection:
     def files(self) -> Sequence[Path]:
         """Files that the section names."""
         return ()
-
-    example: ClassVar[str] = ""
-    """The section, as in a study file."""
-
-    @classmethod
-    def read(cls, given: object, folder: Path | None = None) -> Self:
-        """Read the section, whose files lie in a folder; one error lists all problems."""
-        from fretwear.quantity import adapter
-        from fretwear.units import QuantityError
-
-        if not isinstance(given, Mapping):
-            raise QuantityError("must be a mapping", cls.example)
-        read: Self = adapter(cls).validate_python(given, context=folder)
-        return read
-
-    @classmethod
-    def section_schema(cls) -> dict[str, object]:
-        """The JSON Schema of the section."""
-        from fretwear.quantity import adapter, inlined
-
-        return inlined(adapter(cls).json_schema())
 
     @classmethod
     def complete_base(

@@ -413,6 +413,22 @@ def auto_or(schema: Schema) -> WithJsonSchema:
 
 
 @dataclass(frozen=True)
+class MappingOf:
+    """Annotates a mapping that may have these keys and no others: their types by name."""
+
+    types: Mapping[str, Any]
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        fields = {
+            name: core_schema.typed_dict_field(handler.generate_schema(type_), required=False)
+            for name, type_ in self.types.items()
+        }
+        return core_schema.typed_dict_schema(fields, extra_behavior="forbid")
+
+
+@dataclass(frozen=True)
 class PartOf(Parameter):
     """A part under its own key: a mapping ``{kind: ..., ...}``, or the name of a kind."""
 

@@ -34,8 +34,6 @@ _PAIRS = (
 class StressOutput(StudySection, Part):  # type: ignore[misc]  # read as a section
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
 
-    example = _EXAMPLE
-
     depth: Annotated[
         float | None,
         Quantity("m", "$z$", "largest depth", "mm", "0.5 mm", gt=0.0),

@@ -369,8 +369,6 @@ class Measurement(Part):
 class FitRequest(StudySection):
     """The section ``fit``: free parameters and measurements."""
 
-    example = "free: {wear_coefficient: [1e-14 / Pa, 1e-12 / Pa]}"
-
     free: Ranges
     data: Annotated[tuple[Measurement, ...], Field(description="What was measured.", min_length=1)]
 

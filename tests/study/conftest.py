@@ -3,7 +3,8 @@ import json
 import pytest
 
 from fretwear.study.problems import StudyError
-from fretwear.study.reading import load_study, study_schema
+from fretwear.study.reading import load_study
+from fretwear.study.sections import study_schema
 
 from ..studies import two_loads, write_study
 

@@ -11,7 +11,7 @@ from fretwear.cli.program import app
 from fretwear.quantity import QuantityError
 from fretwear.study.case import Case, CaseError, case_keys
 from fretwear.study.materials import material_table, read_table
-from fretwear.study.reading import study_schema
+from fretwear.study.sections import study_schema
 
 GIVEN = {
     "radius": "10 mm",

@@ -10,9 +10,9 @@ from fretwear.study.reading import load_study
 
 # What is written in a sound study, | what is taken out of it | parts of the message.
 MISTAKES = """
-base/lod: 50 N || base.lod = 50 N: is not a case parameter | did you mean 'load'
+base/lod: 50 N || base.lod = 50 N: is not known | did you mean 'load'
 vary/frction: [1] || vary.frction | did you mean 'friction'
-titel: x || is not a section | did you mean 'title'
+titel: x || titel = x: is not known | did you mean 'title'
 output/cycle: [1] || output.cycle | did you mean 'cycles'
 output/stress: {depth: 0.5} || output.stress.depth = 0.5: needs a unit
 output/stress: {deph: 0.5 mm} || output.stress.deph = 0.5 mm: is not known
@@ -29,8 +29,8 @@ base/accuracy: 2 %, base/error_estimate: false || leaves out the error estimates
 base/tangential_ratio: 1.2 || gross sliding
 base/load: 50 N/mm | vary/load | a force per length, but the load of this sphere is a force
 vary/load: {from: 1 N, to: 2 N} || is a range, which design: grid cannot take
-design: {kind: sobol, points: 8}, vary/load: {from: 40 N, to: 10 N} || vary.load.to = 10 N | more
-design: {kind: sobol, points: 8}, vary/load: {from: 4 N, to: 9 N, scale: l} || linear or log
+design: {kind: sobol, points: 8}, vary/load: {from: 40 N, to: 10 N} || must lead from a
+design: {kind: sobol, points: 8}, vary/load: {from: 4 N, to: 9 N, scale: l} || must be 'linear'
 design: {kind: sobol, points: 8} | vary | vary | is missing
 design: {kind: grid, points: 4} || design.points = 4: is not known
 output/cycles: [0, 1001] || output.cycles = 1001: is beyond the last cycle, 1000
@@ -120,6 +120,32 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("wrong", "base", "told"),
+    [
+        ({"poisson_ratio": 0.6}, {"tangential_ratio": 1.5}, "tangential_ratio = 1.5"),
+        ({"radius": 10}, {"tangential_ratio": None, "tangential_load": "40 N"}, "tangential_load"),
+        ({"load": "5 kg"}, {"tangential_ratio": 1.5}, "tangential_ratio = 1.5"),
+        ({"wear_coefficient": 1}, {"plastic_limit": "0.1 MPa"}, "plastic_limit = 100 kPa"),
+        ({"frction": 1}, {"accuracy": "2 %", "error_estimate": False}, "error_estimate = false"),
+    ],
+)
+def test_a_wrong_value_hides_no_broken_rule_that_does_not_need_it(
+    studies, content, wrong, base, told
+):
+    base = content["base"] | base | wrong
+    content["base"] = {name: value for name, value in base.items() if value is not None}
+    content["vary"] = {"cycles": [10, 0]}
+    content["output"] = {"cycle": [1]}
+    problems = studies.error(content).problems
+    message = "\n".join(map(str, problems))
+    assert f"base.{told}" in message
+    assert all(f"base.{name}" in message for name in wrong)
+    assert "vary.cycles[1] = 0" in message
+    assert "output.cycle = [1]" in message
+    assert len(problems) == 4, message
+
+
 def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studies, content):
     del content["base"]["tangential_ratio"]
     content["base"]["tangential_load"] = "12 N"
@@ -140,6 +166,7 @@ def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studi
         ("base: {radius: 1 mm", "is not YAML"),
         ("base:\n\tradius: 1 mm", "(line 2)"),
         ("title: \x9b", "is not YAML"),
+        ("base: &a {radius: *a}", "does an alias hold itself?"),
     ],
 )
 def test_what_is_no_study_file_is_refused_in_a_sentence(tmp_path, text, part):

@@ -16,7 +16,7 @@ from fretwear.quantity import Part, Quantity
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.parameters import parameter, symbol_text
-from fretwear.study.reading import study_schema
+from fretwear.study.sections import study_schema
 from fretwear.units import in_unit
 
 from ..studies import SELF_AFFINE, WAVES, near, steel, study_case

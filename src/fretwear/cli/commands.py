@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -32,8 +32,7 @@ from fretwear.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fretwear.study.case import Case
-    from fretwear.study.study import Study
+    pass
 
 _CASE = (
     "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
@@ -145,7 +144,7 @@ def plan(file: StudyFile, set_: Assignments = None) -> None:
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
-    from fretwear.study.reading import study_schema
+    from fretwear.study.sections import study_schema
 
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 
@@ -193,32 +192,20 @@ def run_case(
     chosen: list[str | None] = [*names] if folder else [*names[:1]] or [None]
     points = [select_point(study, name, assigned) for name in chosen]
     cases = {point.id: point.case for point in points if point.case} or study.cases()
-    if folder:
-        _run_to_folder(study, cases, folder, keep_older)
+
+    from fretwear.data.labels import study_attributes
+    from fretwear.run.cases import simulate_to_file, simulate_to_folder
+
+    about = study_attributes((points[0].study if points else study).content)
+    if not folder:
+        ((case_id, only),) = cases.items()
+        path = check_output(output or Path(f"{case_id}.nc"), ".nc")
+        steps = simulate_to_file(only, path, tell=note, command=typed(context), attributes=about)
+        say(f"{path}: {steps} steps")
         return
-    ((case_id, only),) = cases.items()
-    path = check_output(output or Path(f"{case_id}.nc"), ".nc")
-
-    from fretwear.data.labels import study_attributes
-    from fretwear.run.cases import simulate_to_file
-
-    about = study_attributes(points[0].study.content)
-    steps = simulate_to_file(only, path, tell=note, command=typed(context), attributes=about)
-    say(f"{path}: {steps} steps")
-
-
-def _run_to_folder(study: Study, cases: Mapping[str, Case], folder: Path, keep_older: bool) -> None:
-    """Run cases of a study, and what its sections add to each."""
-    from fretwear.data.labels import study_attributes
-    from fretwear.run.cases import simulate_to_folder
-
+    command = shlex.join(["fretwear", "run", str(file), "--case"])
     failed = simulate_to_folder(
-        cases,
-        folder,
-        tell=note,
-        command=shlex.join(["fretwear", "run", str(study.file), "--case"]),
-        keep_older=keep_older,
-        attributes=study_attributes(study.content),
+        cases, folder, tell=note, command=command, keep_older=keep_older, attributes=about
     )
     if failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())

@@ -273,7 +273,7 @@ def _varied(study: Study, axis: Axis, about: Mapping[str, object] | None) -> xr.
         attributes |= {
             "drawn_from": axis.drawn_from.low,
             "drawn_to": axis.drawn_from.high,
-            "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
+            "drawn_on": axis.drawn_from.scale,
         }
     dim = POINT.name if POINT.name in study.sizes else axis.coordinate
     return xr.Variable((dim,), values, attributes)

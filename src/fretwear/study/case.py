@@ -10,18 +10,21 @@ import hashlib
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import islice
-from typing import Any, Self
+from typing import Annotated, Any, Self
+
+from pydantic import TypeAdapter
 
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.quantity import Coordinates, Inline, adapter, derived, json_text
+from fretwear.quantity import Coordinates, Inline, MappingOf, derived, inlined, json_text
 from fretwear.study.contact import FrettingContact, case_keys, is_open, members
-from fretwear.study.cycles import Snapshots, snapshots_of, with_parts_of_distance
-from fretwear.study.keys import coordinate
-from fretwear.study.materials import with_materials
+from fretwear.study.cycles import Snapshots, snapshots_of
+from fretwear.study.keys import Keys, coordinate
+from fretwear.study.materials import MATERIAL
 from fretwear.study.problems import Problem, Problems
 from fretwear.study.rules import findings
+from fretwear.study.short_forms import long_form
 from fretwear.study.spacing import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
@@ -40,6 +43,7 @@ _UNSAID_AT_DEFAULT = (
 )
 # With the default slip model, cases keep the ids that they had when it was another one.
 _SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
+_SNAPSHOTS = {"output_cycles": Snapshots}
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
 
@@ -52,6 +56,12 @@ class CaseError(ValueError):
 
     def __str__(self) -> str:
         return "\n".join(str(problem) for problem in self.problems)
+
+
+@lru_cache(2)
+def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
+    """What reads the keywords of a case."""
+    return TypeAdapter(Annotated[dict[str, Any], MappingOf({**keys.types, **_SNAPSHOTS})])
 
 
 @dataclass(frozen=True, init=False, kw_only=True)
@@ -84,12 +94,13 @@ class Case(FrettingContact):
     def __init__(self, **parameters: object) -> None:
         problems = Problems()
         given = {name: value for name, value in parameters.items() if value is not None}
-        given = with_parts_of_distance(with_materials(given, problems))
-        asked, snapshots = given.pop("output_cycles", "auto"), None
-        with problems.at("output_cycles", asked):
-            snapshots = adapter(Snapshots).validate_python(asked)
-        values = case_keys().read_values(given, problems)
-        parts = case_keys().members_of(values, given, problems)
+        given = long_form(given, {})
+        form = _form(case_keys())
+        values = problems.read(form, given, lambda: inlined(form.json_schema()))
+        snapshots = values.pop("output_cycles", None)
+        values.pop(MATERIAL, None)
+        unread = case_keys().unread(given.keys() - {"output_cycles"}, values.keys())
+        parts = case_keys().members_of(values, unread, problems)
         if problems:
             raise CaseError(problems)
         vars(self).update(vars(Case.of({**parts, "output_cycles": snapshots})))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
-from functools import cache, cached_property
-from typing import Annotated, Self
+from functools import cached_property, lru_cache
+from typing import Annotated, Any, Self
 
 import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.contact.cells import Geometry
@@ -90,15 +90,16 @@ class FrettingContact(Setup):
         values = vars(case)
         # What a case has derived from its members is not one of them.
         values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
-        if case.blocks:
-            values["cycles"] = sum(block.cycles for block in case.blocks)
+        if blocks := values.get("blocks"):
+            values["cycles"] = sum(block.cycles for block in blocks)
         estimated = values.get("error_estimate", True) or "accuracy" in assembled
         if values.get("cell") is not None or not estimated:
             values["accuracy"] = math.inf
-        if isinstance(loading := values["loading"], SlidingDistance):
-            distance = loading.sliding_distance
-            values["loading"] = loading.unchecked(sliding_distance=distance, parts=values["cycles"])
-        values["output_cycles"] = snapshots_of(values.get("output_cycles"), values["cycles"])
+        if cycles := values.get("cycles"):
+            if isinstance(loading := values.get("loading"), SlidingDistance):
+                distance = loading.sliding_distance
+                values["loading"] = loading.unchecked(sliding_distance=distance, parts=cycles)
+            values["output_cycles"] = snapshots_of(values.get("output_cycles"), cycles)
         # The parameters of parts whose fields are keys, by their names.
         for member, about in members().items():
             if (part := values.get(member)) is not None and is_open(about, part):
@@ -177,14 +178,35 @@ class FrettingContact(Setup):
             yield end, None if None in changed.values() else self.changed(**changed)
 
 
+class UnknownValueError(Exception):
+    """A value is asked for that could not be read."""
+
+
+@dataclass(frozen=True, init=False, kw_only=True)
+class IncompleteContact(FrettingContact):
+    """A contact some of whose values could not be read; to ask for one raises an error."""
+
+    unknown: Set[str] = frozenset()  # names of attributes
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in super().__getattribute__("unknown"):
+            raise UnknownValueError(name)
+        return super().__getattribute__(name)
+
+
 def members() -> Mapping[str, Parameter]:
     """Return the fields of a case, except the snapshots, with their declarations."""
     return declared(FrettingContact)
 
 
-@cache
 def case_keys() -> Keys:
-    """Return the keys of a case."""
+    """Return the keys of a case with the kinds that there are."""
+    families = (about.family for about in members().values() if isinstance(about, PartOf))
+    return _keys(tuple(tuple(family.kinds().items()) for family in families))
+
+
+@lru_cache(2)
+def _keys(_: tuple[tuple[tuple[str, type], ...], ...]) -> Keys:
     return Keys(FrettingContact)
 
 

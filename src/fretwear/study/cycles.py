@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated, Any, get_type_hints
 
@@ -30,8 +30,6 @@ from fretwear.quantity import (
 )
 
 MAX_CYCLES = 10**9
-PARTS_OF_A_DISTANCE = 1000
-"""Default number of cycles into which a sliding distance is divided."""
 _SNAPSHOTS = 8
 _SNAPSHOT = whole_number("$N$", "cycle", 0, MAX_CYCLES, 1000)
 CYCLES = whole_number("$N$", "number of cycles", 1, MAX_CYCLES, 30000)
@@ -110,13 +108,6 @@ class Blocks(Plain):
             )
             for block in value
         ).replace("$", "")
-
-
-def with_parts_of_distance(given: Mapping[str, Any], varied: Iterable[str] = ()) -> dict[str, Any]:
-    """Keys of a case with the cycles into which a sliding distance is divided, unless given."""
-    names = {*given, *varied}
-    divided = "sliding_distance" in names and not names & {"cycles", "blocks"}
-    return {**given, "cycles": PARTS_OF_A_DISTANCE} if divided else dict(given)
 
 
 @lru_cache(64)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any, get_type_hints
+from functools import cached_property
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from fretwear.quantity import (
     Inline,
@@ -13,16 +16,42 @@ from fretwear.quantity import (
     Part,
     PartOf,
     Quantity,
-    Schema,
-    adapter,
     declared,
     derived,
-    inlined,
     required,
 )
-from fretwear.study.materials import MATERIAL, PROPERTIES
-from fretwear.study.problems import Problems
-from fretwear.units import nearest
+from fretwear.study.materials import MATERIAL, PROPERTIES, Material
+from fretwear.study.problems import LISTED, RANGE, Problems
+from fretwear.units import QuantityError, nearest
+
+_Value = TypeVar("_Value")
+
+
+class Range(BaseModel, Generic[_Value]):
+    """An interval to sample, in SI units, uniformly or uniformly in the logarithm."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    low: Annotated[_Value, Field(alias="from")]
+    high: Annotated[_Value, Field(alias="to")]
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        low, high = self.low, self.high
+        if not (isinstance(low, float) and isinstance(high, float) and low < high < math.inf):
+            raise QuantityError("must lead from a value to a larger one, both finite")
+        if self.scale == "log" and low <= 0.0:
+            raise QuantityError("must begin above 0 on a logarithmic scale")
+        return self
+
+    def at(self, fraction: float) -> float:
+        """Return the value at a fraction of the way, rounded to six digits."""
+        ends = float(self.low), float(self.high)  # type: ignore[arg-type]
+        low, high = map(math.log, ends) if self.scale == "log" else ends
+        value = low + fraction * (high - low)
+        # Six digits keep the ids of cases independent of the last bit of a logarithm.
+        return float(f"{math.exp(value) if self.scale == 'log' else value:.6g}")
 
 
 @dataclass(frozen=True)
@@ -36,10 +65,6 @@ class Key:
     hint: Any  # type of the value
     kind: type[Part] | None = None  # the part that has it; None: the case itself
 
-    def read(self, value: object, folder: object = None) -> Any:
-        """Return a value, as written or in SI units, in SI units."""
-        return adapter(self.hint).validate_python(value, context=folder)
-
 
 def coordinate(name: str) -> str:
     """Return the name of a parameter as a dataset coordinate.
@@ -49,76 +74,61 @@ def coordinate(name: str) -> str:
     return "normal_load" if name == "load" else name.replace(".", "_")
 
 
-_Tables = tuple[dict[str, Key], dict[str, dict[str, Key]], dict[str, Parameter]]
-
-
 class Keys:
-    """The keys of a dataclass with parts."""
+    """The keys of a dataclass with parts, whose kinds are those that exist as it is made."""
 
     def __init__(self, owner: type) -> None:
         self.owner, self.members = owner, declared(owner)
-        self._hints = get_type_hints(owner, include_extras=True)
-
-    def _open(self, about: Parameter) -> Mapping[str, type[Part]]:
-        """The kinds whose fields are keys of the case."""
-        if not isinstance(about, PartOf):
-            return {}
-        kinds = about.family.kinds()
-        if isinstance(about, Inline):
-            return kinds
-        return {about.short: kinds[about.short]} if about.short else {}
-
-    @property
-    def _tables(self) -> _Tables:
-        """Keys of the case, fields of parts by dotted name and kind, and coordinates."""
-        parts = [about.family for about in self.members.values() if isinstance(about, PartOf)]
-        kinds = tuple(tuple(part.kinds().values()) for part in parts)
-        if self._built is None or self._built[0] != kinds:  # users may define kinds
-            self._built = kinds, self._build()
-        return self._built[1]
-
-    _built: tuple[object, _Tables] | None = None
-
-    def _build(self) -> _Tables:
-        keys: dict[str, Key] = {}
-        dotted: dict[str, dict[str, Key]] = {}
-        coordinates: dict[str, Parameter] = {}
+        self._own: dict[str, Key] = {}
+        self._dotted: dict[str, Key] = {}  # fields of parts; of kinds that share one, the first
+        self._coordinates: dict[str, Parameter] = {}
+        # Fields of parts that are keys of the case, of all kinds or of the short one.
+        self.open_keys = {member: _open_keys(about) for member, about in self.members.items()}
+        hints = get_type_hints(owner, include_extras=True)
         for member, about in self.members.items():
             if not isinstance(about, Inline):
-                keys[member] = Key(member, member, member, about, self._hints[member])
-            if not isinstance(about, PartOf):
-                continue
-            open_kinds = self._open(about)
-            for name, kind in about.family.kinds().items():
-                hints = get_type_hints(kind, include_extras=True)
-                for field, parameter in about.named(kind.parameters()).items():
-                    key = Key(field, member, field, parameter, hints[field], kind)
-                    if name in open_kinds:
-                        keys.setdefault(field, key)
-                    if not isinstance(about, Inline):
-                        of_kinds = dotted.setdefault(f"{member}.{field}", {})
-                        of_kinds[name] = key
-                named = about.named(derived(kind)).items()
-                coordinates |= {f"{member}_{one}": quantity for one, quantity in named}
-        fields = [(name, key) for name, kinds in dotted.items() for key in kinds.values()]
-        for name, key in [*fields, *keys.items()]:
-            coordinates |= _possible(coordinate(name), key.about)
-        return keys, dotted, {**coordinates, **derived(self.owner)}
+                self._own[member] = Key(member, member, member, about, hints[member])
+            if isinstance(about, PartOf):
+                for kind in about.family.kinds().values():
+                    self._add_fields(member, about, kind)
+        for name, key in self._own.items():
+            self._coordinates |= _possible(coordinate(name), key.about)
+        self._coordinates |= derived(owner)
+
+    def _add_fields(self, member: str, about: PartOf, kind: type[Part]) -> None:
+        hints = get_type_hints(kind, include_extras=True)
+        for field, parameter in about.named(kind.parameters()).items():
+            key = Key(field, member, field, parameter, hints[field], kind)
+            if field in self.open_keys[member]:
+                self._own.setdefault(field, key)
+            if not isinstance(about, Inline):
+                self._dotted.setdefault(f"{member}.{field}", key)
+                self._coordinates |= _possible(f"{member}_{field}", parameter)
+        named = about.named(derived(kind)).items()
+        self._coordinates |= {f"{member}_{name}": quantity for name, quantity in named}
+
+    @cached_property
+    def types(self) -> dict[str, Any]:
+        """The types of the values of the keys, of a material among them."""
+        return {**{name: _described(key) for name, key in self._own.items()}, MATERIAL: Material}
+
+    @cached_property
+    def varied_types(self) -> dict[str, Any]:
+        """The types of the values of parameters to vary: lists or ranges."""
+        return {name: _varied(self[name]) for name in self.all_names}
 
     @property
     def names(self) -> tuple[str, ...]:
         """The keys that `base` may have: parts and single parameters."""
-        return (*self._tables[0],)
+        return (*self._own,)
 
     @property
     def all_names(self) -> tuple[str, ...]:
         """The names that may be varied: keys of `base`, ``roughness.amplitude`` and so on."""
-        keys, dotted, _ = self._tables
-        return (*keys, *dotted)
+        return (*self._own, *self._dotted)
 
     def __getitem__(self, name: str) -> Key:
-        keys, dotted, _ = self._tables
-        return keys[name] if name in keys else next(iter(dotted[name].values()))
+        return self._own[name] if name in self._own else self._dotted[name]
 
     def coordinate(self, name: str) -> Parameter:
         """Return a parameter by its name in a study file or as a coordinate.
@@ -126,7 +136,7 @@ class Keys:
         An unknown name, such as a dimension that a user added, is taken to be a plain number.
         """
         plain = Quantity("1", name, name.replace("_", " "))
-        return self._tables[2].get(coordinate(name), plain)
+        return self._coordinates.get(coordinate(name), plain)
 
     def member_of(self, name: str) -> str:
         """Return the member of a case that a name belongs to or denotes."""
@@ -139,70 +149,54 @@ class Keys:
         member = self.member_of(name)
         if member in ("cycles", "blocks"):
             return {"cycles", "blocks"} - {name}
-        about = self.members.get(member)
+        about, keys = self.members.get(member), {*self.open_keys.get(member, ())}
         if isinstance(about, Inline):
             kind = about.leading.get(name)
-            return {*about.keys} - {*kind.parameters()} if kind else set()
-        keys = {n for kind in self._open(about or Parameter()).values() for n in kind.parameters()}
+            return keys - {*kind.parameters()} if kind else set()
         return {member} if name in keys else keys
 
-    def value_schema(self, name: str) -> Schema:
-        """The JSON Schema of the value of a key."""
-        key = self[name]
-        return {**inlined(adapter(key.hint).json_schema()), **key.about.described}
-
-    def unknown(self, key: str, given: object, problems: Problems) -> None:
-        """Report a name that is no key of a case."""
-        problems.unknown(key, given, self.all_names, "is not a case parameter")
-
-    def read_values(
-        self, raw: Mapping[str, Any], problems: Problems, folder: object = None
-    ) -> dict[str, Any]:
-        """Read keys of a case; return the valid values and collect the problems."""
-        values: dict[str, Any] = {}
-        names = self.names
-        for name, value in raw.items():
-            if name not in names:
-                self.unknown(name, value, problems)
-                continue
-            with problems.at(name, value):
-                values[name] = self[name].read(value, folder)
-        return values
-
     def members_of(
-        self,
-        values: Mapping[str, Any],
-        given: Iterable[str],
-        problems: Problems,
+        self, values: Mapping[str, Any], unread: Set[str], problems: Problems
     ) -> dict[str, Any]:
         """Return the members of a case by values of keys, and report what is missing or too much.
 
-        Keys that were given, valid or not, count. Keys that the first block gives may be missing.
+        Unread keys were given too, but their values are not known. Keys that the first block gives
+        may be missing.
         """
-        names = self.names
-        given = {name if name in names else nearest(name, names) for name in given}
+        given = {*values, *unread}
         needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
-        parts: dict[str, Any] = {}
+        members: dict[str, Any] = {}
         if {"cycles", "blocks"} <= given:
             problems.add("cycles", None, "is redundant: each block gives its cycles")
         for member, about in self.members.items():
-            kinds = self._open(about).values()
-            open_keys = {name: None for kind in kinds for name in kind.parameters()}
+            open_keys = self.open_keys[member]
             keys = {name: values[name] for name in open_keys if name in values}
             if isinstance(about, Inline):
                 part = self._inline(about, keys, given, values.get("blocks", ()), problems)
-                parts |= {member: part} if part is not None else {}
+                members |= {member: part} if part is not None else {}
             elif member in values:
                 value = values[member]
                 is_trivial = isinstance(value, Part) and value.is_trivial
-                parts[member] = None if is_trivial else value
+                members[member] = None if is_trivial else value
                 for name in given & open_keys.keys():
                     problems.add(name, None, f"is redundant: {member} is given too")
-            elif keys:
-                parts[member] = next(iter(kinds)).unchecked(**keys)
+            elif keys and isinstance(about, PartOf):
+                members[member] = about.family.kinds()[about.short].unchecked(**keys)
             elif member in needed and not given & {member, *open_keys}:
                 self._missing(next(iter(open_keys), member), problems)
-        return parts
+        return members
+
+    def unread(self, given: Set[str], known: Set[str]) -> set[str]:
+        """Return the keys that are given but not known; a misspelt name stands for the nearest."""
+        given = {*given, *(PROPERTIES if MATERIAL in given else ())} - {MATERIAL}
+        names = {name if name in self._own else nearest(name, self._own) for name in given}
+        return names - known - {""}
+
+    def unknown(self, members: Mapping[str, Any], unread: Set[str]) -> set[str]:
+        """Return the attributes of a case that follow from values that are not known."""
+        needed = required(self.owner) - ({"cycles"} if members.get("blocks") else set())
+        lacking = (needed - members.keys()) | {self.member_of(name) for name in unread}
+        return {name for member in lacking for name in (member, *self.open_keys.get(member, ()))}
 
     def _missing(self, name: str, problems: Problems) -> None:
         hint = f"such as {name}: {self[name].about.example}"
@@ -243,6 +237,33 @@ class Keys:
         return None
 
 
+def _open_keys(about: Parameter) -> dict[str, Parameter]:
+    if not isinstance(about, PartOf):
+        return {}
+    kinds = about.family.kinds().items()
+    chosen = (kind for name, kind in kinds if isinstance(about, Inline) or name == about.short)
+    return {name: one for kind in chosen for name, one in kind.parameters().items()}
+
+
+def _described(key: Key) -> Any:
+    """The type of a value, annotated by the parameter with its description."""
+    notes = (key.about if isinstance(note, Parameter) else note for note in key.hint.__metadata__)
+    return Annotated.__class_getitem__((key.hint.__origin__, *notes))  # type: ignore[attr-defined]
+
+
+def _varied(key: Key) -> Any:
+    """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
+    listed: Any = list.__class_getitem__(_described(key))
+    listed = Annotated[listed, Field(min_length=1)]
+    if not key.about.may_be_drawn:
+        return listed
+    drawn: Any = Range.__class_getitem__(key.hint)
+    either = Annotated[listed, Tag(LISTED)] | Annotated[drawn, Tag(RANGE)]
+    return Annotated[
+        either, Discriminator(lambda value: RANGE if isinstance(value, Mapping | Range) else LISTED)
+    ]
+
+
 def _possible(name: str, about: Parameter) -> Iterable[tuple[str, Parameter]]:
     """The coordinates that a parameter may have, by name."""
     yield name, about
@@ -251,9 +272,7 @@ def _possible(name: str, about: Parameter) -> Iterable[tuple[str, Parameter]]:
     for end, words in about.places:
         yield from _possible(f"{name}_{end}", about._item.renamed(f"{about.words} {words}"))
     for form in about.forms:
-        fields: Mapping[str, Parameter] = MappingProxyType({})
-        fields = declared(form) or fields
-        for field, parameter in fields.items():
+        for field, parameter in (fields := declared(form)).items():
             yield from _possible(f"{name}_{field}", parameter)
         if not fields:
             yield f"{name}_over_cycles", Quantity("1", name, f"{name} over the cycles")

@@ -7,22 +7,18 @@ its hardness is known, for the plastic limit.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Annotated, Any
 
-from fretwear.quantity import is_list
-from fretwear.study.problems import Problems
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from fretwear.quantity import Schema, each, is_list
 from fretwear.units import QuantityError, did_you_mean
 
 MATERIAL = "material"
 PROPERTIES = ("youngs_modulus", "poisson_ratio")
-DESCRIPTION = (
-    "A material of the table, or a pair [body I, body II]: short for youngs_modulus and "
-    "poisson_ratio and, where the table has a hardness, for plastic_limit, unless these are given."
-)
-
-
 # Names of other standards, by which people know the same steel.
 _ALSO = dict.fromkeys(("100cr6", "aisi 52100", "suj2", "en31", "gcr15"), "52100")
 
@@ -40,32 +36,35 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
     return {row[MATERIAL]: row for row in read_table("materials")}
 
 
-def with_materials(
-    given: Mapping[str, object], problems: Problems, varied: Iterable[str] = ()
-) -> dict[str, object]:
-    """Return keys of a case with the properties of `material` in its place, unless given.
+def row_of(name: object) -> Mapping[str, str] | None:
+    """The row of a material by its name, or by that of another standard; None if there is none."""
+    names = {row.casefold(): row for row in material_table()} | _ALSO
+    return material_table().get(names.get(str(name).casefold(), ""))
 
-    An unknown name is a problem.
-    """
-    if MATERIAL not in given:
-        return dict(given)
-    value, table = given[MATERIAL], material_table()
-    pair = value if is_list(value) and len(value) == 2 else ()
-    names = {row.casefold(): row for row in table} | _ALSO
-    rows = []
-    for position, name in enumerate([*pair] or [value]):
-        row = table.get(names.get(str(name).casefold(), ""))
-        place = f"{MATERIAL}{f'[{position}]' if pair else ''}"
-        if row is None:
-            with problems.at(place, name):
-                rule = "must be a material of the table, or a pair of them"
-                raise QuantityError(rule, did_you_mean(name, [*table, "100Cr6"]))
-        rows.append(row or next(iter(table.values())))
-    columns = {name: [row[name] for row in rows] for name in PROPERTIES}
-    constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
-    if all(row["hardness"] for row in rows):
-        constants["plastic_limit"] = min(
-            (row["hardness"] for row in rows), key=lambda text: float(text.split()[0])
-        )
-    others = {name: other for name, other in given.items() if name != MATERIAL}
-    return {**{n: v for n, v in constants.items() if n not in varied}, **others}
+
+def _known(name: object) -> object:
+    if row_of(name) is None:
+        rule = "must be a material of the table, or a pair of them"
+        raise QuantityError(rule, did_you_mean(name, [*material_table(), "100Cr6"]))
+    return name
+
+
+def _read(value: object) -> object:
+    return each(value, _known) if is_list(value) and len(value) == 2 else _known(value)
+
+
+def _schema() -> Schema:
+    name = {"enum": [*material_table(), *(int(n) for n in material_table() if n.isdigit())]}
+    return {"anyOf": [name, {"type": "array", "items": name, "minItems": 2, "maxItems": 2}]}
+
+
+Material = Annotated[
+    Any,
+    PlainValidator(_read),
+    WithJsonSchema(_schema()),
+    Field(
+        description="A material of the table, or a pair [body I, body II]: short for "
+        "youngs_modulus and poisson_ratio and, where the table has a hardness, for plastic_limit, "
+        "unless these are given."
+    ),
+]

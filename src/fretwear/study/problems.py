@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
+from fretwear.quantity import Schema
 from fretwear.units import QuantityError, did_you_mean
 
+LISTED, RANGE = "[]", "{}"
+"""What tells a list of values from a range where either may be; no key of a file."""
 _LONGEST_VALUE = 60
 
 
@@ -50,16 +53,6 @@ class Problem:
 class Problems(list[Problem]):
     """The problems found while reading, in order."""
 
-    @contextmanager
-    def at(self, key: str, given: object) -> Iterator[None]:
-        """Collect errors raised in the context as problems of a key."""
-        try:
-            yield
-        except ValidationError as error:
-            self.extend(_problem(key, one) for one in error.errors(include_url=False))
-        except QuantityError as error:
-            self.append(Problem(key, given, error.rule, error.hint))
-
     def add(self, key: str, given: object, rule: str, remedy: str = "") -> None:
         """Add a problem, which has no line yet."""
         self.append(Problem(key, given, rule, remedy))
@@ -68,21 +61,65 @@ class Problems(list[Problem]):
         self, key: str, given: object, valid: Iterable[str], rule: str = "is not known"
     ) -> None:
         """Add a key that is none of the valid ones."""
-        remedy = did_you_mean(re.split("[. ]", key)[-1], valid) or "fretwear schema lists all keys"
-        self.add(key, given, rule, remedy)
+        self.append(Problem(key, given, rule, _nearest(key, valid)))
+
+    def read(
+        self,
+        form: TypeAdapter[Any],
+        given: Mapping[str, Any],
+        schema: Callable[[], Schema],
+        folder: Path | None = None,
+        nested: Sequence[str] = (),
+    ) -> Any:
+        """Read a mapping without its wrong entries, each of which becomes a problem.
+
+        Where a nested key holds a mapping, only the wrong entries of this are left out. The nearest
+        names of unknown keys are those of the JSON Schema.
+        """
+        try:
+            return form.validate_python(given, context=folder)
+        except ValidationError as error:
+            found = error.errors(include_url=False)
+        kept = dict(given)
+        for one in found:
+            self.append(_problem(one, schema))
+            first, *below = one["loc"]
+            if below and first in nested:
+                inner = kept.get(str(first), {})
+                kept[str(first)] = {key: inner[key] for key in inner if key != below[0]}
+            else:
+                kept.pop(str(first), None)
+        return self.read(form, kept, schema, folder, nested)
 
 
-def _problem(key: str, one: Mapping[str, Any]) -> Problem:
+def _nearest(key: str, valid: Iterable[str]) -> str:
+    name = re.split("[. ]", key)[-1]
+    return did_you_mean(name, valid) or "fretwear schema lists all keys"
+
+
+def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
+    """The keys that a JSON Schema has at a place, whichever of the alternatives holds."""
+    for choice in (schema, *schema.get("anyOf", ())):
+        keys = choice.get("properties", {})
+        if not path:
+            yield from keys
+        elif inner := choice.get("items") if isinstance(path[0], int) else keys.get(path[0]):
+            yield from _keys_at(inner, path[1:])
+
+
+def _problem(one: ErrorDetails, schema: Callable[[], Schema]) -> Problem:
     """A problem as pydantic reports it, in our words."""
-    path = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in one["loc"])
-    place, given, context = f"{key}{path}".removeprefix("."), one["input"], one.get("ctx", {})
+    path = [step for step in one["loc"] if step not in (LISTED, RANGE)]
+    steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    place, given, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
             return Problem(place, given, context["error"].rule, context["error"].hint)
         case "missing":
             return Problem(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
-            return Problem(place, given, "is not known", "fretwear schema lists all keys")
+            valid = _keys_at(schema(), path[:-1])
+            return Problem(place, given, "is not known", _nearest(str(path[-1]), valid))
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
             return Problem(
@@ -90,6 +127,10 @@ def _problem(key: str, one: Mapping[str, Any]) -> Problem:
             )
         case "bool_parsing" | "bool_type":
             return Problem(place, given, "must be true or false")
+        case "dict_type" | "model_type" | "dataclass_type":
+            return Problem(place, given, "must be a mapping")
+        case "list_type" | "too_short":
+            return Problem(place, given, "must be a list of values")
         case _:
             message = one["msg"].removeprefix("Value error, ").replace("Input should", "must")
             return Problem(place, given, message[:1].lower() + message[1:])

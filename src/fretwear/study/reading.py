@@ -3,75 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
-
-from fretwear.plugins import StudySection, plugins, study_sections
-from fretwear.quantity import AUTO, PartOf, Schema, auto_or, inlined
+from fretwear.plugins import StudySection, study_sections
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
-from fretwear.study.cycles import Snapshots, with_parts_of_distance
-from fretwear.study.designs import MAX_POINTS, Axis, Combinations, Design, read_axes
-from fretwear.study.materials import DESCRIPTION, MATERIAL, material_table, with_materials
+from fretwear.study.designs import Axis, axes_of
+from fretwear.study.materials import MATERIAL
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import findings
+from fretwear.study.sections import Sections, study_form, study_schema
+from fretwear.study.short_forms import long_form
 from fretwear.study.study import Point, Study, as_mapping
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
 OPTION = "--set"
-MAX_TITLE = 200
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
-_Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
-
-
-class Output(BaseModel):
-    """What is written beside the results; packages beside the core may add keys."""
-
-    model_config = ConfigDict(extra="allow")
-
-    cycles: Snapshots = None
-
-
-class Sections(BaseModel):
-    """The sections of a study file."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    title: Annotated[
-        str,
-        StringConstraints(strip_whitespace=True, min_length=1, max_length=MAX_TITLE),
-        Field(description="For people; the study takes its name from the file."),
-    ] = ""
-    base: Annotated[
-        dict[str, Any], Field(description="One value for every parameter that is not varied.")
-    ] = {}
-    vary: Annotated[
-        dict[str, Any], Field(description="The varied parameters, each with its values.")
-    ] = {}
-    design: Annotated[
-        Design, PartOf(Design, "design", like="grid", description="How varied values combine.")
-    ] = Combinations()
-    invalid: Annotated[
-        Literal["stop", "skip"], Field(description="What to do about points such as Q >= µP.")
-    ] = "stop"
-    batch: Annotated[
-        int | None,
-        Field(ge=1, le=MAX_POINTS, description="Cases of a job; auto: as many as take minutes."),
-        AUTO,
-        auto_or({"type": "integer", "minimum": 1}),
-        Field(json_schema_extra={"default": "auto"}),
-    ] = None
-    output: Output = Output()
-    creator: Annotated[_Text, Field(description="Who made the study, for its datasets.")] = ""
-    license: Annotated[_Text, Field(description="License of the results.")] = ""
-    institution: Annotated[_Text, Field(description="Where the study was made.")] = ""
-    references: Annotated[_Text, Field(description="Publications about the study.")] = ""
 
 
 def load_study(
@@ -109,16 +61,17 @@ def select_point(
     matching = [n for n in points if n.startswith(case_id or "")]
     if case_id in points:
         matching = [case_id]
-    if len(matching) != 1:
-        rule = f"chooses {len(matching)} of the {len(points)} cases of this study"
-        hint = "".join(["give --case ID, one of", *(f"\n    {n}" for n in few_of(matching))])
-        if not matching:
-            hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-        raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
-    point = points[matching[0]]
-    if case_id and assignments:
-        (point,) = _checked(study.file, content_of(point), assignments).points()
-    return point
+    if len(matching) == 1:
+        point = points[matching[0]]
+        if case_id and assignments:
+            content = content_of(point)
+            (point,) = _checked(study.file, content, assignments).points()
+        return point
+    rule = f"chooses {len(matching)} of the {len(points)} cases of this study"
+    hint = "".join(["give --case ID, one of", *(f"\n    {n}" for n in few_of(matching))])
+    if not matching:
+        hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
+    raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
 
 
 def content_of(point: Point) -> dict[str, Any]:
@@ -153,8 +106,10 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
         elif name not in valid:
             problems.unknown(f"{OPTION} {name}", text, valid, "is not a parameter")
         else:
-            with problems.at(f"{OPTION} {name}", text):
+            try:
                 assign(changed, name, parse_value(text))
+            except QuantityError as error:
+                problems.add(f"{OPTION} {name}", text, error.rule, error.hint)
     return changed, problems
 
 
@@ -185,113 +140,63 @@ def _checked(
     lines: Mapping[str, int] | None = None,
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
-    folder, (content, problems) = file.parent, override(given, assignments)
+    content, problems = override(given, assignments)
     problems[:0] = before
-    content, added = _with_added(content, folder, problems)
-    sections = _sections(content, folder, problems)
-    axes = read_axes(sections.vary, sections.design, folder, problems)
-    fixed = _read_base(sections.base, sections.vary, axes, folder, problems)
-    snapshots = sections.output.cycles
+    base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
+    for place, section in study_sections():
+        *outer, key = place.split(".")
+        around = as_mapping(content.get(outer[0])) if outer else content
+        if key in around:
+            base = section.complete_base(around[key], base, vary, problems)
+    content |= {"base": base} if base else {}
+    full = long_form(base, vary)
+    written = {**content, "base": full} if base or "base" not in content else content
+    found = Problems()
+    sections = found.read(study_form(), written, study_schema, file.parent, ("base", "vary"))
+    problems += _at_varied(found, vary)
+    axes: tuple[Axis, ...] = ()
+    if "design" in sections.model_fields_set or "design" not in content:
+        axes = axes_of(sections.vary, vary, sections.design, problems)
+    fixed = {n: value for n, value in sections.base.items() if n not in {*vary, MATERIAL}}
+    keys = {*full, *(name.partition(".")[0] for name in vary)}
+    known = {*fixed, *(axis.name for axis in axes)}
+    unread = case_keys().unread(keys, known)
+    snapshots, added = sections.output.cycles, _added(sections)
     if needed := [section.cycles for section in added.values() if section.cycles is not None]:
         snapshots = tuple(sorted({*(snapshots or ()), *chain(*needed)}))
-    title = sections.title or file.stem
     settings = snapshots, sections.batch, added
-    study = Study(file, title, axes, sections.design, fixed, content, *settings)
-    if len(axes) == len(sections.vary) and not any(map(_is_of_case, problems)):
-        _try_points(study, problems, sections.invalid == "skip")
-    else:  # cases cannot be made, but what is missing or redundant is known
-        names = [name.partition(".")[0] for name in sections.vary]
-        written = _long_form(sections.base, sections.vary, Problems())
-        found = Problems()
-        case_keys().members_of(fixed, {*written, *names}, found)
-        problems += [replace(one, key=f"base.{one.key}") for one in found]
+    title = sections.title or file.stem
+    study = Study(file, title, axes, sections.design, fixed, content, *settings, unread=unread)
+    _try_points(study, problems, sections.invalid == "skip")
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    for section in added.values() if not problems else ():
-        section.check([point.case for point in study.points()], problems)
+    for read in added.values() if not problems else ():
+        read.check([point.case for point in study.points()], problems)
     if problems:
         raise StudyError(file, _in_order(problems, lines or {}, assignments))
     return study
 
 
-def _with_added(
-    content: dict[str, Any], folder: Path, problems: Problems
-) -> tuple[dict[str, Any], dict[str, StudySection]]:
-    """The content with a completed `base`, and what packages beside the core read of it."""
-    added = {}
-    for place, reader in study_sections():
+def _added(sections: Sections) -> dict[str, StudySection]:
+    """What packages beside the core have in a study file, by place."""
+    read = {}
+    for place, _ in study_sections():
         *outer, key = place.split(".")
-        around = as_mapping(content.get(outer[0])) if outer else content
-        if key not in around:
-            continue
-        with problems.at(place, around[key]):
-            added[place] = reader.read(around[key], folder)
-        base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
-        if (completed := reader.complete_base(around[key], base, vary, problems)) is not base:
-            content = {**content, "base": completed}
-    return content, added
+        around = sections.output if outer else sections
+        if (section := getattr(around, key)) is not None:
+            read[place] = section
+    return read
 
 
-def _is_of_case(problem: Problem) -> bool:
-    """Whether a problem keeps cases from being made; unknown names do not."""
-    return "is not a case parameter" not in problem.rule and problem.key.startswith(
-        ("base", "vary", OPTION, "design")
-    )
-
-
-def _sections(content: Mapping[str, Any], folder: Path, problems: Problems) -> Sections:
-    """Read the sections; invalid ones count as left out."""
-    places = plugins("fretwear.study_sections")
-    known, right = [*Sections.model_fields, *places], dict[str, Any]()
-    for name, given in content.items():
-        if name not in known:
-            problems.unknown(name, given, known, "is not a section of a study")
-        elif name in Sections.model_fields:
-            with problems.at("", given):
-                read = Sections.model_validate({name: given}, context=folder)
-                right[name] = getattr(read, name)
-    for name in as_mapping(content.get("output")):
-        if f"output.{name}" not in ("output.cycles", *places):
-            inner = [place.partition(".")[2] for place in ("output.cycles", *places)]
-            problems.unknown(f"output.{name}", None, inner)
-    return Sections.model_construct(**right)
-
-
-def _long_form(
-    base: Mapping[str, Any], vary: Mapping[str, Any], problems: Problems
-) -> dict[str, Any]:
-    """The keys of `base` with all that a material and a sliding distance stand for."""
-    return with_parts_of_distance(with_materials(base, problems, vary), vary)
-
-
-def _read_base(
-    base: Mapping[str, Any],
-    vary: Mapping[str, Any],
-    axes: Sequence[Axis],
-    folder: Path,
-    problems: Problems,
-) -> dict[str, Any]:
-    """Read the fixed values; a part with varied fields has their first values.
-
-    The value that base may have for a varied parameter is not used.
-    """
-    found = Problems()
-    given = _long_form(base, vary, found)
-    first = {axis.name: axis.written[0] for axis in axes}
-    varied = [name for name in vary if "." in name and name.partition(".")[0] not in vary]
-    for name in varied:
-        whole, _, field = name.partition(".")
-        written = given.get(whole, {})
-        content = {"kind": written} if isinstance(written, str) else as_mapping(written)
-        kept = {key: value for key, value in content.items() if key != field}
-        given[whole] = {**kept, field: first[name]} if name in first else kept
-    fixed = case_keys().read_values(given, found, folder)
-    for one in found:
-        if one.key not in varied:
-            problems.append(replace(one, key=f"base.{one.key}"))
-        elif one.key in first:  # otherwise told where it is varied
-            problems.append(replace(one, key=f"vary.{one.key}"))
-    return {name: value for name, value in fixed.items() if name not in vary}
+def _at_varied(problems: Problems, vary: Mapping[str, Any]) -> Iterator[Problem]:
+    """Problems of the first value of a varied field, told where it is varied, once."""
+    told = [problem.key for problem in problems]
+    for problem in problems:
+        name = problem.key.removeprefix("base.")
+        if name not in vary or "." not in name:
+            yield problem
+        elif not any(key.startswith(f"vary.{name}") for key in told):
+            yield replace(problem, key=f"vary.{name}")
 
 
 def _try_points(study: Study, problems: Problems, skip: bool) -> None:
@@ -302,7 +207,7 @@ def _try_points(study: Study, problems: Problems, skip: bool) -> None:
     broken: dict[tuple[str, str], list[tuple[Problem, str]]] = {}
     for point in study.points():
         case, found = point.unchecked
-        wrong = findings(case) if case is not None else found
+        wrong = [*found, *findings(case)]
         if wrong and skip and study.axes:
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:
@@ -348,42 +253,3 @@ def _in_order(
             line = lines.get(at) if at else None
         told[key, problem.rule] = replace(problem, key=key, line=line)
     return sorted(told.values(), key=lambda one: one.line or len(lines) * 1000)
-
-
-def study_schema() -> Schema:
-    """Return the JSON Schema (2020-12) of a study file, made from the models that read it.
-
-    It covers names, kinds of values and their descriptions. Only `load_study` checks rules on
-    several values at once (Q < µP, a cell fine enough for the roughness, equal lengths under
-    ``zip``).
-    """
-    schema = inlined(Sections.model_json_schema())
-    name = {"enum": [*material_table(), *(int(n) for n in material_table() if n.isdigit())]}
-    two = {"type": "array", "items": name, "minItems": 2, "maxItems": 2}
-    keys = case_keys()
-    base = {key: keys.value_schema(key) for key in keys.names}
-    base[MATERIAL] = {"description": DESCRIPTION, "anyOf": [name, two]}
-    sections = schema["properties"]
-    closed = {"type": "object", "additionalProperties": False}
-    sections["base"] |= {**closed, "properties": base}
-    sections["vary"] |= {**closed, "properties": {n: _varied(n) for n in keys.all_names}}
-    for place, reader in study_sections():
-        *outer, key = place.split(".")
-        (sections[outer[0]]["properties"] if outer else sections)[key] = reader.section_schema()
-    sections["output"]["additionalProperties"] = False
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **schema,
-        "title": "fretwear study",
-        "description": "A study of fretting wear: base values, varied values, output.",
-    }
-
-
-def _varied(name: str) -> Schema:
-    value = case_keys().value_schema(name)
-    listed = {"type": "array", "items": value, "minItems": 1}
-    if not case_keys()[name].about.may_be_drawn:
-        return listed
-    ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
-    interval = {"type": "object", "additionalProperties": False, "properties": ends}
-    return {"anyOf": [listed, {**interval, "required": ["from", "to"]}]}

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 from fretwear.mechanics.slip.loading import (
     Displacement,
     DisplacementRatio,
     SlidingDistance,
+    TangentialLoad,
     TangentialRatio,
 )
 from fretwear.mechanics.slip.models import Jaeger
-from fretwear.study.contact import FrettingContact
+from fretwear.study.contact import FrettingContact, UnknownValueError
 from fretwear.study.problems import Problem
 from fretwear.units import (
     BY_SI_UNIT,
@@ -191,20 +193,27 @@ def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Problem]:
 
 def _of_partial_slip(case: FrettingContact) -> Iterator[Problem]:
     """Under a force Q ≥ µP all slides, without a stick zone; too small a Q slips nowhere."""
-    loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
-    ratio, hint = case.tangential_ratio, "for gross slip write sliding_amplitude"
+    loading, law, hint = case.loading, case.friction_law, "for gross slip write sliding_amplitude"
     if isinstance(loading, TangentialRatio):
         ratio = loading.tangential_ratio
         if ratio >= 1.0:
             rule = "is gross sliding: Q/(µP) must be less than 1"
             yield Problem(loading.kind, f"{ratio:.6g}", rule, hint)
         # Q stays as it is where friction follows slip.
-        elif case.friction_law.follows_slip and ratio * case.friction_law.coefficient >= friction:
+        elif law.follows_slip and ratio * law.coefficient >= law.least:
             rule = "is gross sliding once friction has fallen"
             yield Problem(loading.kind, f"{ratio:.6g}", rule, hint)
-    elif loading.is_force and loading.ratio(friction, case.coupling, hertz) >= 1.0:
-        rule = f"is gross sliding: Q must be less than µP = {_force(case, friction * hertz.load)}"
-        yield Problem(loading.kind, _force(case, case.tangential_load), rule, hint)
+    elif isinstance(loading, TangentialLoad):
+        load = case.normal.given[0] or case.hertz.load
+        ratio = loading.load_ratio(law.coefficient, load)
+        if loading.tangential_load >= (limit := law.least * load):
+            of_given = getattr(loading.tangential_load, "si_unit", "")
+            unit = BY_SI_UNIT[of_given or case.frame.unit(FORCE.si_unit)]
+            rule = f"is gross sliding: Q must be less than µP = {format_quantity(limit, unit)}"
+            given = format_quantity(loading.tangential_load, unit)
+            yield Problem(loading.kind, given, rule, hint)
+    else:
+        ratio = case.tangential_ratio
     if ratio < LEAST_LOAD_RATIO:
         rule = f"leaves no slip to compute: Q/(µP) is {ratio:.3g} and must be at least"
         yield Problem(loading.kind, None, f"{rule} {LEAST_LOAD_RATIO:g}")
@@ -295,13 +304,25 @@ def _of_blocks(case: FrettingContact) -> Iterator[Problem]:
 
 
 def _broken(case: FrettingContact) -> list[Problem]:
-    return [problem for rules in _RULES for problem in rules(case)]
+    """The rules that a case breaks, without those whose values could not be read."""
+    broken = []
+    for rules in _RULES:
+        with suppress(UnknownValueError):
+            for problem in rules(case):
+                broken.append(problem)
+    return broken
 
 
 def findings(case: FrettingContact) -> list[Problem]:
     """Return the problems of a case, each of whose values is valid by itself."""
     broken = _broken(case)
-    if beyond := [str(cycle) for cycle in case.output_cycles if cycle > case.cycles]:
-        rule = f"is beyond the last cycle, {case.cycles}"
-        broken.append(Problem("output_cycles", ", ".join(beyond), rule))
-    return [*broken, *_of_blocks(case)]
+    with suppress(UnknownValueError):
+        broken += [*_of_snapshots(case), *_of_blocks(case)]
+    return broken
+
+
+def _of_snapshots(case: FrettingContact) -> Iterator[Problem]:
+    last = case.cycles
+    if beyond := [str(cycle) for cycle in case.output_cycles if cycle > last]:
+        rule = f"is beyond the last cycle, {last}"
+        yield Problem("output_cycles", ", ".join(beyond), rule)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import Any
 
 from fretwear.plugins import StudySection
 from fretwear.study.case import Case
-from fretwear.study.contact import case_keys
+from fretwear.study.contact import FrettingContact, IncompleteContact, case_keys
 from fretwear.study.designs import Axis, Design
 from fretwear.study.problems import Problems
 
@@ -34,6 +34,7 @@ class Study:
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Sections of packages beside the core, by their place in the file.
     added: Mapping[str, StudySection] = field(default_factory=dict)
+    unread: Set[str] = frozenset()  # keys whose values are wrong: none of a study to be run
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
@@ -83,7 +84,8 @@ class Study:
             whole, _, field = axis.name.partition(".")
             value = axis.values[position]
             if field:
-                part = values[whole]
+                if (part := values.get(whole)) is None:
+                    continue  # it could not be read
                 value = type(part).unchecked(**{**vars(part), field: value})
             values[whole] = value
         return values
@@ -109,16 +111,18 @@ class Point:
     @property
     def case(self) -> Case | None:
         """The case to run; None if the point is invalid."""
-        return None if self.problem else self.unchecked[0]
+        case, _ = self.unchecked
+        return case if isinstance(case, Case) and not self.problem else None
 
     @cached_property
-    def unchecked(self) -> tuple[Case | None, Problems]:
-        """The case, whose rules are not checked, or the reasons why the values make none."""
-        values, problems = self.study.values(self.index), Problems()
-        members = case_keys().members_of(values, values, problems)
-        if problems:
-            return None, problems
-        return Case.of({**members, "output_cycles": self.study.snapshots}), problems
+    def unchecked(self) -> tuple[FrettingContact, Problems]:
+        """The case, whose rules are not checked, and why the values make none, if so."""
+        values, unread, problems = self.study.values(self.index), self.study.unread, Problems()
+        members = case_keys().members_of(values, unread, problems)
+        parts = {**members, "output_cycles": self.study.snapshots}
+        if unknown := case_keys().unknown(members, unread):
+            return IncompleteContact.of({**parts, "unknown": unknown}), problems
+        return Case.of(parts), problems
 
     @cached_property
     def id(self) -> str:

@@ -68,6 +68,8 @@ def read_document(file: Path) -> Document:
         problem = Problem("", None, f"is not YAML: {reason}", line=at and at.line + 1)
     except UnicodeDecodeError as error:
         problem = Problem("", None, f"is not UTF-8 text (byte {error.start})")
+    except RecursionError:
+        problem = Problem("", None, "is nested too deeply: does an alias hold itself?")
     except OSError as error:
         problem = Problem("", None, f"cannot be read: {error.strerror}", _meant(file))
     raise StudyError(file, [problem])

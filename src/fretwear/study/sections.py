@@ -1,0 +1,100 @@
+"""The form of a study file: its sections, their types, and the JSON Schema that follows."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, create_model
+
+from fretwear.plugins import study_sections
+from fretwear.quantity import AUTO, MappingOf, PartOf, Schema, auto_or, inlined
+from fretwear.study.contact import case_keys
+from fretwear.study.cycles import Snapshots
+from fretwear.study.designs import MAX_POINTS, Combinations, Design
+from fretwear.study.keys import Keys
+
+MAX_TITLE = 200
+_Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class Output(BaseModel):
+    """What is written beside the results."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    cycles: Snapshots = None
+
+
+class Sections(BaseModel):
+    """The sections of a study file."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    title: Annotated[
+        str,
+        StringConstraints(strip_whitespace=True, min_length=1, max_length=MAX_TITLE),
+        Field(description="For people; the study takes its name from the file."),
+    ] = ""
+    base: Annotated[
+        dict[str, Any], Field(description="One value for every parameter that is not varied.")
+    ] = {}
+    vary: Annotated[
+        dict[str, Any], Field(description="The varied parameters, each with its values.")
+    ] = {}
+    design: Annotated[
+        Design, PartOf(Design, "design", like="grid", description="How varied values combine.")
+    ] = Combinations()
+    invalid: Annotated[
+        Literal["stop", "skip"], Field(description="What to do about points such as Q >= µP.")
+    ] = "stop"
+    batch: Annotated[
+        int | None,
+        Field(ge=1, le=MAX_POINTS, description="Cases of a job; auto: as many as take minutes."),
+        AUTO,
+        auto_or({"type": "integer", "minimum": 1}),
+        Field(json_schema_extra={"default": "auto"}),
+    ] = None
+    output: Output = Output()
+    creator: Annotated[_Text, Field(description="Who made the study, for its datasets.")] = ""
+    license: Annotated[_Text, Field(description="License of the results.")] = ""
+    institution: Annotated[_Text, Field(description="Where the study was made.")] = ""
+    references: Annotated[_Text, Field(description="Publications about the study.")] = ""
+
+
+def study_form() -> TypeAdapter[Sections]:
+    """Return what reads a study file, with the keys of cases and of packages beside the core."""
+    return _form(case_keys())
+
+
+@lru_cache(2)
+def _form(keys: Keys) -> TypeAdapter[Sections]:
+    added: dict[str, dict[str, Any]] = {"": {}, "output": {}}
+    for place, section in study_sections():
+        whole, _, key = place.rpartition(".")
+        added[whole][key] = section, None
+    output = create_model("Output", __base__=Output, __doc__=Output.__doc__, **added["output"])
+    base, vary = (
+        Annotated[dict[str, Any], MappingOf(types), Field(description=about.description)]
+        for types, about in (
+            (keys.types, Sections.model_fields["base"]),
+            (keys.varied_types, Sections.model_fields["vary"]),
+        )
+    )
+    own: dict[str, Any] = {"base": (base, {}), "vary": (vary, {}), "output": (output, output())}
+    return TypeAdapter(create_model("Sections", __base__=Sections, **own, **added[""]))
+
+
+def study_schema() -> Schema:
+    """Return the JSON Schema (2020-12) of a study file, made from the models that read it.
+
+    It covers names, kinds of values and their descriptions. Only `load_study` checks rules on
+    several values at once (Q < µP, a cell fine enough for the roughness, equal lengths under
+    ``zip``).
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **inlined(study_form().json_schema()),
+        "title": "fretwear study",
+        "description": "A study of fretting wear: base values, varied values, output.",
+    }
