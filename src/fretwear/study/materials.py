@@ -12,7 +12,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import PlainValidator, WithJsonSchema
 
 from fretwear.quantity import Schema, each, is_list
 from fretwear.units import QuantityError, did_you_mean
@@ -55,16 +55,12 @@ def _read(value: object) -> object:
 
 def _schema() -> Schema:
     name = {"enum": [*material_table(), *(int(n) for n in material_table() if n.isdigit())]}
-    return {"anyOf": [name, {"type": "array", "items": name, "minItems": 2, "maxItems": 2}]}
-
-
-Material = Annotated[
-    Any,
-    PlainValidator(_read),
-    WithJsonSchema(_schema()),
-    Field(
-        description="A material of the table, or a pair [body I, body II]: short for "
+    return {
+        "description": "A material of the table, or a pair [body I, body II]: short for "
         "youngs_modulus and poisson_ratio and, where the table has a hardness, for plastic_limit, "
-        "unless these are given."
-    ),
-]
+        "unless these are given.",
+        "anyOf": [name, {"type": "array", "items": name, "minItems": 2, "maxItems": 2}],
+    }
+
+
+Material = Annotated[Any, PlainValidator(_read), WithJsonSchema(_schema())]
