@@ -3,11 +3,9 @@
 import ast
 import json
 import re
-import shutil
 import tomllib
 from pathlib import Path
 
-import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -20,8 +18,6 @@ from fretwear.version import code_digest
 REPOSITORY = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = PYPROJECT["project"]
-# Versions in which something fails.
-BROKEN = {"rich": "13.7.0", "pint": "0.24", "matplotlib": "3.9.0"}
 
 
 def text_of(name):
@@ -35,7 +31,6 @@ def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else()
     needed = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]
     needed += PYPROJECT["build-system"]["requires"]
     for requirement in map(Requirement, needed):
-        assert not requirement.specifier.contains(BROKEN.get(requirement.name, "0"))
         assert versions[canonicalize_name(requirement.name)] in requirement.specifier
     names = [name.lower() for name, _ in pairs]
     assert names == sorted(set(names))
@@ -52,26 +47,13 @@ def test_version_and_license_are_the_same_everywhere():
     assert meta["license"].endswith(f"/{citation['license']}")
     names = {author["name"] for author in (*PROJECT["authors"], *meta["author"])}
     assert names == {author["name"] for author in citation["authors"]}
-    paper = yaml.safe_load(text_of("paper/paper.md").split("---")[1])
-    assert {author["name"] for author in paper["authors"]} == names
-    cited = {*re.findall(r"@([a-z]+\d{4})", text_of("paper/paper.md"))}
-    assert cited == {*re.findall(r"@article{(\w+),", text_of("paper/paper.bib"))}
 
 
-COMPUTING = ("mechanics/contact/problem.py", "theory/__init__.py", "quantity.py", "tables.py")
-COMPUTING += (
-    "study/case.py",
-    "study/contact.py",
-    "study/cycles.py",
-    "study/spacing.py",
-    "run/simulate.py",
-)
 # Reached from a run, but of no effect on its numbers beyond the parameters that its file names.
 READING = ("arrays.py", "units.py", "study/parameters.py", "study/problems.py")
 READING += ("study/materials.py", "study/designs.py", "study/study.py", "study/yamlfile.py")
 READING += ("plugins.py", "study/rules.py", "study/case_warnings.py", "study/plan.py")
 READING += ("run/resources.py", "run/progress.py", "data/dataset.py", "version.py")
-OTHERS = (*READING, "study/reading.py", "figures/maps.py", "report/build.py", "cli/show.py")
 
 
 def reached(module, known):
@@ -93,25 +75,6 @@ def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
         assert name.startswith(version.SOURCES) or name.endswith("__init__.py") or name in READING
 
 
-@pytest.mark.slow
-def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
-    tmp_path, monkeypatch
-):
-    digests, copy = [code_digest()], tmp_path / "fretwear"
-    ignored = shutil.ignore_patterns("*.pyc", "*.so")
-    shutil.copytree(Path(fretwear.__file__).parent, copy, ignore=ignored)
-    monkeypatch.setattr("fretwear.version.__file__", str(copy / "version.py"))
-    # Wherever the same sources lie, and whatever draws or reports.
-    for name in (*OTHERS, *COMPUTING, "mechanics/new.py"):
-        with (copy / name).open("ab") as stream:
-            stream.write(b"\nnew = 1\n")
-        digests.append(code_digest.__wrapped__())
-    assert len(set(digests[: len(OTHERS) + 1])) == 1
-    assert len(set(digests)) == len(digests) - len(OTHERS)
-    monkeypatch.setattr("fretwear.version.LIBRARIES", ("numpy",))
-    assert code_digest.__wrapped__() not in digests
-
-
 def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
     package = tmp_path / "fretwear"
     monkeypatch.setattr("fretwear.version.__file__", str(package / "version.py"))
@@ -128,8 +91,10 @@ def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
     assert digest(code) == digest(same) != digest(code.replace("# p", "# q"))
     table = 'rows = table(\n    """\n    a | b\n    """\n)\n'
     assert digest(table) != digest(table.replace("b", "c"))
-    # Code of another package counts where it is named.
+    # Code of another package counts where it is named, and so do versions of libraries.
     core = digest(code)
     cracks = digest(code, "fretwear_cracks", ["fretwear_cracks"])
     assert core == code_digest.__wrapped__() != cracks
     assert digest("law = 1", "fretwear_cracks", ["fretwear_cracks"]) != cracks
+    monkeypatch.setattr("fretwear.version.LIBRARIES", ("numpy",))
+    assert code_digest.__wrapped__() != core

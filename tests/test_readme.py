@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -25,20 +24,6 @@ def call(*arguments):
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert result.exit_code == 0, result.stderr
     return result.stdout
-
-
-def test_continuous_integration_runs_the_two_commands_as_they_stand_here():
-    first, second, *_ = (block.strip() for block in blocks("bash"))
-    assert first.endswith('pip install -c constraints.txt -e ".[fast]" && snakemake --cores 2')
-    assert second.endswith(
-        'pip install -c constraints.txt -e ".[test]" && pytest -n logical --dist loadfile'
-    )
-    script = (REPOSITORY / ".ci/run").read_text(encoding="utf-8")
-    function = re.search(r"^readme_command\(\) \{.*?^\}$", script, re.MULTILINE | re.DOTALL)[0]
-    for words, command in (("snakemake --cores 2", first), ("pytest", second)):
-        assert f'run_readme_command "{words}"' in script
-        bash = ["bash", "-c", f"{function}\nreadme_command '{words}'"]
-        assert subprocess.check_output(bash, cwd=REPOSITORY, text=True).strip() == command
 
 
 def test_the_study_file_and_the_commands_of_the_readme_can_be_run(tmp_path, monkeypatch):

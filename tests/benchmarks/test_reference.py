@@ -2,7 +2,6 @@
 
 import csv
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,6 @@ from benchmarks.verification.reference_rings import (
     Resolution,
     RingContact,
     Rings,
-    SmoothWear,
-    WearState,
     dimensionless_history,
     graded_rings,
     solve_contact,
@@ -50,50 +47,6 @@ def test_hertz_converges_with_the_rings_and_a_flat_punch_has_its_approach():
     r = rings.radii[rings.radii < 0.9]
     punch = UNIT_HERTZ.load / (2 * math.pi * np.sqrt(1 - r**2))
     np.testing.assert_allclose(contact.pressure[: r.size], punch, rtol=1e-3)
-
-
-def coarse(load_ratio, limit, widest=0.02):
-    edge = math.cbrt(1 - load_ratio)
-    rings = graded_rings(edge, 0.3, 4.0, narrowest=0.0125, narrow=0.0125, widest=widest)
-    return SmoothWear(rings, load_ratio, limit)
-
-
-def explicit(problem, time, steps):
-    """Values after forward steps: the wear of a step from the pressure that it begins with."""
-    sphere, state = 0.5 * problem.rings.radii**2, problem.unworn()
-    wear, plastic, full, reduced = state.wear, state.plastic, state.full, state.reduced
-    for _ in range(steps):
-        wear = wear + time / steps * full.pressure / P0 * np.maximum(reduced.gap, 0.0)
-        shape = sphere + wear + plastic
-        full = press(problem.rings, shape, problem.limit, start=full)
-        sunk = np.where(full.yielding, -full.gap, 0.0)
-        plastic = plastic + sunk
-        reduced = press(problem.rings, shape + sunk, load=problem.reduced_load, start=reduced)
-        reduced = replace(reduced, gap=np.where(reduced.loaded, 0.0, reduced.gap))
-    return problem.measure(WearState(wear, plastic, full, reduced))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("limit", "time", "backwards", "forwards"),
-    [(math.inf, 3.0, (80, 160), (400, 800)), (LIMIT, 8.0, (320, 640), (800, 1600))],
-    ids=["elastic", "capped"],
-)
-def test_forward_and_backward_steps_meet(limit, time, backwards, forwards):
-    # Both are first order from opposite sides; on the same rings their extrapolations agree.
-    problem = coarse(0.8, limit, widest=0.04)
-    backward = []
-    for steps in backwards:
-        state = problem.unworn()
-        for _ in range(steps):
-            state = problem.advance(state, time / steps)
-        backward.append(problem.measure(state))
-    forward = [explicit(problem, time, steps) for steps in forwards]
-    integrals = [APPROACH, CENTRAL, DEEPEST, VOLUME]
-    found, expected = (2 * pair[1] - pair[0] for pair in (backward, forward))
-    np.testing.assert_allclose(found[integrals], expected[integrals], rtol=2e-4)
-    # Plastic flow goes ring by ring, which the extrapolations cannot see.
-    np.testing.assert_allclose(found[PLASTIC], expected[PLASTIC], rtol=5e-3, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import ExampleError, Session, agrees, blocks, check, written
+from examples import ExampleError, Session, agrees, blocks, check
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -78,38 +78,10 @@ def test_shown_and_printed_agree_but_for_what_is_left_out_and_the_last_digits(sh
     assert agrees(shown, printed) is same
 
 
-def test_what_is_printed_can_be_written_into_a_page(tmp_path):
-    page = page_of(fence("bash", "echo new"), fence("text", "old"), "End.")
-    assert written(page, Session(tmp_path)) == page.replace("old", "new")
-
-
 LINKED = [
     *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
     *(page for page in sorted(DOCS.rglob("*.md")) if "generated" not in page.parts),
 ]
-
-
-def anchors(page):
-    """Anchors of the headings, as they are made from their words."""
-    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
-    words = (title.strip().lower() for title in re.findall(r"^#+ (.*)$", text, re.MULTILINE))
-    return {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in words}
-
-
-@pytest.mark.parametrize("page", LINKED, ids=lambda page: str(page.relative_to(REPOSITORY)))
-def test_links_lead_somewhere(page):
-    text = re.sub(
-        r"^```.*?^```$|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.M | re.S
-    )
-    for link in re.findall(r"\]\(([^)\s]+)\)", text):
-        target, _, anchor = link.partition("#")
-        file = (page.parent / target).resolve() if target else page
-        # Pictures in generated/ are made by the page when the site is built.
-        if target.startswith("https:") or "generated" in Path(target).parts:
-            continue
-        assert file.exists(), f"{page.name}: {link}"
-        if anchor:
-            assert anchor in anchors(file), f"{page.name}: {link}"
 
 
 def test_pages_link_to_nothing_outside_and_files_that_readers_are_sent_to_exist():

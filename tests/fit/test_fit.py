@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.atomic import DataFileError
-from fretwear.run.simulate import run, simulate
+from fretwear.run.simulate import run
 from fretwear.study.case import Case
 from fretwear.study.reading import load_study
 from fretwear_fit.comparison import Comparison
@@ -81,20 +81,6 @@ def study_of(tmp_path, free, *data, **base):
     # The laws below are exact at any tolerance of the steps.
     content = {"base": TITANIUM | {"tolerance": 0.1} | base, "fit": {"free": free, "data": [*data]}}
     return load_study(write_study(tmp_path / "numbers.yaml", content))
-
-
-@pytest.mark.slow
-def test_archards_law_gives_coefficient_and_error_of_a_volume(tmp_path):
-    """V = 4 K P δ N per length of a contact that slides as a whole: 2 % of V are 2 % of K."""
-    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
-    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
-    study = study_of(tmp_path, {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, number)
-    found = fit(study)
-    assert found.values["wear_coefficient"] == near(2e-13, rel=2e-3)
-    low, high = found.interval("wear_coefficient", 0.68)
-    assert np.log(high / low) / 2 == pytest.approx(0.02, abs=0.002)
-    assert found.runs <= 20
-    assert any("only the product" in warning for warning in found.warnings)
 
 
 @pytest.mark.slow
@@ -292,18 +278,6 @@ def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(t
     settled = comparison.settled(comparison.signal(worn))
     assert settled[2] == pytest.approx(shift, abs=1e-5)
     assert settled[0] == pytest.approx(1e-6, abs=1e-8)
-
-
-@pytest.mark.slow
-def test_a_finished_scar_of_partial_slip_bounds_its_coefficient_from_below(tmp_path):
-    cycles = 3_000_000
-    volume = float(simulate(steel(cycles=cycles, error_estimate=False))["wear_volume"][-1])
-    data = {"quantity": "wear_volume", "value": f"{volume:.6e} m^3", "error": "3 %"}
-    free = {"wear_coefficient": ["1e-15 / Pa", "1e-11 / Pa"]}
-    given = base(cycles=cycles, error_estimate=False)
-    content = {"base": given, "fit": {"free": free, "data": [data]}}
-    found = fit(write_study(tmp_path / "sphere.yaml", content))
-    assert found.is_open("wear_coefficient", 0.68) == (False, True)
 
 
 @pytest.mark.slow

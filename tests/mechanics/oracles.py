@@ -74,7 +74,7 @@ def worst_violation(problem: WearProblem, state: State) -> float:
 def normal_contact(
     influence: Array,
     shape: Array,
-    cell: float,
+    cell: Array | float,
     load: float,
     loaded: Mask | None = None,
     limit: float = np.inf,
@@ -83,8 +83,9 @@ def normal_contact(
 
     All cells start in contact, or those ``loaded``; cells leave while their pressure pulls, and
     come back while they penetrate. Cells above the limit are held there while they penetrate.
-    ``cell`` is the area of a cell, m².
+    ``cell`` is the area of a cell, m², or of each.
     """
+    areas = np.broadcast_to(cell, shape.shape)
     if loaded is None:
         loaded = np.ones(shape.size, dtype=bool)
     full = np.zeros_like(loaded)
@@ -94,7 +95,8 @@ def normal_contact(
         pressure[inside], approach = _solve_with_total(
             influence[np.ix_(inside, inside)],
             -(shape + influence @ pressure)[inside],
-            load / cell - pressure.sum(),
+            load - areas @ pressure,
+            areas[inside],
         )
         gap = shape + influence @ pressure - approach
         wanted = np.where(loaded, pressure > 0.0, gap < 0.0)
@@ -144,8 +146,8 @@ def tangential_step(
         if force is None:
             traction[stick] = np.linalg.solve(matrix, displacement - forced)
         else:
-            total = force / cell - traction.sum()
-            traction[stick], displacement = _solve_with_total(matrix, -forced, total)
+            total, areas = force / cell - traction.sum(), np.ones(stick.size)
+            traction[stick], displacement = _solve_with_total(matrix, -forced, total, areas)
         slip = displacement - influence @ (traction - before) - drag
         above = np.where(upper, slip >= 0.0, ~lower & touching & (traction > outside))
         below = np.where(lower, slip <= 0.0, ~upper & touching & (traction < -outside))
@@ -194,16 +196,18 @@ def vector_friction(matrix: Array, bound: Array, total: float) -> tuple[Array, A
     return np.where(sticks, 0.0, np.hypot(x[sticks].mean() - x, y)), traction
 
 
-def _solve_with_total(matrix: Array, right: Array, total: float) -> tuple[Array, float]:
-    """Solve K z - λ = right with Σz = total for z and λ."""
+def _solve_with_total(
+    matrix: Array, right: Array, total: float, areas: Array
+) -> tuple[Array, float]:
+    """Solve K z - λ = right with ΣAz = total for z and λ."""
     size = right.size
     system = np.zeros((size + 1, size + 1))
     # K in units of its own diagonal, so that both kinds of rows weigh alike
     scale = matrix[0, 0]
     system[:size, :size] = matrix / scale
     system[:size, size] = -1.0
-    system[size, :size] = 1.0
-    solution = np.linalg.solve(system, np.append(right / scale, total))
+    system[size, :size] = areas / areas[0]
+    solution = np.linalg.solve(system, np.append(right / scale, total / areas[0]))
     return solution[:size], float(solution[size] * scale)
 
 

@@ -41,7 +41,6 @@ from .problems import (
     Elastic,
     Waves,
     covered,
-    folded,
     fretting,
     uneven,
 )
@@ -147,21 +146,6 @@ def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs):
     assert list(evolve(problem, STOPS, start=states[-1])) == []
 
 
-@pytest.mark.slow
-def test_quarter_and_whole_domain_wear_alike():
-    capped = RUNS["capped under friction"]
-    one, four = (
-        list(evolve(fretting(16, **changes), [800], accuracy=CONVERGED))
-        for changes in (capped, {**capped, "roughness": uneven(ROUGH)})
-    )
-    assert len(one) == len(four)
-    for quarter, whole in zip(one, four, strict=True):
-        assert quarter.cycle == near(whole.cycle, rel=1e-9)
-        np.testing.assert_allclose(quarter.pressure, folded(whole.pressure), atol=1e-8 * P0)
-        np.testing.assert_allclose(quarter.wear, folded(whole.wear), atol=1e-8 * HERTZ.approach)
-        np.testing.assert_array_equal(quarter.reduced.stick, folded(whole.reduced.stick))
-
-
 def test_a_growing_window_gives_what_a_large_one_gives(runs):
     problem, states = runs["rough capped"]
     roomy = replace(problem, extent=(1.9 * A, 1.9 * A))
@@ -172,21 +156,6 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs):
     np.testing.assert_allclose(small.pressure, large.pressure, atol=1e-3 * P0)
     np.testing.assert_allclose(small.wear, large.wear, atol=1e-5 * HERTZ.approach)
     np.testing.assert_allclose(small.gap, large.gap, atol=1e-5 * HERTZ.approach)
-
-
-def test_blocks_load_what_earlier_ones_have_worn_off_and_pressed_in():
-    problem = fretting(12, limit=0.9, debris_fraction=0.5)
-    *_, whole = evolve(problem, [1000, 2000])
-    *_, alike = evolve(replace(problem, blocks=((1000.0, problem), (np.inf, problem))), [2000])
-    for name in ("wear", "opening", "plastic"):
-        found, expected = (getattr(each, name).sum() for each in (alike, whole))
-        assert found == near(expected, rel=1e-3), name
-    lighter = replace(problem, normal=NormalLoad(0.5 * LOAD))
-    states = list(evolve(replace(problem, blocks=((1000.0, problem), (np.inf, lighter))), [2000]))
-    (before,) = (each for each in states if each.cycle == 1000)
-    after = states[-1].on(Workspace(lighter), before.geometry)
-    assert (after.plastic >= before.plastic).all()
-    assert before.plastic.any()
 
 
 def test_stops_are_met_to_the_last_bit_and_do_not_slow_down_the_next_step(runs):
