@@ -9,10 +9,8 @@ import shutil
 import signal
 import subprocess
 from collections import Counter
-from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import settings
 
 # Tests run beside each other; threads of BLAS on top of that only wait for one another. It reads
@@ -61,25 +59,6 @@ def made_once(tmp_path_factory):
         return place
 
     return folder
-
-
-@pytest.fixture(scope="session")
-def coarse_demo(made_once):
-    """A folder with the default study, its cases on coarse grids and over few cycles, merged."""
-
-    def make(folder):
-        from fretwear.study.reading import load_study
-
-        from .studies import run_study, write_study
-
-        file = folder / "studies/demo.yaml"
-        content = yaml.safe_load((Path(__file__).parents[1] / "studies/demo.yaml").read_text())
-        content["base"].update(cycles=300, cell="6 um")
-        content["base"]["roughness"].update(slope_x="0.3 deg", slope_y="0.3 deg")
-        content["output"] = {"cycles": [0, 300]}
-        run_study(load_study(write_study(file, content)), folder / "results/demo")
-
-    return made_once("coarse-demo", make)
 
 
 @pytest.fixture

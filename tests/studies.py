@@ -1,6 +1,7 @@
 """The steel sphere of the tests, studies of it, and their results without the workflow."""
 
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -108,10 +109,14 @@ def flip(path: Path) -> None:
     path.write_bytes(content)
 
 
+computed = cache(run)
+"""Results of a case, which some studies share."""
+
+
 def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> Path:
     """Run the cases of a study, or some of them, and merge them into a folder of results."""
     for case_id in study.cases() if case_ids is None else case_ids:
-        result = run(study.cases()[case_id])
+        result = computed(study.cases()[case_id])
         write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc", result.loops)
     merge_study(study, folder / "cases", folder / "summary.nc")
     return folder

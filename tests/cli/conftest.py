@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import pytest
 from typer.testing import CliRunner
 
@@ -58,22 +56,3 @@ def case_file(tmp_path_factory):
     study, path = desk.write(tiny_study()), desk.folder / "case.nc"
     desk.call("run", study, "--set", "load=50 N", "-o", path)
     return path
-
-
-@pytest.fixture(scope="session")
-def finished_desk(made_once):
-    """A folder with a study, and with its cases, summary, figures and report in results/."""
-
-    def make(folder):
-        desk = Desk(folder)
-        study = desk.write(tiny_study())
-        desk.call("run", study, "-o", folder / "results/cases")
-        for step in ("merge", "figures", "report"):
-            desk.call(step, study, "--results", folder / "results")
-
-    return Desk(made_once("desk", make))
-
-
-@pytest.fixture(scope="session")
-def repository():
-    return Path(__file__).parents[2]

@@ -1,6 +1,8 @@
 """Results of coarse runs, of a case and of the cases of a study."""
 
+import shutil
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -33,18 +35,26 @@ def merged(tmp_path):
     return partial(run_study, folder=tmp_path)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def case():
     return steel(**COARSE)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def results(case):
     return run(case)
 
 
-@pytest.fixture
-def case_path(tmp_path, results):
-    path = tmp_path / "cases" / "case.nc"
+@pytest.fixture(scope="session")
+def written(results, tmp_path_factory):
+    path = tmp_path_factory.mktemp("written") / "case.nc"
     write_case(results.dataset, results.history, path)
     return path
+
+
+@pytest.fixture
+def case_path(tmp_path, written):
+    """A copy of the file of a case, to be spoilt."""
+    folder = tmp_path / "cases"
+    folder.mkdir()
+    return Path(shutil.copy(written, folder))

@@ -139,10 +139,16 @@ def test_a_study_without_results_has_a_page(finished):
     assert not any("Plotly" in script for script in page.scripts)
 
 
-def test_a_summary_of_other_points_and_a_missing_figure_are_refused(finished, tmp_path):
+def test_other_points_a_damaged_index_and_a_missing_figure_are_refused(finished, tmp_path):
     with pytest.raises(DataFileError, match="has other points"):
         build_report(finished.plan, finished.summary.isel(normal_load=[0]), finished.folder)
     shutil.copytree(finished.folder, tmp_path / "copy")
+    index = tmp_path / "copy/figures/index.json"
+    entries = index.read_bytes()
+    index.write_bytes(b"")
+    with pytest.raises(DataFileError, match=r"index\.json: "):
+        build_report(finished.plan, finished.summary, tmp_path / "copy")
+    index.write_bytes(entries)
     path = next((tmp_path / "copy/figures").glob("*.svg"))
     path.unlink()
     with pytest.raises(DataFileError, match=path.stem):
