@@ -27,6 +27,7 @@ def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk,
         assert list(case["cycle"].values) == [0, 20, 200]
 
 
+@pytest.mark.slow
 def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
     desk.call("run", "tiny.yaml", "--set", "load=30 N", "--set", "cycles=50")
     case = select_point(load_study(desk.folder / "tiny.yaml", ["load=30 N", "cycles=50"])).case
@@ -107,6 +108,7 @@ def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
             assert seen["data_vars"][name]["attrs"]["units"] == case[name].attrs["units"]
 
 
+@pytest.mark.slow
 def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, content):
     content["vary"]["cycles"] = [100, 200]
     desk.write(content)
@@ -128,6 +130,7 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
     assert np.ravel(seen["data_vars"]["status"]["data"]).tolist() == [0, 0, 0, 1]
 
 
+@pytest.mark.slow
 def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
     desk.call("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
     result = desk.call("compare", "other.nc", case_file)
@@ -147,6 +150,7 @@ def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_fi
     assert desk.files() == ["both.svg", "other.nc", "tiny.yaml"]
 
 
+@pytest.mark.slow
 def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     shutil.copy(case_file, "mine.nc")
     desk.call("plot", "mine.nc")

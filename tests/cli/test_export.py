@@ -3,6 +3,7 @@
 import pytest
 
 
+@pytest.mark.slow
 def test_cases_are_exported(desk, case_file):
     said = desk.call("export", case_file, "--to", "csv", "-o", "case.csv").stdout
     assert said.splitlines() == ["case-cycle-x-y.csv", "case-cycle.csv"]

@@ -51,6 +51,7 @@ def fill(disk, leaving):
     (disk / "filler").write_bytes(b"x" * (free - leaving))
 
 
+@pytest.mark.slow
 def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_space(desk, mounted):
     disk = mounted()
     call = ("run", "tiny.yaml", "--set", "load=50 N", "-o", disk / "a.nc")

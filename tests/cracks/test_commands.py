@@ -4,6 +4,7 @@ import pytest
 import xarray as xr
 
 
+@pytest.mark.slow
 def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_file):
     options = ("--cycle", 20, "--depth", "10 um, 30 um,60um", "--phases", 8)
     constants = ("--fatemi-socie", "1, 1000 MPa", "--crossland", 0.2, "--bulk-stress", "50 MPa")
@@ -22,6 +23,7 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
     assert said.splitlines()[-1] == "stress.pvd"
 
 
+@pytest.mark.slow
 def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
     constants = ("--basquin", "1000 MPa, -0.1", "--manson-coffin", "0.5,-0.6")
     options = ("--phases", 4, "--depth", "0.2 mm")

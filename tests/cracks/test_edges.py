@@ -113,6 +113,7 @@ def test_the_edge_of_a_simulated_contact_is_that_of_the_closed_form():
     assert float(found.smith_watson_topper_edge[0]) < float(largest) / case.bodies.youngs_modulus
 
 
+@pytest.mark.slow
 def test_a_surface_that_wear_has_made_singular_is_told_so():
     """All load has gone to the stick zone, and no cell is fine enough at its edge."""
     case = steel(cycles=100_000, cell="5 um", output_cycles=(), error_estimate=False)

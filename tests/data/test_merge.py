@@ -78,6 +78,7 @@ RANGES = {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to"
 DRAWN = {"kind": "latin_hypercube", "points": 2, "seed": 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("vary", "design", "dims"),
     [
@@ -143,6 +144,7 @@ def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing
                     assert steps[each][number:].isnull().all()
 
 
+@pytest.mark.slow
 def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, merged):
     study = make_study({"cell": [["10 um", "12 um"], ["4 um", "5 um"]]})
     folder = merged(study)
@@ -181,6 +183,7 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     np.testing.assert_allclose(one.counterface_amplitude, [math.nan, 1e-7], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     loads = {"tangential_load": ["8 N", "16 N"], "load": ["20 N", "50 N"]}
     study = make_study(loads, invalid="skip")
@@ -209,6 +212,7 @@ def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     assert not (tmp_path / "other.nc").exists()
 
 
+@pytest.mark.slow
 def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     summary = summary_of(make_study({"cycles": [500, 1000]}, output={"cycles": [0, 100]}))
     assert summary.wear_volume.dims == ("cycles", "cycle")
@@ -218,6 +222,7 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     assert summary.pressure_profile[0, 3].isnull().all()
 
 
+@pytest.mark.slow
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     make_study, loads, tmp_path
 ):
@@ -244,6 +249,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     assert not (tmp_path / "summary.nc").exists()
 
 
+@pytest.mark.slow
 def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     make_study, loads, monkeypatch, tmp_path
 ):
@@ -263,6 +269,7 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     assert "cases computed by another version of the code: 6 of 6" in told[0]
 
 
+@pytest.mark.slow
 def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
     make_study, loads, tmp_path
 ):
@@ -301,6 +308,7 @@ def test_xarray_puts_case_files_side_by_side(loads):
                 assert (found.normal_load == case.normal_load).all()
 
 
+@pytest.mark.slow
 def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
     folder = merged(make_study({}))
     path = folder / "summary.nc"

@@ -49,6 +49,7 @@ def curves(figure):
     return [line for axes in figure.axes for line in axes.get_lines()]
 
 
+@pytest.mark.slow
 def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
     summary = xr.open_dataset(small_study.cases.parent / "summary.nc")
     part = summary.sel(normal_load=30, roughness_amplitude=0, plastic_limit=np.inf)
@@ -71,6 +72,7 @@ def fretwear_history(study, part):
     return open_history(study.cases / f"{part['case_id'].item()}.nc")
 
 
+@pytest.mark.slow
 def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, check_texts):
     summary = small_study.summary
     figure = figures.scalar_history(summary, "contact_half_width_x")
@@ -90,6 +92,7 @@ def test_panels_colours_and_lines_stand_for_the_varied_parameters(small_study, c
         figures.scalar_history(summary, "wear_volume", ax=Figure().subplots())
 
 
+@pytest.mark.slow
 def test_points_that_are_not_done_are_left_out(small_study):
     summary = small_study.summary.copy(deep=True)
     summary.encoding.clear()
@@ -125,6 +128,7 @@ def test_many_points_have_a_colour_bar_of_the_parameter_that_matters():
     assert "radius" in bar.get_ylabel().lower()
 
 
+@pytest.mark.slow
 def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_study):
     summary = small_study.summary
     chosen = representative_cases(summary)

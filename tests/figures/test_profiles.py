@@ -48,6 +48,7 @@ def test_a_rough_profile_is_filled_before_the_line_of_the_first(rough):
     np.testing.assert_array_equal(strip.get_array()[0], state)
 
 
+@pytest.mark.slow
 def test_cases_stand_side_by_side_with_letters(smooth, rough, check_texts):
     figure = figures.field_profiles({"smooth": smooth, "rough": rough}, "pressure")
     assert [axes.get_title(loc="left")[-6:].strip() for axes in figure.axes] == ["smooth", "rough"]
@@ -101,6 +102,7 @@ def test_scars_of_very_different_depths_are_seen_on_one_scale(smooth):
     assert "square root" in figure.caption
 
 
+@pytest.mark.slow
 def test_all_of_a_case_on_one_page(smooth_run, check_texts):
     figure = figures.overview(smooth_run.dataset, smooth_run.history)
     zones = figure.axes[5]
@@ -113,6 +115,7 @@ def test_all_of_a_case_on_one_page(smooth_run, check_texts):
     check_texts(figure)
 
 
+@pytest.mark.slow
 def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
     figure = figures.compare_cases({"A": smooth, "B": rough})
     pressure, *_, volumes = figure.axes
@@ -125,6 +128,7 @@ def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
         figures.compare_cases({"A": smooth})
 
 
+@pytest.mark.slow
 def test_anything_but_a_dataset_with_these_fields_and_cycles_is_refused(smooth_run, small_study):
     with pytest.raises(ValueError, match=r"cycles = \[5\]: this dataset has snapshots at \[0, 1"):
         figures.field_profiles(smooth_run.dataset, "pressure", cycles=5)

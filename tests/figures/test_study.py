@@ -35,6 +35,7 @@ def test_a_fretting_map_shows_the_regime_over_load_and_displacement():
     )
 
 
+@pytest.mark.slow
 def test_a_study_has_its_figures_and_no_text_overlaps(small_study, check_texts):
     drawn = [*study_figures(small_study.summary, small_study.cases)]
     width = "radius" if "contact_radius" in small_study.summary else "half_width"

@@ -265,6 +265,7 @@ def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
     assert misfit(0.05) == pytest.approx(240, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(tmp_path):
     case = study_of(tmp_path, {"friction": [0.1, 0.9]}, FORCE).points()[0].case
     worn = predicted(case.replace(error_estimate=False), {("wear_depth", "x")})

@@ -64,6 +64,7 @@ def test_wear_is_that_of_explicit_steps(model, rel):
             assert depth == near(expected * A**2 / RADIUS, rel=rel)
 
 
+@pytest.mark.slow
 def test_a_window_that_grows_keeps_the_tractions():
     wide, narrow = (
         worn(fretting(12, slip_model=Coupled(), extent=(size * A, size * A)), [2.0])[0]
@@ -184,6 +185,7 @@ def test_slip_and_wear_are_those_of_friction_as_a_vector(poisson, changes):
     assert off["jaeger"] > 4.0 * off["cerruti"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem",
     [

@@ -153,6 +153,7 @@ def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, dee
     assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_does():
     case = case_of(2000, tangential_ratio=0.8, debris_fraction=1.0, output_cycles=[500])
     found = after(case)
@@ -207,6 +208,7 @@ def test_wear_per_energy_is_archards_and_where_it_falls_lies_between_its_limits(
     assert low.measures.wear_volume < between.measures.wear_volume < high.measures.wear_volume
 
 
+@pytest.mark.slow
 def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_a_number():
     constant = {"cycles": [0, 100], "values": [0.5, 0.5]}
     one, table = (

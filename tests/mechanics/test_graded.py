@@ -183,6 +183,7 @@ def test_narrow_zones_of_slip_and_stick_are_those_of_cattaneo_and_mindlin(kind, 
         assert found.stick_half_width_x == near(theory.stick_radius, rel=1e-4)
 
 
+@pytest.mark.slow
 @BOTH
 def test_pressure_in_the_middle_is_continuous_where_the_contact_begins_to_slide(kind):
     """As little as sticks or is left open within a rounding of U_t, it is no cell of its own."""

@@ -121,6 +121,7 @@ def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squar
         assert one == near(other, rel=1e-6), name
 
 
+@pytest.mark.slow
 def test_strokes_yield_at_the_limit_of_the_friction_of_the_moment():
     limit = 2.6
     given = {"loading": SlidingAmplitude(0.15 * EDGE), "wear_law": Archard((2e-14, 1e-14))}

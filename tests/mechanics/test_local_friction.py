@@ -55,6 +55,7 @@ def energy(problem, state):
     return 4.0 * friction(problem, state) * state.pressure * problem.slip(state.reduced)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

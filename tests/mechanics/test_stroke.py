@@ -162,6 +162,7 @@ def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_g
     assert half.wear.max() == near(2.0 * whole.wear.max(), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_what_is_pressed_beyond_the_limit_yields_at_once():
     """Both bodies sink until no position needs more than the limit; then wear goes on."""
     problem = sliding(limit=0.7 * LINE.peak_pressure / P0)
@@ -293,6 +294,7 @@ def test_a_rim_wears_faster_than_the_core_as_in_explicit_small_steps():
     assert x[last.wear_flat.argmax()] == pytest.approx(inside[0] + x[0], abs=0.2 * EDGE)
 
 
+@pytest.mark.slow
 def test_rim_and_core_end_in_the_constant_laws():
     *_, same = slide(oxidised((4e-14, 6e-14)), (500.0,))
     *_, plain = slide(sliding(5e-6, wear_law=EnergyWear((4e-14, 6e-14))), (500.0,))

@@ -22,7 +22,7 @@ base:
   poisson_ratio: 0.3
   tangential_load: 5 N
   wear_coefficient: 7e-13 / Pa
-  cell: 6 um
+  cell: 10 um
   cycles: 300
 vary:
   load: [20 N, 40 N]

@@ -83,6 +83,7 @@ def test_a_page_has_few_words_before_its_folds(parsed):
     assert 50 < len(parsed.visible) < 250
 
 
+@pytest.mark.slow
 def test_the_matrix_and_answer_have_the_factors_of_the_table_of_effects(page, finished):
     table = effects_table(Points.of(finished.summary))
     claims = json.loads(answer_text(finished.summary))
@@ -119,6 +120,7 @@ def test_every_point_has_a_row_of_values_with_errors_in_the_same_unit(finished):
     assert list(table["Case"])[place] in finished.plan.study.cases()
 
 
+@pytest.mark.slow
 def test_packages_add_sections_with_figures(finished):
     (name, *_) = (path.stem for path in sorted((finished.folder / "figures").glob("*.svg")))
     page = finished.report(sections=[Section("more", "More", Markup("<p>Body.</p>"), (name,))])

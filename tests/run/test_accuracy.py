@@ -47,6 +47,7 @@ def smooth():
     return case, record, run(case, record=record).dataset
 
 
+@pytest.mark.slow
 def test_a_smooth_contact_keeps_an_accuracy_on_cells_wider_than_usual(smooth):
     case, record, ds = smooth
     narrow = fretwear.simulate(case.replace(accuracy="none", tolerance=0.0025), quarter=True)

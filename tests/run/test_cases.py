@@ -66,6 +66,7 @@ def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkey
     assert not before.items() & written(bench).items()
 
 
+@pytest.mark.slow
 def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
     bench.write(HOPELESS)
     said = bench.run(status=1)

@@ -62,6 +62,7 @@ def test_a_limit_far_above_the_pressure_is_none_and_a_low_one_runs(kind, is_roug
         assert np.isfinite(found).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "parts", "rtol"),
     [
@@ -95,6 +96,7 @@ def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_i
     assert any("narrower than a cell" in each.what for each in case_warnings(unseen))
 
 
+@pytest.mark.slow
 def test_a_peak_that_stays_below_its_limit_is_measured_as_that_of_elastic_bodies():
     """In the mean over a written cell, where the narrowest ring alone would show several times it.
 

@@ -30,6 +30,7 @@ def peaks(**changes):
     return found.peak_pressure.values, found.peak_pressure_error.values
 
 
+@pytest.mark.slow
 def test_a_peak_that_grows_with_the_inverse_root_of_the_cells_has_an_infinite_error():
     """The limit of many cycles presses like a flat punch at the edge of its stick zone."""
     fine, coarse = (peaks(cell=cell, slip_model="jaeger") for cell in ("2 um", "4 um"))
@@ -41,6 +42,7 @@ def test_a_peak_that_grows_with_the_inverse_root_of_the_cells_has_an_infinite_er
         assert abs(fine[0][place] - coarse[0][place]) <= coarse[1][place]
 
 
+@pytest.mark.slow
 def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatch):
     """A mean over cells misses 13 %; slip that is fixed never makes the peak singular."""
     cycles = {"cycles": 1000, "output_cycles": (600,)}
@@ -56,6 +58,7 @@ def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatc
         assert error[-1] < 0.5 * pressure[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "unresolved"),
     [
@@ -99,6 +102,7 @@ def fading(tmp_path_factory):
 LACKING = ("mean_stick_pressure", "stick_load_share")
 
 
+@pytest.mark.slow
 def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figures(fading):
     study, folder = fading
     paths = [folder / "cases" / f"{each}.nc" for each in study.cases()]
@@ -125,6 +129,7 @@ def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figure
         assert list(np.isnan(points.results[name])) == [True, False]
 
 
+@pytest.mark.slow
 def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_ranked(fading):
     study, folder = fading
     stuck = [*study.cases()][1]
@@ -143,6 +148,7 @@ def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_rank
     assert list(np.isnan(Points.of(summary).results["peak_pressure"])) == [False, True]
 
 
+@pytest.mark.slow
 def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     """Waves are added to the gap: the origin is a valley, its neighbours half a wave away tips."""
     content = {
@@ -163,6 +169,7 @@ def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     assert np.isnan(points.results["central_pressure"]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

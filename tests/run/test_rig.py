@@ -58,6 +58,7 @@ def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
         assert "18.5 N/mm" in "\n".join(comparison_lines(a, b))
 
 
+@pytest.mark.slow
 def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
     with open_summary(folder / "summary.nc") as summary:
         assert summary.wear_volume.units == "m2"
@@ -126,6 +127,7 @@ def test_the_frequency_of_a_case_is_that_of_its_law():
     assert float(volumes[1]["frequency"]) == 1e-6
 
 
+@pytest.mark.slow
 def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop():
     result = run(steel(**SLIDING))
     last = result.dataset.isel(cycle=-1)
@@ -145,6 +147,7 @@ def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop():
     assert float(last.regime) == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("smooth", [{}, LINE], ids=["sphere", "cylinder"])
 def test_the_loop_of_the_simple_slip_model_is_that_of_the_unworn_contact(smooth):
     """Its slip is, whatever has worn: the loop keeps the area of the closed form, and B is 0.68."""
@@ -171,6 +174,7 @@ def test_the_loop_of_the_simple_slip_model_is_that_of_the_unworn_contact(smooth)
         assert float(each.sliding_criterion[0]) == near(criterion, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [{}, {"plastic_limit": "500 MPa", "cycles": 1}])
 def test_a_tangential_load_that_becomes_too_much_ends_the_run_with_a_remedy(changes):
     # At a held approach the normal force falls, as bodies wear or yield, until Q is µP.
@@ -183,6 +187,7 @@ def test_a_tangential_load_that_becomes_too_much_ends_the_run_with_a_remedy(chan
     np.testing.assert_allclose(history.tangential_force, 0.4 * history.normal_force, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_bodies_may_wear_by_laws_of_their_own():
     """Where a share changes, each body is known over a stroke, and only the sum in partial slip."""
     each = {"slow": ["2e-4 mm^3/J", "3e-4 mm^3/J"], "fast": ["4e-5 mm^3/J", "2e-4 mm^3/J"]}

@@ -133,6 +133,7 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
         np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beside", [-1e-3, -1e-7, 1.7e-5])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder"])
 def test_shear_never_exceeds_what_the_pressure_bears_about_the_onset_of_gross_slip(kind, beside):
@@ -152,6 +153,7 @@ def test_shear_never_exceeds_what_the_pressure_bears_about_the_onset_of_gross_sl
         np.testing.assert_allclose(carried, ds.tangential_force, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_gap_outside_an_earlier_window_is_evaluated_not_made_up():
     case = make(tangential_ratio=0.9, cycles=3000, output_cycles=())
     ds = simulate(case, quarter=True)
@@ -171,6 +173,7 @@ class Uneven(WavyRoughness):
     even = (False, True)
 
 
+@pytest.mark.slow
 def test_half_domain_and_quarter_give_the_same_dataset(datasets):
     quarter = datasets["rough capped"]
     case = make(**KINDS["rough capped"])
@@ -190,6 +193,7 @@ def test_half_domain_and_quarter_give_the_same_dataset(datasets):
         np.testing.assert_allclose(corner[key], values, atol=few * SINGLE * scale, err_msg=key)
 
 
+@pytest.mark.slow
 def test_history_holds_every_step_and_observers_see_each():
     case, seen = make(roughness=ROUGH), list[Step]()
     result = run(case, [seen.append])
@@ -203,6 +207,7 @@ def test_history_holds_every_step_and_observers_see_each():
     assert {step.last_cycle for step in seen} == {1000}
 
 
+@pytest.mark.slow
 def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     pair = {"youngs_modulus": (208e9, 110e9), "poisson_ratio": (0.3, 0.2)}
     swapped = {key: value[::-1] for key, value in pair.items()}
@@ -311,6 +316,7 @@ def test_an_estimate_is_no_less_than_what_steps_leave_open():
     assert (first, last) == (0.0, near(1e-3))
 
 
+@pytest.mark.slow
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
     at = (10, 100, 1000, 3000)
     given = {"cell": None, "accuracy": "none", "output_cycles": at, "slip_model": "jaeger"}
@@ -327,6 +333,7 @@ def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
     assert dataset.attrs["warnings"] == ""
 
 
+@pytest.mark.slow
 def test_the_whole_contact_carries_the_load_and_is_the_quarter_mirrored(
     datasets, capsys, monkeypatch
 ):

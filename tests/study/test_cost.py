@@ -105,6 +105,7 @@ GENTLE = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
 CAPPED = {"plastic_limit": "4500 MPa", "roughness": {**WAVES, "slope_x": "3 deg"}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [math.inf, 4.5e9])
 @pytest.mark.parametrize("slopes", [(0.1, 0.02), (0.05, 0.05)])
 def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes, limit):
@@ -188,6 +189,7 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
     assert not case_warnings(elastic)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "times"), [(0.2, 3.0), (0.5, 4.0)])
 def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, monkeypatch):
     """Rings, which see it, tell when: up to a third later than the doubt has it."""
