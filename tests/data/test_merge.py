@@ -7,7 +7,6 @@ import shutil
 import dask
 import numpy as np
 import pytest
-import xarray as xr
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import MERGED_PROFILES, open_case, open_history, open_summary, write_case
@@ -20,6 +19,8 @@ from fretwear.results import FIELDS, SCALARS, PointStatus
 
 from ..studies import WAVES, near, run_study
 from .conftest import study_in
+
+pytestmark = pytest.mark.slow
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 ROUGH = {**WAVES, "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
@@ -78,7 +79,6 @@ RANGES = {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to"
 DRAWN = {"kind": "latin_hypercube", "points": 2, "seed": 1}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("vary", "design", "dims"),
     [
@@ -103,7 +103,6 @@ def test_dimensions_follow_from_the_design(make_study, summary_of, vary, design,
             assert column.values.tolist() == expected
 
 
-@pytest.mark.slow
 def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing_touches(
     make_study, stack, loads
 ):
@@ -144,7 +143,6 @@ def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing
                     assert steps[each][number:].isnull().all()
 
 
-@pytest.mark.slow
 def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, merged):
     study = make_study({"cell": [["10 um", "12 um"], ["4 um", "5 um"]]})
     folder = merged(study)
@@ -165,7 +163,6 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
     assert set(np.unique(stack.contact_state)) == {0, 1, 2}
 
 
-@pytest.mark.slow
 def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     summary = summary_of(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
     assert summary.wear_volume.dims == ("roughness", "slip_model", "cycle")
@@ -183,7 +180,6 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     np.testing.assert_allclose(one.counterface_amplitude, [math.nan, 1e-7], rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     loads = {"tangential_load": ["8 N", "16 N"], "load": ["20 N", "50 N"]}
     study = make_study(loads, invalid="skip")
@@ -212,7 +208,6 @@ def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     assert not (tmp_path / "other.nc").exists()
 
 
-@pytest.mark.slow
 def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     summary = summary_of(make_study({"cycles": [500, 1000]}, output={"cycles": [0, 100]}))
     assert summary.wear_volume.dims == ("cycles", "cycle")
@@ -222,7 +217,6 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     assert summary.pressure_profile[0, 3].isnull().all()
 
 
-@pytest.mark.slow
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     make_study, loads, tmp_path
 ):
@@ -249,7 +243,6 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     assert not (tmp_path / "summary.nc").exists()
 
 
-@pytest.mark.slow
 def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     make_study, loads, monkeypatch, tmp_path
 ):
@@ -269,7 +262,6 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     assert "cases computed by another version of the code: 6 of 6" in told[0]
 
 
-@pytest.mark.slow
 def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
     make_study, loads, tmp_path
 ):
@@ -294,21 +286,6 @@ def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
         )
 
 
-@pytest.mark.slow
-def test_xarray_puts_case_files_side_by_side(loads):
-    files = sorted((loads / "cases").glob("*.nc"))
-    every = {"data_vars": "all", "coords": "all", "join": "outer"}
-    with xr.open_mfdataset(files, combine="nested", concat_dim="case_id", **every) as cases:
-        for file in files:
-            with open_case(file) as case:
-                found = cases.sel(case_id=file.stem)
-                # Where windows differ, scalars are repeated along x and y.
-                again = [dim for dim in found.wear_volume.dims if dim != "cycle"]
-                np.testing.assert_array_equal(found.wear_volume.max(again), case.wear_volume)
-                assert (found.normal_load == case.normal_load).all()
-
-
-@pytest.mark.slow
 def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
     folder = merged(make_study({}))
     path = folder / "summary.nc"

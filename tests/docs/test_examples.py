@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import ExampleError, Session, agrees, blocks, check
+from examples import ExampleError, Session, blocks, check
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -76,19 +76,6 @@ def fence(language, text):
 def test_a_page_that_does_not_hold_is_found(block, complaint, tmp_path):
     with pytest.raises(ExampleError, match=complaint):
         check(page_of("Some text.", block), Session(tmp_path))
-
-
-@pytest.mark.parametrize(
-    ("shown", "printed", "same"),
-    [
-        ("a  b", "a b", True),
-        ("volume 1.234", "volume 1.340", False),
-        ("12 steps", "13 steps", False),
-        ("first ... 2.00", "first 7.00 2.01", True),
-    ],
-)
-def test_shown_and_printed_agree_but_for_what_is_left_out_and_the_last_digits(shown, printed, same):
-    assert agrees(shown, printed) is same
 
 
 LINKED = [

@@ -16,8 +16,9 @@ from fretwear_fit.section import fit_figures, fit_sections
 
 from ..studies import TITANIUM, base, near, steel, write_study
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
     """K of each body 1.09e-13 / Pa within 4.5 %, debris 0.948: a fit by hand, of 20 runs."""
     low, high = titanium.interval("wear_coefficient", 0.9)
@@ -32,7 +33,6 @@ def test_a_first_fit_of_the_titanium_scar_is_reproduced(titanium):
     assert any("offset" in warning for warning in titanium.warnings)
 
 
-@pytest.mark.slow
 def test_intervals_end_where_chi_square_has_risen_by_their_quantile(titanium):
     """Along a profile; the draws from the posterior have about the same quantiles."""
     emulator = titanium.emulator
@@ -47,13 +47,11 @@ def test_intervals_end_where_chi_square_has_risen_by_their_quantile(titanium):
         assert ends == pytest.approx((low, high), abs=0.25 * (high - low))
 
 
-@pytest.mark.slow
 def test_a_fit_resumes_from_the_runs_that_it_kept(titanium):
     assert titanium.computed == 0
     assert titanium.runs == len([*titanium.study.file.parent.glob("runs/*.nc")]) <= 40
 
 
-@pytest.mark.slow
 def test_the_files_have_the_conventions_of_arviz(titanium, tmp_path):
     titanium.write(tmp_path / "fit.nc")
     titanium.write_json(tmp_path / "fit.json")
@@ -83,7 +81,6 @@ def study_of(tmp_path, free, *data, **base):
     return load_study(write_study(tmp_path / "numbers.yaml", content))
 
 
-@pytest.mark.slow
 def test_readings_without_a_scar_give_an_upper_limit(tmp_path):
     x, noise = np.linspace(-4.0, 4.0, 161), np.random.default_rng(0).normal(scale=5.0, size=161)
     rows = (f"{a},{b}" for a, b in zip(x, noise, strict=True))
@@ -97,7 +94,6 @@ def test_readings_without_a_scar_give_an_upper_limit(tmp_path):
     assert found.is_open("wear_coefficient") == (True, False)
 
 
-@pytest.mark.slow
 def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     """Forces µP give each friction, both volumes 4 K P δ N one K: 3 %/√2."""
     tests = ((1066e3, 75e-6, 0.6), (500e3, 60e-6, 0.4))
@@ -124,7 +120,6 @@ def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     assert found.runs <= 60
 
 
-@pytest.mark.slow
 def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
     """A sphere at u = 0.8, τ = 2 of `rings_displacement.csv`, an integrator of its own.
 
@@ -148,7 +143,6 @@ def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
     assert low < k < high
 
 
-@pytest.mark.slow
 def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_path):
     """Only K δ is known, to 2 %: intervals are those of the draws."""
     volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
@@ -193,7 +187,6 @@ def loop_file(folder, case, noise, unit=1.0):
     (folder / "loop.csv").write_text("\n".join([f"displacement (um),force ({name})", *rows]))
 
 
-@pytest.mark.slow
 def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
     """A sphere slides as a whole; the center of the loop is fitted too."""
     loop_file(tmp_path, Case(**SLIDING, error_estimate=False), 0.3)
@@ -236,7 +229,6 @@ def a_volume_with(tmp_path, **keys):
     return found, np.log(high / low) / 2
 
 
-@pytest.mark.slow
 def test_estimated_errors_of_runs_enter_the_interval(tmp_path):
     found, width = a_volume_with(tmp_path)
     (volume,) = found.measurements
@@ -265,7 +257,6 @@ def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
     assert misfit(0.05) == pytest.approx(240, rel=0.2)
 
 
-@pytest.mark.slow
 def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(tmp_path):
     case = study_of(tmp_path, {"friction": [0.1, 0.9]}, FORCE).points()[0].case
     worn = predicted(case.replace(error_estimate=False), {("wear_depth", "x")})
@@ -281,7 +272,6 @@ def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(t
     assert settled[0] == pytest.approx(1e-6, abs=1e-8)
 
 
-@pytest.mark.slow
 def test_the_report_shows_the_fit(titanium, tmp_path):
     titanium.write(tmp_path / "fit.nc")
     titanium.write_json(tmp_path / "fit.json")

@@ -17,6 +17,8 @@ from fretwear.study.case import Case
 
 from ..studies import WAVES, near, refusal, steel
 
+pytestmark = pytest.mark.slow
+
 STEEP = {**WAVES, "slope_x": "3 deg"}
 
 
@@ -66,7 +68,6 @@ def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fo
     np.testing.assert_allclose(ends, [1.0, -1.0, 1.0], rtol=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
     [{"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
@@ -111,7 +112,6 @@ POPOV = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("u", "load", "center", "width", "deepest", "volume"), POPOV)
 def test_popov_worn_sphere_at_a_held_approach(u, load, center, width, deepest, volume):
     case = case_of(200_000, indentation="2.2 um", displacement_ratio=u)
@@ -134,7 +134,6 @@ KINETICS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rings", "u", "spring", "tau", "d", "reduced", "ratio", "deepest", "v"),
     [(True, *row) for row in KINETICS] + [(False, *KINETICS[1])],
@@ -153,7 +152,6 @@ def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, dee
     assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
 
 
-@pytest.mark.slow
 def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_does():
     case = case_of(2000, tangential_ratio=0.8, debris_fraction=1.0, output_cycles=[500])
     found = after(case)
@@ -174,7 +172,6 @@ def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_doe
     assert kept.measures.approach == near(plain.measures.approach, rel=1e-5)
 
 
-@pytest.mark.slow
 def test_debris_that_keeps_all_wears_as_one_that_keeps_nearly_all_while_the_stick_zone_grows():
     """Slip ends within a step where stick begins, and the earlier wear remains."""
     rising = {"cycles": [0, 300], "values": [0.3, 0.9]}
@@ -190,7 +187,6 @@ def test_debris_that_keeps_all_wears_as_one_that_keeps_nearly_all_while_the_stic
     assert worn[1.0] == near(worn[1.0 - 1e-7], rel=1e-3)
 
 
-@pytest.mark.slow
 def test_wear_per_energy_is_archards_and_where_it_falls_lies_between_its_limits():
     law = {"wear_coefficient": None, "energy_wear_coefficient": "1.4e-3 mm^3/J"}
     one, other = (
@@ -208,7 +204,6 @@ def test_wear_per_energy_is_archards_and_where_it_falls_lies_between_its_limits(
     assert low.measures.wear_volume < between.measures.wear_volume < high.measures.wear_volume
 
 
-@pytest.mark.slow
 def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_a_number():
     constant = {"cycles": [0, 100], "values": [0.5, 0.5]}
     one, table = (
@@ -235,7 +230,6 @@ def blocks_of(*blocks, **given):
     return steel(**{**usual, "blocks": blocks, **given})
 
 
-@pytest.mark.slow
 def test_blocks_follow_each_other_on_the_same_shape():
     case = blocks_of(
         {"cycles": 300, "load": "30 N"},

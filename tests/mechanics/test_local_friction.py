@@ -39,6 +39,8 @@ from .problems import (
     window,
 )
 
+pytestmark = pytest.mark.slow
+
 RISING = OverEnergy(start=0.3, end=0.6, energy=1000.0)
 FALLING = OverEnergy(start=0.6, end=0.3, energy=1000.0)
 THRESHOLD = 30.0  # J/m², of 185 at most in the first cycle of the study's contact
@@ -55,7 +57,6 @@ def energy(problem, state):
     return 4.0 * friction(problem, state) * state.pressure * problem.slip(state.reduced)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -89,7 +90,6 @@ def test_what_a_place_dissipates_beyond_the_threshold_wears(changes):
     assert (worn[never] == 0.0).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("limit", [np.inf, 1.0])
 def test_wear_above_a_threshold_is_that_of_short_explicit_steps(limit):
     problem, cycles = fretting(12, wear_threshold=THRESHOLD, limit=limit), 600.0
@@ -103,7 +103,6 @@ def test_wear_above_a_threshold_is_that_of_short_explicit_steps(limit):
     assert worn < 0.8 * cells.integral(without.wear)
 
 
-@pytest.mark.slow
 def test_a_halved_tolerance_changes_wear_above_a_threshold_by_less_than_a_per_cent():
     problem = fretting(32, wear_threshold=2.0 * THRESHOLD, geometry=Rings)
     usual, fine = ([*evolve(problem, [3000], tolerance)][-1] for tolerance in (0.01, 0.005))
@@ -171,7 +170,6 @@ def every_cycle(problem, law, influence, edges, areas, cycles):
     return places[last] + spare[last] ** 2 / falls, volume, area @ energy
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", [RISING, FALLING], ids=["rising", "falling"])
 @pytest.mark.parametrize("load_ratio", [0.5, 0.8])
 @pytest.mark.parametrize("kind", ["rings", "strips"])
@@ -221,7 +219,6 @@ def test_friction_that_takes_forever_to_change_is_constant():
         assert getattr(slow, name) == near(value, rel=2e-3), name
 
 
-@pytest.mark.slow
 def test_stick_zone_of_friction_that_changes_at_once_balances_the_force():
     # µ = end in the annulus; inside, q = µ_end (p − p_c) moves all points alike, p_c the Hertz
     # pressure of the radius c.
@@ -252,7 +249,6 @@ ONCE = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("changes", ONCE.values(), ids=ONCE)
 def test_contact_whose_friction_changed_at_once_is_that_of_the_last_friction(changes):
     # Traction where it sticks follows from the traction beside alone.
@@ -273,7 +269,6 @@ def test_contact_whose_friction_changed_at_once_is_that_of_the_last_friction(cha
     assert area == near(found.dissipated_energy, rel=5e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", [Archard(WEAR), EnergyWear(2.0 * WEAR)], ids=["archard", "energy"])
 def test_wear_of_a_place_follows_from_the_energy_that_it_has_dissipated(law):
     _, _, state = scalars(following(RISING, wear_law=law), 600, tolerance=0.003)
@@ -290,7 +285,6 @@ def test_wear_of_a_place_follows_from_the_energy_that_it_has_dissipated(law):
     np.testing.assert_allclose(state.wear[within], worn[within], atol=0.01 * worn.max())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rings", "grid"])
 def test_halved_cells_and_tolerance_change_results_by_less_than_a_per_cent(kind):
     """Friction that falls needs narrow cells at the edge of stick, which rings have."""
@@ -333,7 +327,6 @@ def line_case(**changes):
     return Case(**{key: value for key, value in (given | changes).items() if value is not None})
 
 
-@pytest.mark.slow
 def test_traction_of_a_dataset_obeys_the_friction_of_each_cell(rubbed):
     now = rubbed.sel(cycle=30)
     bound = now["friction_coefficient"] * now["pressure"]
@@ -346,7 +339,6 @@ def test_traction_of_a_dataset_obeys_the_friction_of_each_cell(rubbed):
     assert 0.22 < mean < 0.78
 
 
-@pytest.mark.slow
 def test_stresses_reverse_with_the_friction_of_each_cell(rubbed):
     surface, _ = surface_of(rubbed.sel(cycle=30), loaded_case(rubbed), 30)
     full = surface.ratio * surface.pressure

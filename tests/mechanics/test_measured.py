@@ -1,6 +1,5 @@
 """Files with surfaces: heights and units as they are, and a sentence for every bad file."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -178,14 +177,6 @@ def test_doubtful_maps_are_told(library, tmp_path):
     assert "curvature of its indenter twice" in told(ball, body="indenter")
     assert "curvature" not in told(ball, body="indenter", form="sphere")
     assert "missing points" in told(hole)
-
-
-def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
-    file = tmp_path / "map.nc"
-    file.write_text("x")
-    with pytest.raises(QuantityError, match=r"install it: pip install 'fretwear\[surfaces\]'"):
-        read_topography(FILE.read(str(file), Path()))
 
 
 def test_a_profile_is_read_with_the_units_of_its_first_line_or_refused(tmp_path):

@@ -47,6 +47,8 @@ from .problems import (
     unfolded,
 )
 
+pytestmark = pytest.mark.slow
+
 LOAD, STROKE = PER_LENGTH, 24.24e-6
 INDENTER, FLAT = 1.9e-14, 2.9e-14
 
@@ -64,7 +66,6 @@ def worn():
     return {each.cycle: each for each in slide(sliding(), stops) if each.cycle in stops}
 
 
-@pytest.mark.slow
 def test_a_scar_lies_by_two_finite_element_solutions_and_resumes_whatever_the_cells(worn):
     """Adaptive meshes and level sets, from LevelSetWear, differ by 0.3 to 0.6 %."""
     for cycle, found in ((5000, (1.1311, 1.1249)), (18000, (2.7130, 2.7055))):
@@ -79,7 +80,6 @@ def test_a_scar_lies_by_two_finite_element_solutions_and_resumes_whatever_the_ce
     assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
 
 
-@pytest.mark.slow
 def test_each_body_loses_what_archard_says(worn):
     for cycle, state in worn.items():
         for wear, coefficient in ((state.wear_indenter, INDENTER), (state.wear_flat, FLAT)):
@@ -110,7 +110,6 @@ def hold_at_each_position(problem, state, displacement, slack):
         assert gap.min() > -slack
 
 
-@pytest.mark.slow
 def test_every_position_carries_the_load_without_penetration(worn):
     def displacement(pressure, half):
         """By a dense matrix."""
@@ -121,7 +120,6 @@ def test_every_position_carries_the_load_without_penetration(worn):
     hold_at_each_position(sliding(), worn[18000], displacement, 2e-9)
 
 
-@pytest.mark.slow
 def test_blocks_follow_each_other():
     """Equal blocks are one run, and each body loses the wear of all of them."""
     plain = sliding(cells=8)
@@ -142,7 +140,6 @@ def test_blocks_follow_each_other():
         assert np.array_equal(resumed.wear_flat, last.wear_flat)
 
 
-@pytest.mark.slow
 def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_gap():
     """K = αµ, and µ rises linearly from 0.5 to 1 over the first half of the run."""
     friction = Coulomb(OverCycles((0.0, 1000.0), (0.5, 1.0)))
@@ -162,7 +159,6 @@ def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_g
     assert half.wear.max() == near(2.0 * whole.wear.max(), rel=1e-4)
 
 
-@pytest.mark.slow
 def test_what_is_pressed_beyond_the_limit_yields_at_once():
     """Both bodies sink until no position needs more than the limit; then wear goes on."""
     problem = sliding(limit=0.7 * LINE.peak_pressure / P0)
@@ -196,7 +192,6 @@ def rubbing(stroke, coefficients=(1e-14, 1e-14), cells=8, **changes):
     return fretting(cells, loading=loading, wear_law=law, **changes)
 
 
-@pytest.mark.slow
 def test_a_short_stroke_is_a_fixed_contact():
     """Against the integrator of contacts that stay where they are, with the same slip."""
     problem = rubbing(0.04, 2e-14)
@@ -213,7 +208,6 @@ def test_a_short_stroke_is_a_fixed_contact():
     assert plane.integral(found.wear) == near(expected.geometry.integral(expected.wear), rel=1e-4)
 
 
-@pytest.mark.slow
 def test_a_sphere_slides_over_a_stroke():
     """Archard's volumes, equal shares of bodies alike and never a penetration."""
     problem, other = rubbing(1.0), rubbing(1.0, (3e-14, 1e-14))
@@ -236,7 +230,6 @@ def test_a_sphere_slides_over_a_stroke():
     hold_at_each_position(problem, last, displacement, 2e-3 * last.wear.max())
 
 
-@pytest.mark.slow
 def test_a_power_law_over_a_stroke_wears_by_its_factors():
     """Each body by its own exponents; exponents of zero leave the constant."""
     flat = PowerLaw(
@@ -275,7 +268,6 @@ def oxidised(core=(0.6e-14, 1.2e-14), width=0.5 * EDGE, stroke=5e-6, **changes):
     return sliding(stroke, wear_law=law, **changes)
 
 
-@pytest.mark.slow
 def test_a_rim_wears_faster_than_the_core_as_in_explicit_small_steps():
     """Euler's method on contacts of given shapes; debris keeps the load on the rim: a W."""
     problem, cycles, steps = oxidised(debris_fraction=0.9), 2000.0, 150
@@ -294,7 +286,6 @@ def test_a_rim_wears_faster_than_the_core_as_in_explicit_small_steps():
     assert x[last.wear_flat.argmax()] == pytest.approx(inside[0] + x[0], abs=0.2 * EDGE)
 
 
-@pytest.mark.slow
 def test_rim_and_core_end_in_the_constant_laws():
     *_, same = slide(oxidised((4e-14, 6e-14)), (500.0,))
     *_, plain = slide(sliding(5e-6, wear_law=EnergyWear((4e-14, 6e-14))), (500.0,))
@@ -309,7 +300,6 @@ def test_rim_and_core_end_in_the_constant_laws():
     assert law.zones(Means(half_width_x=EDGE), 5.0).width == near(EDGE * 5.0**-0.7)
 
 
-@pytest.mark.slow
 def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
     """Block of Cruzado et al. (2010): in the end a segment of the circle, of the area K P L."""
     given = {
@@ -336,7 +326,6 @@ def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
     assert not states[1000].wear_indenter.any()
 
 
-@pytest.mark.slow
 def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     """In the end the smooth scar and the waves are left."""
     waves = WavyRoughness(0.1e-6, math.radians(1.0), 0.0)
@@ -357,7 +346,6 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
     assert np.ptp(left[inside]) < 0.25 * np.ptp(height)
 
 
-@pytest.mark.slow
 def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edge():
     """The peak of pressure at the edge is always on the same part of the indenter."""
     punch = {"kind": "flat_punch", "flat_half_width": "1 mm", "edge_radius": "2 mm"}
@@ -391,7 +379,6 @@ def ended(kind, **changes):
     return Case(**{**given, **changes})
 
 
-@pytest.mark.slow
 def test_no_contact_becomes_wider_than_a_punch_that_ends():
     """Worn all over, it carries the mean pressure of its whole face."""
     end = 2.1e-3
@@ -407,7 +394,6 @@ def test_no_contact_becomes_wider_than_a_punch_that_ends():
     assert last.geometry.edges[int(np.flatnonzero(last.pressure).max())] < end
 
 
-@pytest.mark.slow
 def test_beyond_its_end_a_punch_has_neither_gap_nor_slip_over_a_stroke():
     case = ended("flat_punch", sliding_amplitude="0.4 mm", cell="100 um", cycles=12000)
     assert case.grid_spacing[0] == 100e-6
@@ -433,7 +419,6 @@ def test_a_punch_must_hold_its_flat():
         ended("flat_punch", sliding_amplitude="50 um", indenter={**short, "half_width": "1 mm"})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("ball", "ratio"), [(False, 0.3), (True, 0.0)])
 def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ratio):
     """Contacts of given shapes at many positions; at a ratio of zero they open at one end."""
@@ -466,7 +451,6 @@ def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ra
     assert right[1] < 0.495
 
 
-@pytest.mark.slow
 def test_a_contact_that_opens_once_a_cycle_dissipates_by_its_mean_load():
     problem, cycles = rubbing(0.5), 0.05 / rubbing(0.5).loading.stroke / 50.0
     opening = replace(problem, normal=replace(problem.normal, pulsating_load=0.0))

@@ -13,6 +13,8 @@ from ..cli.conftest import Desk
 from ..studies import WAVES, write_study
 from .conftest import BASE, HOPELESS, TINY, assert_same, read_until
 
+pytestmark = pytest.mark.slow
+
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 
 
@@ -38,7 +40,6 @@ def written(bench):
     return {path: path.stat().st_mtime_ns for path in bench.cases()}
 
 
-@pytest.mark.slow
 def test_finished_cases_stay_until_their_snapshots_change(bench):
     first, *_ = load_study("tiny.yaml").cases()
     bench.run("--case", first)
@@ -55,7 +56,6 @@ def test_finished_cases_stay_until_their_snapshots_change(bench):
         assert list(case["cycle"].values) == [0, 30, 100]
 
 
-@pytest.mark.slow
 def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
     bench.run()
     before = written(bench)
@@ -66,7 +66,6 @@ def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkey
     assert not before.items() & written(bench).items()
 
 
-@pytest.mark.slow
 def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
     bench.write(HOPELESS)
     said = bench.run(status=1)
@@ -79,7 +78,6 @@ def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
     assert list(failures(bench.folder / "cases")) == [failed]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
     long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES, "error_estimate": False}
@@ -102,7 +100,6 @@ def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
     assert_same(path, undisturbed)
 
 
-@pytest.mark.slow
 def test_two_runs_of_one_case_at_once_spoil_nothing(start, bench):
     first, *_ = load_study("tiny.yaml").cases()
     both = [start("run", "tiny.yaml", "--case", first, "-o", "cases") for _ in range(2)]

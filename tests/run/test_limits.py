@@ -8,6 +8,8 @@ from fretwear.study.case_warnings import case_warnings
 
 from ..studies import WAVES, near, steel
 
+pytestmark = pytest.mark.slow
+
 INDENTERS = {
     "sphere": {"radius": "10 mm"},
     "cylinder": {"radius": "10 mm"},
@@ -44,7 +46,6 @@ def worn(case):
     return results(last)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("is_rough", [False, True], ids=["smooth", "wavy"])
 @pytest.mark.parametrize("kind", INDENTERS)
 def test_a_limit_far_above_the_pressure_is_none_and_a_low_one_runs(kind, is_rough):
@@ -62,7 +63,6 @@ def test_a_limit_far_above_the_pressure_is_none_and_a_low_one_runs(kind, is_roug
         assert np.isfinite(found).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "parts", "rtol"),
     [
@@ -81,7 +81,6 @@ def test_a_limit_that_is_not_reached_changes_nothing(kind, parts, rtol):
         np.testing.assert_allclose(found, expected, rtol=rtol, err_msg=f"{part:g} p0")
 
 
-@pytest.mark.slow
 def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_is_told_if_unseen():
     """A narrow band that yields at the singular peak costs stick area in inverse proportion."""
     case = pressed("sphere", cycles=3000)
@@ -96,7 +95,6 @@ def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_i
     assert any("narrower than a cell" in each.what for each in case_warnings(unseen))
 
 
-@pytest.mark.slow
 def test_a_peak_that_stays_below_its_limit_is_measured_as_that_of_elastic_bodies():
     """In the mean over a written cell, where the narrowest ring alone would show several times it.
 

@@ -18,6 +18,8 @@ from fretwear.study.reading import load_study
 
 from ..studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
 
+pytestmark = pytest.mark.slow
+
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "50 N/mm"}
 GROSS = {"tangential_ratio": None, "displacement_ratio": 1.3}
 
@@ -30,7 +32,6 @@ def peaks(**changes):
     return found.peak_pressure.values, found.peak_pressure_error.values
 
 
-@pytest.mark.slow
 def test_a_peak_that_grows_with_the_inverse_root_of_the_cells_has_an_infinite_error():
     """The limit of many cycles presses like a flat punch at the edge of its stick zone."""
     fine, coarse = (peaks(cell=cell, slip_model="jaeger") for cell in ("2 um", "4 um"))
@@ -42,7 +43,6 @@ def test_a_peak_that_grows_with_the_inverse_root_of_the_cells_has_an_infinite_er
         assert abs(fine[0][place] - coarse[0][place]) <= coarse[1][place]
 
 
-@pytest.mark.slow
 def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatch):
     """A mean over cells misses 13 %; slip that is fixed never makes the peak singular."""
     cycles = {"cycles": 1000, "output_cycles": (600,)}
@@ -58,7 +58,6 @@ def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatc
         assert error[-1] < 0.5 * pressure[-1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "unresolved"),
     [
@@ -102,7 +101,6 @@ def fading(tmp_path_factory):
 LACKING = ("mean_stick_pressure", "stick_load_share")
 
 
-@pytest.mark.slow
 def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figures(fading):
     study, folder = fading
     paths = [folder / "cases" / f"{each}.nc" for each in study.cases()]
@@ -129,7 +127,6 @@ def test_what_a_zone_that_is_not_there_has_is_missing_in_files_tables_and_figure
         assert list(np.isnan(points.results[name])) == [True, False]
 
 
-@pytest.mark.slow
 def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_ranked(fading):
     study, folder = fading
     stuck = [*study.cases()][1]
@@ -148,7 +145,6 @@ def test_an_infinite_error_is_told_in_show_and_tables_and_its_result_is_not_rank
     assert list(np.isnan(Points.of(summary).results["peak_pressure"])) == [False, True]
 
 
-@pytest.mark.slow
 def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     """Waves are added to the gap: the origin is a valley, its neighbours half a wave away tips."""
     content = {
@@ -169,7 +165,6 @@ def test_an_open_centre_has_no_pressure_and_is_not_ranked(tmp_path):
     assert np.isnan(points.results["central_pressure"]).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -203,7 +198,6 @@ def test_fractions_of_cells_add_up_to_the_stored_areas(changes):
     np.testing.assert_allclose(share, found.stick_load_share, rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_contact_of_pressures_ten_orders_of_magnitude_apart_converges():
     """A step keeps the load to the last digit of the highest pressure, not of the lowest."""
     study = load_study(Path(__file__).parents[2] / "studies" / "paper.yaml")

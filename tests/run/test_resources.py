@@ -1,7 +1,5 @@
 """Memory, cores and time of a study, the jobs that it falls into, and what it is warned of."""
 
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
@@ -15,7 +13,7 @@ from fretwear.run.resources import (
 from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
 from fretwear.study.problems import StudyError
 
-from ..studies import STEEL, near, steel
+from ..studies import near
 from .conftest import BASE, make_case, without
 
 STUDY = {"base": without(BASE, "load"), "vary": {"load": ["25 N", "50 N"]}}
@@ -97,30 +95,3 @@ def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
     assert warning.startswith("in 4 cases the contact yields all over")
     assert f"{planned.points[0].id}: plastic limit 500 MPa" in warning
     assert "and 1 more" in warning
-
-
-@pytest.mark.slow
-def test_a_whole_contact_with_a_narrow_annulus_takes_the_memory_that_is_planned_and_300_mb():
-    """In a process of its own, at as many snapshots as a long run has by default."""
-    given = {
-        "tangential_ratio": 1e-3,
-        "cycles": 8,
-        "error_estimate": False,
-        "output_cycles": [1, 2, 3, 4, 5, 6],
-    }
-    code = (
-        "import re; from pathlib import Path; from fretwear import Case, simulate\n"
-        "from fretwear.data.dataset import mirrored\n"
-        "def most():\n"
-        "    status = Path('/proc/self/status').read_text()\n"
-        r"    return 1024 * int(re.search(r'VmHWM:\s+(\d+)', status)[1])"
-        "\n"
-        f"quarter = simulate(Case(**{{**{STEEL}, **{given}}}), quarter=True); part = most()\n"
-        "whole = mirrored(quarter); print(part, most(), whole.sizes['x'])"
-    )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    part, whole, cells = map(int, found.stdout.split())
-    planned = estimate(steel(**given)).memory_bytes
-    assert planned / 1.3 < part < 1.3 * planned
-    assert whole < 300e6
-    assert 300 < cells <= 600

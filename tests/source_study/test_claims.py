@@ -8,13 +8,9 @@ import pytest
 from fretwear.results import ContactState
 from fretwear_source_study.cases import (
     amplitude_left,
-    asperities,
-    asperities_like_the_whole,
-    deviation_from_hertz,
     growth,
     largest_on_rings,
     late_growth,
-    tip_contact,
     unevenness,
     zone_means,
 )
@@ -60,26 +56,6 @@ def test_what_holds_in_a_real_run(cases):
     (stick, slip), (last_stick, last_slip) = loads
     assert last_stick - stick == pytest.approx(slip - last_slip, rel=1e-3)
     assert zone_means(case, "pressure")[0][-1] == pytest.approx(last_stick / disc.sum())
-
-
-def test_pressure_that_moves_outward_fails_the_first_claim(cases):
-    case = cases["smooth elastic"]
-    backwards = dict(zip(case.cycles, reversed(case.cycles), strict=True))
-    reversed_ = doctored(case, pressure=lambda cycle: case.field("pressure", backwards[cycle]))
-    # Zones of the late contact are larger: judge by one constant state.
-    late = case.field("contact_state", case.last)
-    constant = doctored(reversed_, contact_state=lambda _cycle: late)
-    assert verdict(1, constant) is FAILS
-    swapped = {1000: 2000, 2000: 1000}
-
-    def vanished(cycle):
-        pressure = case.field("pressure", cycle)
-        noise = {2000: 0.0, case.last: 1e-6 * pressure.max()}
-        return np.where(case.zones(cycle).slip(), noise.get(cycle, pressure), pressure)
-
-    back = doctored(case, pressure=lambda n: case.field("pressure", swapped.get(n, n)))
-    assert verdict(1, back) is IN_PART
-    assert verdict(1, doctored(case, pressure=vanished)) is HOLDS
 
 
 def test_peak_is_at_the_edge_of_stick_at_the_end_wherever_it_was_before(cases):
@@ -163,60 +139,6 @@ def test_an_unworn_contact_does_not_wear_most_in_the_middle_of_its_slip_zone(cas
     found, _ = largest_on_rings(cases["smooth elastic"], "wear_rate", 0)
     assert found == pytest.approx(place, abs=0.1)
     assert judged(5, cases).verdict is not HOLDS
-
-
-def test_asperities_pressed_as_smooth_tips_are_told_from_others(cases):
-    case = cases["rough elastic"]
-    before, state = case.field("pressure", 0), case.field("contact_state", 0)
-    (half_x, half_y), peak = tip_contact(case)
-    hertz = np.zeros_like(before)
-    for cells, distance in asperities(case):
-        # Any load that the tip carries within half a wave.
-        size = 0.6 * (before[cells].sum() / before.max()) ** 0.1
-        hertz[cells] = peak * size * np.sqrt(np.maximum(1 - (distance / size) ** 2, 0.0))
-    smooth = doctored(case, pressure=lambda _cycle: hertz)
-    assert deviation_from_hertz(smooth) < 1e-6
-    flat = doctored(case, pressure=lambda _cycle: np.where(hertz > 0.0, 1.0e9, 0.0))
-    assert deviation_from_hertz(flat) > 0.2
-    # 1 N is what the volume of the semi-ellipsoid carries.
-    assert 2 / 3 * np.pi * half_x * half_y * peak == pytest.approx(1.0)
-    sticks = state == ContactState.STICK
-
-    def inward(cycle):
-        return before * np.where(sticks, 2.0, 0.5) if cycle else before
-
-    def outward(cycle):
-        return before * np.where(sticks, 0.5, 2.0) if cycle else before
-
-    for pressure, behaving in ((inward, 1.0), (outward, 0.0)):
-        moved = doctored(case, pressure=pressure)
-        share, found = asperities_like_the_whole(moved, case.last)
-        assert 0.0 < share < 1.0
-        assert found == behaving
-    assert verdict(
-        11, doctored(smooth, pressure=lambda n: hertz * inward(n) / before.clip(1.0))
-    ) is (HOLDS)
-    assert verdict(11, doctored(case, pressure=inward)) is IN_PART
-    assert verdict(11, doctored(case, pressure=outward)) is FAILS
-
-
-def test_even_wear_holds_and_one_sided_wear_does_not(cases):
-    case = cases["smooth elastic"]
-
-    def even(cycle):
-        return np.where(case.zones(cycle).slip(), 1e-9 if cycle else 1e-5 * case.radius, 0.0)
-
-    def one_sided(cycle):
-        zones = case.zones(cycle)
-        return np.where(zones.slip(), np.exp(-6.0 * zones.place(case.radius)), 0.0)
-
-    def even_inside(cycle):
-        zones = case.zones(cycle)
-        return np.where(zones.slip(0.2, 0.8), 1e-9, 0.0)
-
-    assert verdict(6, doctored(case, wear_rate=even)) is HOLDS
-    assert verdict(6, doctored(case, wear_rate=even_inside)) is IN_PART
-    assert verdict(6, doctored(case, wear_rate=one_sided)) is FAILS
 
 
 def levelled(case, zone_of):
