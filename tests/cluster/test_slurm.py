@@ -6,12 +6,12 @@ import subprocess
 import sys
 
 import pytest
-import xarray as xr
 
 from fretwear.data.files import open_summary
 from fretwear.run.workflow import StudyJobs
 from fretwear.study.reading import load_study
 
+from ..run.conftest import assert_same
 from .conftest import eventually
 
 OFF = "needs a cluster made of this machine alone: .ci/with-slurm pytest tests/cluster"
@@ -47,14 +47,6 @@ def megabytes(text):
     return float(text[:-1]) * {"M": 1, "G": 1024, "T": 1024**2}[text[-1]]
 
 
-def assert_same_data(path, reference):
-    for group in (None, "history"):
-        found, expected = (xr.load_dataset(each, group=group) for each in (path, reference))
-        assert found.sizes["cycle" if group is None else "step"] > 1
-        xr.testing.assert_equal(found, expected)
-        assert found.dtypes == expected.dtypes
-
-
 def simulate_here(study, case_id, folder):
     """Run a case without Snakemake and SLURM; return its file."""
     file = folder / f"{case_id}.nc"
@@ -84,7 +76,7 @@ def test_the_documented_command_takes_the_default_study_to_its_report(demo, tmp_
     quick = [case_id for case_id in cases if "-smooth-elastic-" in case_id]
     for case_id in quick[1:3]:
         here = simulate_here(study, case_id, tmp_path)
-        assert_same_data(results / f"cases/{case_id}.nc", here)
+        assert_same(results / f"cases/{case_id}.nc", here)
 
 
 def test_slurm_gets_what_the_plan_says_a_job_takes(demo, monkeypatch):
@@ -149,4 +141,4 @@ def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(checkout, tmp_pat
     run = checkout.start(command)
     assert run.end(LONG) == 0, run.output
     assert "resuming after cycle" in logs()
-    assert_same_data(file, simulate_here(study, case_id, tmp_path))
+    assert_same(file, simulate_here(study, case_id, tmp_path))

@@ -4,7 +4,6 @@ import json
 import math
 import shutil
 
-import dask
 import numpy as np
 import pytest
 
@@ -299,12 +298,3 @@ def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"damaged.*merge it again"):
         open_summary(path)
-
-
-def test_any_part_can_be_asked_for_and_reductions_run_on_threads(stack):
-    slip = stack.slip.compute()
-    for part in ({"normal_load": 1, "cycle": -1, "x": 3}, {"plastic_limit": [1, 0], "y": [4, 0]}):
-        np.testing.assert_array_equal(stack.slip.isel(part), slip.isel(part))
-    with dask.config.set(scheduler="threads", num_workers=8):
-        peak = stack.slip.max(("x", "y")).compute()
-    np.testing.assert_array_equal(peak, slip.max(("x", "y")))

@@ -14,7 +14,7 @@ from fretwear_fit.runs import predicted
 from fretwear_fit.search import fit
 from fretwear_fit.section import fit_figures, fit_sections
 
-from ..studies import TITANIUM, base, near, steel, write_study
+from ..studies import TITANIUM, base, near, write_study
 
 pytestmark = pytest.mark.slow
 
@@ -118,29 +118,6 @@ def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     low, high = found.interval("wear_coefficient", 0.68)
     assert np.log(high / low) / 2 == pytest.approx(0.03 / np.sqrt(2), rel=0.1, abs=0.0)
     assert found.runs <= 60
-
-
-def test_the_coefficient_of_a_scar_of_explicit_rings_is_found(tmp_path):
-    """A sphere at u = 0.8, τ = 2 of `rings_displacement.csv`, an integrator of its own.
-
-    Its numbers are right within 0.1 %; both are given with 2 %.
-    """
-    case = steel(tangential_ratio=None, displacement_ratio=0.8, slip_model="jaeger")
-    p0, a, radius = case.hertz_pressure, case.hertz_radius, 10e-3
-    k = 2.0 / (4 * case.friction * case.coupling * p0 * case.cycles)
-    numbers = {
-        "maximum_wear_depth": f"{0.171459 * a**2 / radius * 1e6} um",
-        "wear_volume": f"{0.412144 * a**4 / radius * 1e9} mm^3",
-    }
-    data = [{"quantity": q, "value": value, "error": "2 %"} for q, value in numbers.items()]
-    keys = base(tangential_ratio=None, wear_coefficient=None, displacement_ratio=0.8)
-    keys["slip_model"] = "jaeger"  # as the integrator has it
-    free = {"wear_coefficient": ["1e-14 / Pa", "1e-11 / Pa"]}
-    content = {"base": keys, "fit": {"free": free, "data": data}}
-    found = fit(write_study(tmp_path / "rings.yaml", content))
-    assert found.values["wear_coefficient"] == near(k, rel=0.01)
-    low, high = found.interval("wear_coefficient", 0.9)
-    assert low < k < high
 
 
 def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_path):

@@ -115,26 +115,6 @@ def test_endless_wear_reaches_the_limiting_state(kind, ratio):
     assert found.stick_half_width_x == near(limit.stick_radius, rel=1e-3)
 
 
-@pytest.mark.slow
-def test_pressure_falls_to_the_edge_of_a_growing_contact():
-    """Cells that first touched within the last steps too: against a run of a tenth of the error."""
-    problem, *_ = on_cells("rings", 0.8)
-    stops, peak = (1000, 3000), P0
-    usual, fine = (
-        {state.cycle: state for state in evolve(problem, stops, tolerance)}
-        for tolerance in (0.01, 0.001)
-    )
-    for stop in stops:
-        pressure, exact = (run[stop].pressure[:, 0] for run in (usual, fine))
-        count = np.flatnonzero(exact > 0.02 * peak)[-1] + 1
-        assert (np.diff(pressure[count - 12 : count]) < 0.0).all()
-        np.testing.assert_allclose(pressure[: count - 1], exact[: count - 1], rtol=0.03)
-        # The outermost cell may have touched just now, and its pressure still grow from zero.
-        assert pressure[count - 1] == near(exact[count - 1], rel=0.1)
-        rates = [run[stop].pressure * run[stop].reduced.gap for run in (usual, fine)]
-        np.testing.assert_allclose(*(rate[: count - 1] for rate in rates), rtol=0.03)
-
-
 def test_influence_is_symmetric_and_that_of_discs():
     edges = np.array([0.0, 0.3, 0.31, 0.7, 1.4, 1.9])
     influence = mean_influence(edges)

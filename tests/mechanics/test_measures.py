@@ -24,10 +24,9 @@ from fretwear.mechanics.wear.measures import (
     stick_half_width,
 )
 from fretwear.mechanics.wear.state import CONTACT_GAP
-from fretwear.run.simulate import simulate
 from fretwear.theory import PartialSlip
 
-from ..studies import near, steel
+from ..studies import near
 from .problems import (
     COUPLING,
     EVEN,
@@ -40,8 +39,6 @@ from .problems import (
     fretting,
     uneven,
 )
-
-CYLINDER = {"kind": "cylinder", "radius": "6 mm"}
 
 
 @pytest.mark.parametrize(
@@ -115,15 +112,6 @@ def test_the_scar_of_a_grid_is_that_of_rings():
 
 def evolve_to(problem, cycles=(10.0, 1000.0)):
     return [measure(problem, s) for s in evolve(problem, [*cycles]) if s.cycle in cycles]
-
-
-def test_line_contacts_have_no_radii_and_no_scar_along_y():
-    dataset = simulate(steel(radius=None, indenter=CYLINDER, load="50 N/mm", cycles=100))
-    assert "scar_half_width_x_error" in dataset
-    names = " ".join(map(str, dataset.variables))
-    assert not [n for n in ("contact_radius", "stick_radius", "width_y") if n in names]
-    scar, contact = (float(dataset[f"{of}_half_width_x"][-1]) for of in ("scar", "contact"))
-    assert scar == near(contact, rel=0.02)
 
 
 PROBLEM = fretting()

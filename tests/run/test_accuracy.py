@@ -6,14 +6,12 @@ import pytest
 import fretwear
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.state import State
-from fretwear.results import RESULTS
 from fretwear.run import simulate
 from fretwear.run.accuracy import (
     ASKED,
     GridRun,
     next_width,
     relative_errors,
-    unreached,
     without_jumps,
 )
 from fretwear.run.checkpoint import Checkpoint
@@ -104,18 +102,6 @@ def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(
     runs = [finished(width, at=0.032, growth=growth) for width in (1.4, 1.0)]
     for budget, width in ((1.001 * needed, near(0.5)), (0.999 * needed, None)):
         assert next_width(make(roughness=WAVES, budget=budget), runs) == width
-
-
-def test_a_missed_accuracy_is_told_with_its_result_its_size_and_its_cycle():
-    case = make(roughness=WAVES, output_cycles=[0, 3000])
-    runs = [finished(1.4), finished(1.0, at=0.04)]
-    for name, of_which in (("wear_volume", ""), ("dissipated_energy", " of its largest value")):
-        runs[-1].errors[name] *= 2.0
-        told = str(unreached(case, runs))
-        assert f"{RESULTS[name].words}: 8 %{of_which} at cycle 3000" in told
-        assert not any(word in told for word in ("accept", "budget", "cell:"))
-        runs[-1].errors[name] *= 0.5
-    assert unreached(case, [finished(1.0, at=0.019)]) is None
 
 
 def test_an_accuracy_of_the_energy_is_relative_to_its_largest_value_all_others_to_the_value():
