@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,6 @@ import pytest
 
 import fretwear
 from fretwear.study.reading import load_study, select_point
-
-FRETWEAR = (sys.executable, "-m", "fretwear")
 
 
 @pytest.mark.parametrize("beginning", [4, None])
@@ -37,9 +34,6 @@ def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
         assert stored.attrs["history"].endswith(command)
         for name in computed.data_vars:
             np.testing.assert_array_equal(stored[name], computed[name])
-
-
-HEAVY = ("xarray", "netCDF4", "matplotlib")
 
 
 def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):

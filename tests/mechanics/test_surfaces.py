@@ -178,7 +178,6 @@ def test_along_the_lay_all_wavelengths_are_longer(anisotropy, along_x, along_y):
     assert laid.rms_slope == near(np.sqrt(squares), rel=1e-6)
 
 
-PUNCH = {"kind": "round_punch", "flat_radius": "100 um", "edge_radius": "10 mm"}
 PUNCH_RADIUS = 150e-6
 
 

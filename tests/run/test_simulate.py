@@ -344,9 +344,3 @@ def test_the_whole_contact_carries_the_load_and_is_the_quarter_mirrored(
     load = whole.pressure.sum(("x", "y")) * float(whole["cell_x"] * whole["cell_y"])
     np.testing.assert_allclose(load, case.load, rtol=SINGLE * 10)
     xr.testing.assert_identical(whole.drop_attrs(), datasets["rough"].fretwear.full().drop_attrs())
-
-
-LINE = {
-    **{"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}},
-    **{"load": "300 N/mm", "tangential_ratio": 0.4, "cycles": 30},
-}

@@ -43,9 +43,6 @@ def test_a_study_ends_in_datasets_figures_and_a_report_and_a_second_start_has_no
     drawn = {entry["name"] for entry in entries}
     assert drawn == {path.stem for path in (finished.results / "figures").glob("*.svg")}
     assert "Nothing to be done" in finished.snakemake("--dry-run", status=0)
-    said = finished.snakemake("--report", "workflow.html", status=0)
-    page = (finished.folder / "workflow.html").read_text(encoding="utf-8")
-    assert all(f'"figure": "{name}"' in page for name in drawn), said
 
 
 @pytest.mark.slow

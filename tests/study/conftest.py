@@ -1,21 +1,9 @@
-import json
-
 import pytest
 
 from fretwear.study.problems import StudyError
 from fretwear.study.reading import load_study
-from fretwear.study.sections import study_schema
 
 from ..studies import two_loads, write_study
-
-
-@pytest.fixture(scope="session")
-def validator():
-    jsonschema = pytest.importorskip("jsonschema")
-    schema = study_schema()
-    assert json.loads(json.dumps(schema, allow_nan=False)) == schema
-    jsonschema.Draft202012Validator.check_schema(schema)
-    return jsonschema.Draft202012Validator(schema)
 
 
 @pytest.fixture

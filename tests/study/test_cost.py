@@ -101,10 +101,6 @@ def test_a_slip_annulus_much_narrower_than_a_written_cell_dissipates_as_mindlin_
     np.testing.assert_allclose(found.dissipated_energy, theory.dissipated_energy, rtol=3e-3)
 
 
-GENTLE = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
-CAPPED = {"plastic_limit": "4500 MPa", "roughness": {**WAVES, "slope_x": "3 deg"}}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("limit", [math.inf, 4.5e9])
 @pytest.mark.parametrize("slopes", [(0.1, 0.02), (0.05, 0.05)])
