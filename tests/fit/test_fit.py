@@ -196,22 +196,15 @@ def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
 FORCE = {"quantity": "tangential_force", "value": "640 N/mm", "error": "2 %"}
 
 
-def a_volume_with(tmp_path, **keys):
-    """The fit of a volume that is known to 0.1 %, less than the numerical error."""
-    volume = {"quantity": "wear_volume", "value": "0.0319 mm^2", "error": "0.1 %"}
-    free = {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}
-    (tmp_path / "kept").mkdir(exist_ok=True)
-    found = fit(study_of(tmp_path, free, volume, **keys), folder=tmp_path / "kept")
-    low, high = found.interval("wear_coefficient", 0.68)
-    return found, np.log(high / low) / 2
-
-
 def test_estimated_errors_of_runs_enter_the_interval(tmp_path):
-    found, width = a_volume_with(tmp_path)
+    """A volume is known to 0.1 %, less than the numerical error."""
+    volume = {"quantity": "wear_volume", "value": "0.0319 mm^2", "error": "0.1 %"}
+    found = fit(study_of(tmp_path, {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, volume))
+    low, high = found.interval("wear_coefficient", 0.68)
     (volume,) = found.measurements
     error = volume.comparison.deviations[0] / volume.signal[0]
     assert error > 1e-4
-    assert width == pytest.approx(np.hypot(1e-3, error), rel=0.05)
+    assert np.log(high / low) / 2 == pytest.approx(np.hypot(1e-3, error), rel=0.05)
 
 
 def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():

@@ -7,7 +7,7 @@ import pytest
 
 from fretwear.mechanics.surfaces.files import SourceFile, read_profile, read_topography
 from fretwear.mechanics.surfaces.measured import MeasuredRoughness
-from fretwear.study.case import Case, CaseError
+from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
@@ -112,20 +112,6 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
 def test_a_map_without_a_surface_gets_a_sentence(written, heights, unit, sentence):
     with pytest.raises(QuantityError, match=sentence):
         read_topography(FILE.read(written(heights, unit=unit), Path()))
-
-
-@pytest.mark.parametrize(
-    ("file", "sentence"),
-    [("notes.txt", r"notes.txt: cannot be read as a topography"),
-     ("line.nc", "is a line scan"),
-     ("gone.x3p", "is no file that can be read.*No such file"),
-     ("", "is no file that can be read.*Is a directory")],
-)  # fmt: skip
-def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path, file, sentence):
-    (tmp_path / "notes.txt").write_text("no heights here\n")
-    library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(tmp_path / "line.nc"))
-    with pytest.raises(CaseError, match=sentence):
-        steel(cycles=100, roughness={"kind": "measured", "file": str(tmp_path / file)})
 
 
 def test_a_text_of_three_columns_is_a_map(tmp_path):

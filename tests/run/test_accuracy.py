@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.state import State
-from fretwear.run import simulate
 from fretwear.run.accuracy import (
     ASKED,
     GridRun,
@@ -146,25 +144,6 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
     reached = float(doubt.split(": ")[1].split(" %")[0])
     errors = [float((ds[f"{n}_error"] / ds[n].max()).max()) for n in ASKED if float(ds[n].max())]
     assert reached >= 99.0 * max(errors)
-
-
-@pytest.mark.slow
-def test_default_cells_are_tried_where_wider_ones_fail(monkeypatch):
-    case = make(roughness=WAVES, accuracy=0.001, cycles=10, output_cycles=[])
-    of_width = simulate._run_on_cells
-
-    def fails_on_wide_cells(asked, width, *others):
-        if width > 1.0:
-            raise WearError("no step is short enough")
-        return of_width(asked, width, *others)
-
-    monkeypatch.setattr(simulate, "_run_on_cells", fails_on_wide_cells)
-    record = RunRecord()
-    ds = run(case, record=record).dataset
-    assert [each.width for each in record.rounds] == []
-    assert float(ds.cell_x) == near(case.grid_spacing[0])
-    assert float(ds.contact_area_error[-1]) > 0.0
-    assert "less accurately than the 0.1 %" in ds.attrs["warnings"]
 
 
 @pytest.mark.slow
