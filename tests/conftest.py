@@ -37,8 +37,8 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers():
-    """Have one worker more than cores: tests wait for processes and disks part of their time."""
-    return len(os.sched_getaffinity(0)) + 1
+    """Have a worker on each core that is given here."""
+    return len(os.sched_getaffinity(0))
 
 
 @pytest.fixture(scope="session")

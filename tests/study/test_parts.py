@@ -200,7 +200,10 @@ def test_a_new_kind_is_read_varied_and_described(studies, content):
     content["base"]["friction_wear"] = "5e-14 / Pa"
     del content["base"]["wear_coefficient"]
     content["vary"] = {"roughness.depth": ["0.2 um", "0.5 um"]}
-    jsonschema.Draft202012Validator(study_schema()).validate(content)
+    schema = jsonschema.Draft202012Validator(study_schema())
+    schema.check_schema(schema.schema)
+    schema.validate(content)
+    assert not schema.is_valid(content | {"varry": {}})
     study = studies.load(content)
     assert [axis.coordinate for axis in study.axes] == ["roughness_depth"]
     deep = study.points()[1].case
