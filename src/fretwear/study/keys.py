@@ -112,10 +112,9 @@ class Keys:
         """The types of the values of the keys, of a material among them."""
         return {**{name: _described(key) for name, key in self._own.items()}, MATERIAL: Material}
 
-    @cached_property
-    def varied_types(self) -> dict[str, Any]:
-        """The types of the values of parameters to vary: lists or ranges."""
-        return {name: _varied(self[name]) for name in self.all_names}
+    def varied_types(self, names: Iterable[str]) -> dict[str, Any]:
+        """Return the types of the values of parameters to vary: lists or ranges."""
+        return {name: _varied(self[name]) for name in names}
 
     @property
     def names(self) -> tuple[str, ...]:

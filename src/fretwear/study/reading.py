@@ -6,17 +6,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from fretwear.plugins import StudySection, study_sections
+from fretwear.plugins import study_sections
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, axes_of
 from fretwear.study.materials import MATERIAL
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import findings
-from fretwear.study.sections import Sections, study_form, study_schema
+from fretwear.study.sections import study_form, study_schema
 from fretwear.study.short_forms import long_form
 from fretwear.study.study import Point, Study, as_mapping
 from fretwear.study.yamlfile import parse_value, read_document
@@ -151,8 +152,8 @@ def _checked(
     content |= {"base": base} if base else {}
     full = long_form(base, vary)
     written = {**content, "base": full} if base or "base" not in content else content
-    found = Problems()
-    sections = found.read(study_form(), written, study_schema, file.parent, ("base", "vary"))
+    found, form = Problems(), study_form(vary)
+    sections = found.read(form, written, study_schema, file.parent, ("base", "vary"))
     problems += _at_varied(found, vary)
     axes: tuple[Axis, ...] = ()
     if "design" in sections.model_fields_set or "design" not in content:
@@ -161,7 +162,9 @@ def _checked(
     keys = {*full, *(name.partition(".")[0] for name in vary)}
     known = {*fixed, *(axis.name for axis in axes)}
     unread = case_keys().unread(keys, known)
-    snapshots, added = sections.output.cycles, _added(sections)
+    read = {place: attrgetter(place)(sections) for place, _ in study_sections()}
+    added = {place: section for place, section in read.items() if section is not None}
+    snapshots = sections.output.cycles
     if needed := [section.cycles for section in added.values() if section.cycles is not None]:
         snapshots = tuple(sorted({*(snapshots or ()), *chain(*needed)}))
     settings = snapshots, sections.batch, added
@@ -170,22 +173,11 @@ def _checked(
     _try_points(study, problems, sections.invalid == "skip")
     if not problems and len(study.invalid) == study.size:
         problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    for read in added.values() if not problems else ():
-        read.check([point.case for point in study.points()], problems)
+    for given_section in added.values() if not problems else ():
+        given_section.check([point.case for point in study.points()], problems)
     if problems:
         raise StudyError(file, _in_order(problems, lines or {}, assignments))
     return study
-
-
-def _added(sections: Sections) -> dict[str, StudySection]:
-    """What packages beside the core have in a study file, by place."""
-    read = {}
-    for place, _ in study_sections():
-        *outer, key = place.split(".")
-        around = sections.output if outer else sections
-        if (section := getattr(around, key)) is not None:
-            read[place] = section
-    return read
 
 
 def _at_varied(problems: Problems, vary: Mapping[str, Any]) -> Iterator[Problem]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Annotated, Any, Literal
 
@@ -62,13 +63,17 @@ class Sections(BaseModel):
     references: Annotated[_Text, Field(description="Publications about the study.")] = ""
 
 
-def study_form() -> TypeAdapter[Sections]:
-    """Return what reads a study file, with the keys of cases and of packages beside the core."""
-    return _form(case_keys())
+def study_form(varied: Iterable[str]) -> TypeAdapter[Sections]:
+    """Return what reads a study file that varies some parameters.
+
+    It knows the keys of cases and of packages beside the core.
+    """
+    keys = case_keys()
+    return _form(keys, tuple(name for name in varied if name in keys.all_names))
 
 
-@lru_cache(2)
-def _form(keys: Keys) -> TypeAdapter[Sections]:
+@lru_cache(8)
+def _form(keys: Keys, varied: tuple[str, ...]) -> TypeAdapter[Sections]:
     added: dict[str, dict[str, Any]] = {"": {}, "output": {}}
     for place, section in study_sections():
         whole, _, key = place.rpartition(".")
@@ -78,7 +83,7 @@ def _form(keys: Keys) -> TypeAdapter[Sections]:
         Annotated[dict[str, Any], MappingOf(types), Field(description=about.description)]
         for types, about in (
             (keys.types, Sections.model_fields["base"]),
-            (keys.varied_types, Sections.model_fields["vary"]),
+            (keys.varied_types(varied), Sections.model_fields["vary"]),
         )
     )
     own: dict[str, Any] = {"base": (base, {}), "vary": (vary, {}), "output": (output, output())}
@@ -94,7 +99,7 @@ def study_schema() -> Schema:
     """
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **inlined(study_form().json_schema()),
+        **inlined(study_form(case_keys().all_names).json_schema()),
         "title": "fretwear study",
         "description": "A study of fretting wear: base values, varied values, output.",
     }
