@@ -75,7 +75,7 @@ def test_whatever_a_run_imports_is_in_the_digest_or_has_no_effect_on_numbers():
         assert name.startswith(version.SOURCES) or name.endswith("__init__.py") or name in READING
 
 
-def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
+def test_comments_docstrings_and_patch_releases_are_not_code(tmp_path, monkeypatch):
     package = tmp_path / "fretwear"
     monkeypatch.setattr("fretwear.version.__file__", str(package / "version.py"))
     monkeypatch.setattr("fretwear.version.SOURCES", ("theory",))
@@ -98,3 +98,9 @@ def test_comments_and_docstrings_are_not_code(tmp_path, monkeypatch):
     assert digest("law = 1", "fretwear_cracks", ["fretwear_cracks"]) != cracks
     monkeypatch.setattr("fretwear.version.LIBRARIES", ("numpy",))
     assert code_digest.__wrapped__() != core
+
+    def with_libraries(number):
+        monkeypatch.setattr(version.metadata, "version", lambda _: number)
+        return code_digest.__wrapped__()
+
+    assert with_libraries("2.4.1") == with_libraries("2.4.9") != with_libraries("2.5.1")

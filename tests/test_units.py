@@ -10,6 +10,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear.units import (
     ANGLE,
     COMPLIANCE,
+    DIMENSIONS,
     FORCE,
     LENGTH,
     NUMBER,
@@ -26,7 +27,7 @@ from fretwear.units import (
     with_unit,
 )
 
-from .studies import STEEL
+from .studies import STEEL, near
 
 PHYSICAL = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
 
@@ -68,6 +69,13 @@ def test_exact_text_reads_back_to_the_last_bit(value, dimension):
 def test_text_for_people_reads_back_to_its_digits(value, dimension):
     text = format_quantity(value, dimension, digits=8)
     assert parse_quantity(text, dimension) == pytest.approx(value, rel=1e-7)
+
+
+def test_each_unit_has_the_size_with_which_it_is_read():
+    for dimension in DIMENSIONS:
+        for unit in dimension.units:
+            text = f"1 {unit.typed or unit.name}".replace("1 10³", "1e3").replace("1 10⁶", "1e6")
+            assert parse_quantity(text, dimension) == near(unit.size, rel=1e-12)
 
 
 def test_values_for_people():
