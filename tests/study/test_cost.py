@@ -65,8 +65,11 @@ def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_doe
 def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
     coarse, fine = (estimate(steel(cell=cell, roughness=SHALLOW)) for cell in (2e-6, 1e-6))
     assert fine.cells == near(4 * coarse.cells, rel=0.02)
-    assert fine.seconds > coarse.seconds
-    assert fine.memory_bytes > coarse.memory_bytes
+    # A stroke has a full matrix of the cells that touch, four times as many, and its factors.
+    stroke = {"tangential_ratio": None, "sliding_amplitude": 25e-6, "wear_coefficient": [4e-13] * 2}
+    coarse, fine = (estimate(steel(**stroke, cell=cell)) for cell in (4e-6, 2e-6))
+    assert fine.memory_bytes / coarse.memory_bytes == near(4**2, rel=0.01)
+    assert fine.seconds / coarse.seconds == near(4**3, rel=0.01)
     few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
     assert few.seconds < many.seconds < 1.3 * few.seconds
     assert estimate(steel(cell=1e-9)).memory_bytes > 1e12
