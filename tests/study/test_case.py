@@ -118,6 +118,7 @@ def test_snapshots_are_those_asked_for_or_even_in_the_logarithm(cycles, asked, s
             {"roughness": MEASURED, "counterface": MEASURED},
             ["counterface.body = flat: is also the body of roughness"],
         ),
+        ({"poisson_ratio": 0.6, "tangential_ratio": 1.5}, ["at most 0.5", "gross sliding"]),
         (
             {"tangential_ratio": 1.5, "plastic_limit": 1.0, "roughness": WAVES, "cell": 5e-6},
             ["gross sliding", "too low to carry", "too coarse"],

@@ -100,12 +100,10 @@ class Case(FrettingContact):
         snapshots = values.pop("output_cycles", None)
         values.pop(MATERIAL, None)
         unread = case_keys().unread(given.keys() - {"output_cycles"}, values.keys())
-        parts = case_keys().members_of(values, unread, problems)
-        if problems:
-            raise CaseError(problems)
-        vars(self).update(vars(Case.of({**parts, "output_cycles": snapshots})))
-        if broken := findings(self):
+        case, found = Case.assembled(values, unread, snapshots)
+        if broken := [*problems, *found, *findings(case)]:
             raise CaseError(broken)
+        vars(self).update(vars(case))
 
     def __repr__(self) -> str:
         return f"<Case {self.case_id}>"

@@ -19,6 +19,7 @@ from fretwear.mechanics.slip.models import Cerruti
 from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
 from fretwear.study.keys import Keys
+from fretwear.study.problems import Problems
 from fretwear.units import LINE_CONTACT
 
 _IN_BLOCKS = "normal", "loading", "friction_law"
@@ -105,6 +106,20 @@ class FrettingContact(Setup):
             if (part := values.get(member)) is not None and is_open(about, part):
                 values |= {n: v for n, v in vars(part).items() if n in part.parameters()}
         return case
+
+    @classmethod
+    def assembled(
+        cls, values: Mapping[str, Any], unread: Set[str], snapshots: tuple[int, ...] | None
+    ) -> tuple[FrettingContact, Problems]:
+        """Return the case of the values of keys, and what is missing or too much.
+
+        Its rules are not checked. It is incomplete where keys could not be read.
+        """
+        problems, keys = Problems(), case_keys()
+        parts = {**keys.members_of(values, unread, problems), "output_cycles": snapshots}
+        if unknown := keys.unknown(parts, unread):
+            return IncompleteContact.of({**parts, "unknown": unknown}), problems
+        return cls.of(parts), problems
 
     def changed(self, **members: object) -> Self:
         """The case with other members, not checked against each other."""

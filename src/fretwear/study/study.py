@@ -10,7 +10,7 @@ from typing import Any
 
 from fretwear.plugins import StudySection
 from fretwear.study.case import Case
-from fretwear.study.contact import FrettingContact, IncompleteContact, case_keys
+from fretwear.study.contact import FrettingContact
 from fretwear.study.designs import Axis, Design
 from fretwear.study.problems import Problems
 
@@ -117,12 +117,8 @@ class Point:
     @cached_property
     def unchecked(self) -> tuple[FrettingContact, Problems]:
         """The case, whose rules are not checked, and why the values make none, if so."""
-        values, unread, problems = self.study.values(self.index), self.study.unread, Problems()
-        members = case_keys().members_of(values, unread, problems)
-        parts = {**members, "output_cycles": self.study.snapshots}
-        if unknown := case_keys().unknown(members, unread):
-            return IncompleteContact.of({**parts, "unknown": unknown}), problems
-        return Case.of(parts), problems
+        study = self.study
+        return Case.assembled(study.values(self.index), study.unread, study.snapshots)
 
     @cached_property
     def id(self) -> str:
