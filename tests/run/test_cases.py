@@ -78,11 +78,23 @@ def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):
     assert list(failures(bench.folder / "cases")) == [failed]
 
 
+LONG = {
+    "base": {**BASE, "cycles": 7000, "cell": "1 um", "roughness": WAVES, "error_estimate": False}
+}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The file of a long case that runs without a stop."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    (case,) = load_study(write_study(folder / "one.yaml", LONG)).cases().values()
+    simulate_to_file(case, folder / "one.nc", tell=print, command="test")
+    return folder / "one.nc"
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
-    long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES, "error_estimate": False}
-    study = write_study(tmp_path / "one.yaml", {"base": {**BASE, **long}})
-    (case,) = load_study(study).cases().values()
+def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, undisturbed, number):
+    write_study(tmp_path / "one.yaml", LONG)
     first = start("run", "one.yaml", "-o", "cases")
     read_until(first, "cycle 0 of")
     first.send_signal(number)
@@ -94,8 +106,6 @@ def test_a_stopped_run_resumes_to_the_same_results(start, tmp_path, number):
     assert left == ({".checkpoint"} if stopped else {".failed"})
     again = start("run", "one.yaml", "-o", "cases")
     assert ("resuming after cycle" in again.communicate()[1]) == stopped
-    undisturbed = tmp_path / "undisturbed.nc"
-    simulate_to_file(case, undisturbed, tell=print, command="test")
     (path,) = (tmp_path / "cases").iterdir()
     assert_same(path, undisturbed)
 

@@ -72,7 +72,7 @@ def test_an_interrupted_run_resumes_to_the_same_bits(path, changes):
         xr.testing.assert_equal(rerun.dataset, undisturbed.dataset)
         xr.testing.assert_equal(rerun.history, undisturbed.history)
 
-    for after in (0, 3) if "error_estimate" in changes else (0, 1, 5, 15):
+    for after in (3,) if "error_estimate" in changes else (0, 5):
         # A rerun that takes long keeps checkpoints of its own.
         path.unlink(missing_ok=True)
         interrupted(case, Checkpoint(path, case, print), after)
