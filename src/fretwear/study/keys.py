@@ -58,7 +58,6 @@ class Range(BaseModel, Generic[_Value]):
 class Key:
     """A parameter of a case, or a part as a whole."""
 
-    name: str  # in study files, dotted within a part: ``load``, ``roughness.amplitude``
     member: str  # field of the case to which it belongs
     field: str  # field of the part, or of the case
     about: Parameter
@@ -87,7 +86,7 @@ class Keys:
         hints = get_type_hints(owner, include_extras=True)
         for member, about in self.members.items():
             if not isinstance(about, Inline):
-                self._own[member] = Key(member, member, member, about, hints[member])
+                self._own[member] = Key(member, member, about, hints[member])
             if isinstance(about, PartOf):
                 for kind in about.family.kinds().values():
                     self._add_fields(member, about, kind)
@@ -98,7 +97,7 @@ class Keys:
     def _add_fields(self, member: str, about: PartOf, kind: type[Part]) -> None:
         hints = get_type_hints(kind, include_extras=True)
         for field, parameter in about.named(kind.parameters()).items():
-            key = Key(field, member, field, parameter, hints[field], kind)
+            key = Key(member, field, parameter, hints[field], kind)
             if field in self.open_keys[member]:
                 self._own.setdefault(field, key)
             if not isinstance(about, Inline):

@@ -57,12 +57,6 @@ class Problems(list[Problem]):
         """Add a problem, which has no line yet."""
         self.append(Problem(key, given, rule, remedy))
 
-    def unknown(
-        self, key: str, given: object, valid: Iterable[str], rule: str = "is not known"
-    ) -> None:
-        """Add a key that is none of the valid ones."""
-        self.append(Problem(key, given, rule, _nearest(key, valid)))
-
     def read(
         self,
         form: TypeAdapter[Any],
@@ -92,8 +86,8 @@ class Problems(list[Problem]):
         return self.read(form, kept, schema, folder, nested)
 
 
-def _nearest(key: str, valid: Iterable[str]) -> str:
-    name = re.split("[. ]", key)[-1]
+def nearest_key(name: str, valid: Iterable[str]) -> str:
+    """Return a hint at the valid key that is nearest to an unknown one."""
     return did_you_mean(name, valid) or "fretwear schema lists all keys"
 
 
@@ -119,7 +113,7 @@ def _problem(one: ErrorDetails, schema: Callable[[], Schema]) -> Problem:
             return Problem(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
             valid = _keys_at(schema(), path[:-1])
-            return Problem(place, given, "is not known", _nearest(str(path[-1]), valid))
+            return Problem(place, given, "is not known", nearest_key(str(path[-1]), valid))
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
             return Problem(

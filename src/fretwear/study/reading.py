@@ -15,7 +15,7 @@ from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, axes_of
 from fretwear.study.materials import MATERIAL
-from fretwear.study.problems import Problem, Problems, StudyError, few_of
+from fretwear.study.problems import Problem, Problems, StudyError, few_of, nearest_key
 from fretwear.study.rules import findings
 from fretwear.study.sections import study_form, study_schema
 from fretwear.study.short_forms import long_form
@@ -105,7 +105,8 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
         if not equals:
             problems.add(OPTION, assignment, "must have the form name=value")
         elif name not in valid:
-            problems.unknown(f"{OPTION} {name}", text, valid, "is not a parameter")
+            hint = nearest_key(name, valid)
+            problems.add(f"{OPTION} {name}", text, "is not a parameter", hint)
         else:
             try:
                 assign(changed, name, parse_value(text))
