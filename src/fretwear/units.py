@@ -390,6 +390,12 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
     return f"{value:.{max(-place, 0)}f} ± {error:.{max(-place, 0)}f}".replace("-", "−")
 
 
+def axis_label(words: str, unit: Unit) -> str:
+    """Return words with their unit as the label of an axis: ``Wear volume (µm³)``."""
+    label = words[:1].upper() + words[1:]
+    return f"{label} ({unit.name})" if unit.name else label
+
+
 def with_unit(text: str, unit: Unit) -> str:
     """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``, ``5.7°``."""
     if unit.is_power:

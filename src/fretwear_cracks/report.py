@@ -15,7 +15,6 @@ from fretwear.data.effects import point_values, varied_names
 from fretwear.report import Section, table_html
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import cycle_text, number_text
-from fretwear_cracks.figures import first_crack
 from fretwear_cracks.variables import FATIGUE, FATIGUE_HEADS, FATIGUE_OUTCOMES
 
 _MOST_ROWS = 2000
@@ -56,6 +55,9 @@ def crack_table(summary: xr.Dataset) -> pd.DataFrame:
                 row[head] = " → ".join(dict.fromkeys(texts))
         if lives:
             row["outcome"] = FATIGUE_OUTCOMES[int(values("fatigue_outcome")[-1])]
+            # Only a study of lives waits for matplotlib.
+            from fretwear_cracks.figures import first_crack
+
             if (first := np.nan_to_num(first_crack(summary).values[place]).max()) > 0.0:
                 row["outcome"] += f", first at cycle {cycle_text(float(np.round(first)))}"
         rows.append(row)

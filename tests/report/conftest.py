@@ -47,7 +47,7 @@ class Finished(NamedTuple):
     failed: str
 
     def report(self, **more):
-        return build_report(self.plan, self.summary, self.folder, **more)
+        return build_report(self.plan, self.summary, self.folder, **more)[0]
 
 
 @pytest.fixture(scope="session")

@@ -271,13 +271,12 @@ def report(file: StudyFile, results: Results = None) -> None:
     from fretwear.data.atomic import write_text
     from fretwear.data.files import open_summary
     from fretwear.plugins import added
-    from fretwear.report import Section, answer_text, build_report
+    from fretwear.report import Section, build_report
     from fretwear.study.plan import Plan
 
     with open_summary(folder / "summary.nc") as summary:
         sections: Iterator[Section] = added("fretwear.sections", summary, folder / "cases")
-        page = build_report(Plan(study), summary, folder, sections=sections, tell=note)
-        answer = answer_text(summary)
+        page, answer = build_report(Plan(study), summary, folder, sections=sections, tell=note)
     write_text(folder / "report.html", page)
     write_text(folder / "answer.json", answer)
     say(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")

@@ -10,14 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.interpolate import RBFInterpolator
 
 from fretwear.arrays import Array
 from fretwear.results import (
@@ -32,7 +30,18 @@ from fretwear.results import (
     headlines,
 )
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import Unit, in_unit, number_text, readable_unit, with_error
+from fretwear.units import (
+    NO_UNIT,
+    Unit,
+    axis_label,
+    in_unit,
+    number_text,
+    readable_unit,
+    with_error,
+)
+
+if TYPE_CHECKING:
+    from scipy.interpolate import RBFInterpolator
 
 # An ensemble has at least this many seeds: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
@@ -118,12 +127,18 @@ def results_table(summary: xr.Dataset) -> str:
     return text
 
 
-def point_levels(summary: xr.Dataset, name: str) -> list[Any]:
-    """Return a parameter at each point, as study files give it; drawn ones with three digits."""
-    about, values = summary[name].attrs, point_values(summary, name).tolist()
+def levels_of(
+    dataset: xr.Dataset, name: str, values: NDArray[Any] | None = None
+) -> list[float | str]:
+    """Return values of a parameter as study files give them; drawn ones with three digits.
+
+    They are by default those along its dimension.
+    """
+    about = dataset[name].attrs
+    levels = (dataset[name].values if values is None else values).tolist()
     if "drawn_from" in about:
-        values = [float(f"{value:.3g}") for value in values]
-    return [in_unit(value, about.get("units", "")) for value in values]
+        levels = [float(f"{level:.3g}") for level in levels]
+    return [in_unit(level, about.get("units", "")) for level in levels]
 
 
 def plain_unit(about: Variable, values: Array) -> Unit:
@@ -136,16 +151,16 @@ def key_results(summary: xr.Dataset) -> pd.DataFrame:
     """Return the varied values, key results with errors, status and id of every point as text."""
     final, frame = final_results(summary), {}
     for name in varied_names(summary):
-        words = parameter(name).words
-        levels = point_levels(summary, name)
-        frame[f"{words[:1].upper()}{words[1:]}"] = [value_text(name, level) for level in levels]
+        levels = levels_of(summary, name, point_values(summary, name))
+        label = axis_label(parameter(name).words, NO_UNIT)
+        frame[label] = [value_text(name, level) for level in levels]
     for name in headlines(final):
         if not np.isfinite(final[name]).any():
             continue
         values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
         about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
         unit = plain_unit(about, values[np.isfinite(values)])
-        frame[f"{about.label} ({unit.name})" if unit.name else about.label] = [
+        frame[axis_label(about.words, unit)] = [
             "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
             for v, e in np.broadcast(unit.of(values), unit.of(error))
         ]
@@ -379,6 +394,9 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     list of Indices
         One for each function.
     """
+    # It takes longer to import than merging takes.
+    from scipy.interpolate import RBFInterpolator
+
     unit, values = unit[:_MOST_EMULATED], values[:_MOST_EMULATED]
     count, dimensions = unit.shape
     listed = np.array(sizes or (0,) * dimensions)
@@ -398,6 +416,7 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
 
 def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
     """Return first and total indices, shape (2, functions, parameters)."""
+    from scipy import stats
 
     def function(x: Array) -> Array:
         # Listed values lie in the middle of equal parts of the unit interval.

@@ -91,11 +91,6 @@ def representative_cycles(available: Collection[int], most: int = 6) -> tuple[in
     return tuple(ordered)
 
 
-def empty_value(field: Variable) -> float:
-    """Return the value of a field at missing points and cycles."""
-    return NOT_DONE if field.flags else math.nan
-
-
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """Open the merged study together with the fields of all its cases.
 
@@ -157,7 +152,7 @@ def _on_axes(
 ) -> NDArray[Any]:
     """Return a field of one case, if it has it, at cycles and positions that all cases share."""
     shape = (cycles.size, *(axis.size for axis in axes))
-    values = np.full(shape, empty_value(field), dtype=field.dtype)
+    values = np.full(shape, NOT_DONE if field.flags else math.nan, dtype=field.dtype)
     if stored is not None:
         cells = [stored[name].values for name in stored.dims[1:]]
         _, rows, kept = np.intersect1d(cycles, stored[CYCLE.name], return_indices=True)

@@ -23,7 +23,7 @@ from fretwear.arrays import Array
 from fretwear.figures.style import Columns, JournalFigure
 from fretwear.results import Variable
 from fretwear.study.parameters import parameter
-from fretwear.units import cycle_text, in_unit, power_of_ten, readable_unit
+from fretwear.units import axis_label, cycle_text, in_unit, power_of_ten, readable_unit
 
 Place = Literal["outside upper left", "outside lower left"]
 """The place of a key, as matplotlib's legends name it."""
@@ -93,7 +93,7 @@ class ValueAxis:
         self._least = float(self.unit.of(positive.min())) if positive.size else 1.0
         self._is_constant = self._low >= (1.0 - _CONSTANT) * self._high
         self._from_zero = variable.from_zero or self._is_constant
-        self.label = f"{variable.label} ({self.unit.name})" if self.unit.name else variable.label
+        self.label = axis_label(variable.words, self.unit)
 
     def wrapped_label(self, width: int) -> str:
         """Return the label in lines of at most `width` letters, the unit unbroken."""
@@ -119,8 +119,7 @@ def parameter_values(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
     values = dataset[name].values.astype(np.float64)
     first = in_unit(float(values.flat[0]), dataset[name].attrs.get("units", ""))
     about = parameter(name).in_frame_of(first)
-    unit = f" ({about.unit.name})" if about.unit.name else ""
-    return about.unit.of(values), f"{about.words[:1].upper()}{about.words[1:]}{unit}"
+    return about.unit.of(values), axis_label(about.words, about.unit)
 
 
 def make_panels(

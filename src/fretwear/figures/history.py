@@ -21,6 +21,7 @@ from fretwear.data.effects import (
     LEAST_SEEDS,
     SEED,
     final_results,
+    levels_of,
     varied_names,
 )
 from fretwear.figures.axes import (
@@ -45,7 +46,6 @@ from fretwear.figures.style import (
 )
 from fretwear.results import POINT, PointStatus, Variable
 from fretwear.study.parameters import symbol_text, words_text
-from fretwear.units import in_unit
 
 MOST_KEYED = 8
 """Largest number of levels with a key; more levels have a colour bar."""
@@ -80,14 +80,6 @@ class Colours:
     key: dict[str, Line2D] = field(default_factory=dict)
     bar: ScalarMappable | None = None
     label: str = ""  # of the bar
-
-
-def levels_of(dataset: xr.Dataset, name: str) -> list[float | str]:
-    """Return the values of a parameter along its dimension; drawn ones with three digits."""
-    about, values = dataset[name].attrs, dataset[name].values.tolist()
-    if "drawn_from" in about:
-        values = [float(f"{value:.3g}") for value in values]
-    return [in_unit(value, about.get("units", "")) for value in values]
 
 
 def level_text(dataset: xr.Dataset, place: Mapping[str, int]) -> str:

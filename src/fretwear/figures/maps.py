@@ -37,7 +37,7 @@ from fretwear.figures.style import (
     styled,
 )
 from fretwear.results import RESULTS, ContactState
-from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit, with_unit
+from fretwear.units import MICROMETRE, Unit, axis_label, cycle_text, readable_unit, with_unit
 
 WAYS = ("displacement_amplitude", "displacement_ratio")
 """Varied parameters that a fretting map may have besides the load."""
@@ -96,7 +96,7 @@ def wear_map(
     # All panels share the frame of the largest scar.
     limit = MICROMETRE.of(max(scar.reach for scar in scars))
     panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
-    add_scale(figure, panels, image, f"{label} ({unit.name})")
+    add_scale(figure, panels, image, axis_label(label, unit))
     when = f"cycle {cycle_text(scars[0].cycle)}" if cycle is not None else "the last cycle"
     caption(figure, f"{label} of both bodies after {when}.")
     if isinstance(scale, PowerNorm):

@@ -33,11 +33,7 @@ from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
 from fretwear.run.cases import failures
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.units import (
-    cycle_text,
-    number_text,
-    span,
-)
+from fretwear.units import NO_UNIT, axis_label, cycle_text, number_text, span
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
 _MOST_ROWS = 2000
@@ -79,12 +75,12 @@ def table_html(frame: pd.DataFrame, *, index: bool = False) -> Markup:
     return Markup(f'<div class="scroll" tabindex="0">{table}</div>')
 
 
-def answer_text(summary: xr.Dataset) -> str:
-    """Return the effects of the parameters of a merged study as JSON, for ``answer.json``.
+def answer_text(effects: pd.DataFrame) -> str:
+    """Return the table of effects as JSON, for ``answer.json``.
 
     Infinite levels are "none", as in study files.
     """
-    table = effects_table(Points.of(summary)).drop(columns="factor")
+    table = effects.drop(columns="factor")
     claims = [_plain(row) for row in table.replace({"parameter": WRITTEN}).to_dict("records")]
     return json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -105,8 +101,8 @@ def build_report(
     *,
     sections: Iterable[Section] = (),
     tell: Callable[[str], None] = lambda _: None,
-) -> str:
-    """Build the report of a study as one HTML page, which loads no other file.
+) -> tuple[str, str]:
+    """Build the report of a study, one HTML page that loads no other file, and `answer_text`.
 
     The results `folder` holds the figures with their index, in ``figures``, and its ``cases``.
     `tell` takes every warning. Raises a `DataFileError` if a figure is missing, or if the summary
@@ -140,7 +136,7 @@ def build_report(
         plots["explorer"] = plot.to_plotly_json()
     values = key_results(summary)
     page = environment().get_template("report.html.j2")
-    return page.render(
+    html = page.render(
         study=plan.study,
         facts=_facts(plan, summary, points),
         warnings=warnings,
@@ -158,6 +154,7 @@ def build_report(
         computation=_computation(plan, summary),
         text=plan.study.file.read_text(encoding="utf-8"),
     )
+    return html, answer_text(effects)
 
 
 def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
@@ -200,12 +197,8 @@ def _computation(plan: Plan, summary: xr.Dataset) -> dict[str, str]:
         if name in summary.coords:
             values = np.asarray(summary[name].values, dtype=np.float64).ravel()
             text = span(values[np.isfinite(values)], partial(value_text, name))
-            rows[_upper(parameter(name).words)] = text
+            rows[axis_label(parameter(name).words, NO_UNIT)] = text
     return rows
-
-
-def _upper(words: str) -> str:
-    return words[:1].upper() + words[1:]
 
 
 def _images(folder: Path) -> list[Image]:

@@ -17,15 +17,15 @@ from fretwear.arrays import Array
 from fretwear.data.effects import (
     SEED,
     Points,
+    levels_of,
     point_dims,
-    point_levels,
     point_values,
     varied_names,
 )
 from fretwear.report.matrix import factor_text
 from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import Unit, cycle_text, number_text, readable_unit
+from fretwear.units import axis_label, cycle_text, number_text, readable_unit
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
@@ -55,11 +55,6 @@ def rounded(values: Array) -> list[float | None]:
     """Return values with four digits, None for those that are not finite."""
     numbers = np.asarray(values, dtype=np.float64).tolist()
     return [float(f"{v:.{_DIGITS}g}") if np.isfinite(v) else None for v in numbers]
-
-
-def with_unit_name(label: str, unit: Unit) -> str:
-    """Return a label with its unit: ``Wear volume (µm³)``."""
-    return f"{label} ({unit.name})" if unit.name else label
 
 
 def _log_ticks(values: Array) -> dict[str, object]:
@@ -96,11 +91,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
         marker = {"size": 7, "color": COLOURS[0]}
         if second and not any(isinstance(level, str) for level in points.levels[second]):
             of_second = parameter(second).unit.of(points.values(second))[np.isfinite(values)]
-            title = {
-                "text": f"{parameter(second).words} ({parameter(second).unit.name})".replace(
-                    " ()", ""
-                )
-            }
+            title = {"text": axis_label(parameter(second).words, parameter(second).unit)}
             marker |= {"color": of_second, "colorscale": "Cividis", "colorbar": {"title": title}}
         figure.add_scatter(
             x=rounded(table["x"]), y=rounded(table["y"]), mode="markers", marker=marker
@@ -145,7 +136,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
             "orientation": "h", "y": -0.24, "yanchor": "top", "x": 0,
         },
         title={
-            "text": with_unit_name(about.label, unit), "x": 0, "xref": "paper",
+            "text": axis_label(about.words, unit), "x": 0, "xref": "paper",
             "font": {"size": 15},
         },
     )  # fmt: skip
@@ -214,7 +205,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
     for name, field in EXPLORED.items():
         about, largest = RESULTS[field], float(np.nanmax(np.abs(summary[name].values)))
         unit = about.unit or readable_unit([largest], about.si_unit)
-        labels[name] = with_unit_name(about.label, unit)
+        labels[name] = axis_label(about.words, unit)
         for curves in cases.values():
             curves[name] = [rounded(unit.of(row)) for row in curves[name]]
     sides = [titles[0], titles[-1]][: len(titles)]
@@ -288,7 +279,7 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
     done = np.flatnonzero(point_values(summary, STATUS.name) == PointStatus.DONE)
     few = np.linspace(0, done.size - 1, min(_MOST_CASES, done.size)).astype(int)
     ids = point_values(summary, CASE_ID.name)
-    varied = {name: point_levels(summary, name) for name in varied_names(summary)}
+    varied = {n: levels_of(summary, n, point_values(summary, n)) for n in varied_names(summary)}
     rows = {name: summary[name].transpose(*dims, "cycle", "x").values for name in EXPLORED}
     flat = {name: values.reshape(ids.size, *values.shape[-2:]) for name, values in rows.items()}
     x, cases = 1e6 * summary["x"].values, {}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.wear.measures import Described, NextTips
-from fretwear.results import RESULTS
+from fretwear.results import HEADLINES, RESULTS
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import CaseWarning
 from fretwear.study.plan import USUAL_BUDGET, affordable_width
@@ -35,17 +35,7 @@ _OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
 
 
 # Results that an accuracy is asked for, where a case has them.
-ASKED = (
-    "wear_volume",
-    "maximum_wear_depth",
-    "contact_radius",
-    "stick_radius",
-    "scar_half_width_x",
-    "scar_half_width_y",
-    "contact_area",
-    "stick_area",
-    "dissipated_energy",
-)
+ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack), "contact_area", "stick_area")
 # The energy of a contact that wears in is as accurate as an accuracy asks relative to this.
 _OF_LARGEST = "dissipated_energy"
 # Share of the accuracy that the next run aims at.
