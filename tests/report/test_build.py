@@ -141,6 +141,7 @@ def test_a_study_without_results_has_a_page(finished):
     assert not any("Plotly" in script for script in page.scripts)
 
 
+@pytest.mark.slow
 def test_other_points_a_damaged_index_and_a_missing_figure_are_refused(finished, tmp_path):
     with pytest.raises(DataFileError, match="has other points"):
         build_report(finished.plan, finished.summary.isel(normal_load=[0]), finished.folder)

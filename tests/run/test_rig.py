@@ -37,6 +37,7 @@ def paths(folder):
     return sorted((folder / "cases").glob("*.nc"))
 
 
+@pytest.mark.slow
 def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
     with open_case(paths[1]) as case:
         assert case.pressure.dims == ("cycle", "x")
