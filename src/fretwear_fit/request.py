@@ -173,7 +173,7 @@ class Unknown:
         return self.key, put(given, self.path)
 
 
-class Range(BaseModel):
+class SoughtRange(BaseModel):
     """The range of a parameter that is sought: ``[low, high]``, or with further keys."""
 
     model_config = ConfigDict(extra="forbid")
@@ -210,7 +210,7 @@ class Range(BaseModel):
         return Unknown(name, low, high, about, scale == "log", self.each, path)
 
 
-def _checked(ranges: dict[str, Range]) -> dict[str, Range]:
+def _checked(ranges: dict[str, SoughtRange]) -> dict[str, SoughtRange]:
     wrong = []
     for name, ends in ranges.items():
         try:
@@ -222,7 +222,7 @@ def _checked(ranges: dict[str, Range]) -> dict[str, Range]:
 
 
 Ranges = Annotated[
-    dict[str, Range],
+    dict[str, SoughtRange],
     AfterValidator(_checked),
     Field(description="What is sought, each with a range: [low, high].", min_length=1),
 ]
@@ -394,7 +394,7 @@ class FitRequest(StudySection):
         filled = dict(base)
         for name, range_ in as_mapping(as_mapping(given).get("free")).items():
             try:
-                parameter = adapter(Range).validate_python(range_).of(name)
+                parameter = adapter(SoughtRange).validate_python(range_).of(name)
             except (QuantityError, ValidationError):  # told when the section is read
                 continue
             whole, further = parameter.key, parameter.name.partition(".")[2]
