@@ -30,6 +30,7 @@ def columns(path, **layout):
             {},
         ),
         (',time (s),"x (mm)","depth (um)"\n0,9,-0.5,1e-3\n1,9,0,-.25\n2,9,1.25,.3\n', "utf-8", {}),
+        ('"x (mm)","depth (um)"\n"-0,5","0,001"\n"0","-0,25"\n"1,25","0,3"\n', "utf-8", {}),
         ("# x (mm), z\n-0.5 0.001\n0 -0.25\n1.25 0.3\n", "utf-8", {"units": ("mm", "um")}),
         (
             "Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n",
@@ -52,6 +53,7 @@ def test_position_and_depth_are_found_in_si_units(tmp_path, text, encoding, layo
     [
         ("x (mm),depth (um)\n-0,5,0,001\n0,5,0,25\n", {}, "4 cells in line 2, but 2 columns"),
         ("x (mm),depth (um)\n1,2\n2,3\n3,deep\n", {}, "'deep' in line 4"),
+        ("x (mm);depth (nm)\n1;2\n2;3\n3;1.000,5\n", {}, "'1.000,5' in line 4.*thousands"),
         ("x,depth\n1,2\n2,3\n", {}, "no unit for its column 'x'"),
         ("x (mm),depth (N)\n1,2\n2,3\n", {}, "'N' is a force"),
         ("x (mm),colour (um)\n1,2\n2,3\n", {}, "columns x and colour, not depth or wear"),

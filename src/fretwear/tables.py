@@ -8,6 +8,7 @@ comma. What a file does not say, keys beside its name say (`Layout`).
 from __future__ import annotations
 
 import codecs
+import csv
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -119,7 +120,7 @@ def read_text_table(path: Path, layout: Layout = Layout()) -> Table:
     if decimal is None:
         written = [cell for row in cells for cell in row]
         comma = any("," in cell for cell in written) and not any("." in cell for cell in written)
-        decimal = "," if separator != "," and comma else "."
+        decimal = "," if comma else "."  # those of a table with commas between cells are quoted
     count = len(names) or max(map(len, cells))
     values = np.full((len(cells), count), np.nan)
     for place, ((number, line), row) in enumerate(zip(rows[first:], cells, strict=True)):
@@ -158,7 +159,10 @@ def _text(path: Path, encoding: str | None) -> str:
 
 def _split(line: str, separator: str | None) -> list[str]:
     """The cells of a line, without empty ones at its end."""
-    cells = line.split(separator) if separator else re.split(r"[;\t]\s*|,\s+|\s+", line)
+    if separator:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    else:
+        cells = re.split(r"[;\t]\s*|,\s+|\s+", line)
     cells = [cell.strip().strip('"').strip() for cell in cells]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
@@ -212,5 +216,11 @@ def _value(cell: str, decimal: str, line: int) -> float:
         text = text.replace(",", ".")
     if not re.fullmatch(_NUMBER, text):
         rule = f"has {cell[:20]!r} in line {line}, which is no number"
-        raise QuantityError(rule, "say how decimals are written: decimal: ','" * ("," in cell))
+        is_comma = re.fullmatch(_NUMBER, text.replace(",", "."))
+        remedy = (
+            "say how decimals are written: decimal: ','"
+            if is_comma
+            else ("remove lines without numbers and the signs between thousands")
+        )
+        raise QuantityError(rule, remedy)
     return float(text)

@@ -13,7 +13,7 @@ from fretwear.results import X
 from fretwear.tables import Layout, read_text_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
 
-_TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv")
+_TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn")
 _FEWEST = 5
 _NARROWEST, _FARTHEST, _LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
 _POSITIONS = ("x", "y", "position", "distance", "lateral", "length")

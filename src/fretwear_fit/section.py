@@ -104,7 +104,7 @@ def fit_figure(measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataA
     lower.axhline(0.0, lw=0.6, color=MUTED)
     lower.plot(x, readings - unit.of(mean), ".", ms=2.5, color=MUTED)
     lower.set_xlabel(f"{'Position' if is_profile else 'Displacement'} ({along.name})")
-    lower.set_ylabel("Residual")
+    lower.set_ylabel(f"Residual ({unit.name})")
     title = str(measured.attrs["long_name"])
     caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")
     return figure

@@ -1,11 +1,13 @@
 """Files with surfaces: heights and units as they are, and a sentence for every bad file."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fretwear.mechanics.surfaces.files import SourceFile, read_profile, read_topography
+from fretwear.figures import measured_map
+from fretwear.mechanics.surfaces.files import SourceFile, read_line, read_profile, read_topography
 from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
@@ -127,6 +129,52 @@ def test_a_text_of_three_columns_is_a_map(tmp_path):
     assert found.sides == near((50e-9, 8e-9), rel=1e-9)
 
 
+@pytest.mark.usefixtures("library")
+def test_arrays_and_tables_without_places_need_their_unit_and_sides(tmp_path):
+    heights = np.arange(60.0).reshape(10, 6) ** 2
+    np.save(tmp_path / "map.npy", heights)
+    np.savetxt(tmp_path / "map.csv", heights.T, delimiter=";")  # a line for each y
+    for name in ("map.npy", "map.csv"):
+        file = FILE.read(str(tmp_path / name), Path())
+        found = read_topography(file, form="none", unit="nm", size="50 um, 30 um")
+        assert found.sides == near((50e-6, 30e-6), rel=1e-9)
+        np.testing.assert_allclose(found.heights, 1e-9 * (heights - heights.mean()), atol=1e-15)
+        with pytest.raises(QuantityError, match="needs two sides"):
+            read_topography(file, unit="nm", size="50 um")
+        with pytest.raises(QuantityError, match=r"add size: .* and unit: um"):
+            read_topography(file)
+
+
+X3P = """<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1>
+<FeatureType>SUR</FeatureType><Axes>
+<CX><AxisType>I</AxisType><DataType>D</DataType><Increment>5e-6</Increment></CX>
+<CY><AxisType>I</AxisType><DataType>D</DataType><Increment>3e-6</Increment></CY>
+<CZ><AxisType>A</AxisType><DataType>D</DataType><Increment>2</Increment></CZ></Axes></Record1>
+<Record3><MatrixDimension><SizeX>10</SizeX><SizeY>{rows}</SizeY><SizeZ>1</SizeZ>
+</MatrixDimension><DataList>{data}</DataList></Record3></p:ISO5436_2>"""
+
+
+@pytest.mark.usefixtures("library")
+def test_an_x3p_may_have_its_heights_in_the_xml(tmp_path):
+    heights = 1e-9 * np.arange(60.0).reshape(10, 6) ** 2
+    heights[3, 2] = np.nan
+
+    def write(values):
+        data = "".join(f"<Datum>{'' if v != v else v / 2}</Datum>" for v in values.T.ravel())
+        with zipfile.ZipFile(tmp_path / "map.x3p", "w") as archive:
+            archive.writestr("main.xml", X3P.format(rows=values.shape[1], data=data))
+        return FILE.read(str(tmp_path / "map.x3p"), Path())
+
+    found = read_topography(write(heights), form="none")
+    assert (found.sides, found.missing) == (near((50e-6, 18e-6), rel=1e-9), 1)
+    np.testing.assert_allclose(
+        found.heights[found.measured], (heights - np.nanmean(heights))[found.measured], atol=1e-20
+    )
+    x, line = read_line(write(heights[:, :1]))
+    np.testing.assert_allclose(np.diff(x), 5e-6)
+    np.testing.assert_allclose(line, heights[:, 0], atol=1e-20)
+
+
 @pytest.mark.parametrize("form", ["sphere", "cylinder", "paraboloid"])
 def test_the_form_of_a_body_is_removed(written, form):
     shapes = {
@@ -147,6 +195,16 @@ def test_spikes_are_counted_and_filled(written):
     filled = read_topography(file, outliers="fill")
     assert (filled.spikes, filled.missing) == (0, spiky[5::9, 4::9].size)
     assert np.abs(filled.heights).max() < 2e-7
+
+
+def test_a_picture_shows_contact_holes_and_spikes(written):
+    heights = wave(X, Y)
+    heights[3, 4], heights[20, 10] = np.nan, 5e-6
+    figure = measured_map(MeasuredRoughness(written(heights), body="indenter"), 8e-6)
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["contact of smooth bodies", "spikes: 1", "not measured: 1 of 1200 points"]
+    (spike,) = figure.axes[0].lines  # turned over about the y axis
+    assert (*spike.get_xdata(), *spike.get_ydata()) == near((-0.5, -4.5), rel=1e-6)
 
 
 def test_doubtful_maps_are_told(library, tmp_path):

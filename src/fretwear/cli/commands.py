@@ -32,7 +32,7 @@ from fretwear.cli.common import (
 )
 
 if TYPE_CHECKING:
-    pass
+    from matplotlib.figure import Figure
 
 _CASE = (
     "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
@@ -286,10 +286,11 @@ def plot(
     file: CaseFile,
     output: Annotated[Path | None, option("-o/--output", "FIG.png", _FIGURE, "OUT.png")] = None,
 ) -> None:
-    """Draw pressure, shear, gap and wear along x, and a map of the scar; or data beside a fit."""
+    """Draw the profiles and the scar of a case, a fit, or the measured surfaces of a study."""
     from fretwear.plugins import added
 
-    if added_figures := dict(added("fretwear.plots", file)):
+    figures = added("fretwear.plots", file)
+    if added_figures := dict(_surfaces(file) if file.suffix in (".yaml", ".yml") else figures):
         from fretwear.figures import save_as
 
         whole = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
@@ -303,3 +304,19 @@ def plot(
 
         save_as(overview(case, history), path)
     say(str(path))
+
+
+def _surfaces(file: Path) -> Iterator[tuple[str, Figure]]:
+    """Draw the measured surfaces of a study, each once: name of its file, figure."""
+    from fretwear.figures import measured_map
+    from fretwear.mechanics.surfaces.measured import MeasuredRoughness
+    from fretwear.study.reading import load_study
+
+    seen = set()
+    for case in load_study(file).cases().values():
+        for surface in (case.roughness, case.counterface):
+            if isinstance(surface, MeasuredRoughness) and surface not in seen:
+                seen.add(surface)
+                yield surface.slug, measured_map(surface, case.hertz_radius)
+    if not seen:
+        raise CommandError(f"{file} has no measured surface: plot the file of a case")

@@ -20,7 +20,7 @@ from matplotlib.ticker import Formatter, LogLocator, NullLocator, SymmetricalLog
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
-from fretwear.figures.style import Columns, JournalFigure
+from fretwear.figures.style import COLUMN_WIDTH, Columns, JournalFigure
 from fretwear.results import Variable
 from fretwear.study.parameters import parameter
 from fretwear.units import axis_label, cycle_text, in_unit, power_of_ten, readable_unit
@@ -31,6 +31,7 @@ Place = Literal["outside upper left", "outside lower left"]
 Shared = Literal["all", "row", "none"]
 
 _LETTER_WIDTH = 1.35  # mm, of the text of a key
+_AROUND_PANEL = 22.0  # mm, of the axis and the letter of a panel
 _LOGARITHMIC_FROM = 30.0
 _CONSTANT = 0.03
 _DEEPEST = 1e-6  # least value on a logarithmic axis, over the largest
@@ -142,7 +143,7 @@ def make_panels(
     panels: list[Axes] = [*grid[: len(titles)]]
     for index, (axes, title) in enumerate(zip(panels, titles, strict=True)):
         letter = rf"$\bf{{{chr(97 + index)}}}$  " if 1 < len(titles) <= 26 else ""
-        axes.set_title(f"{letter}{title}".rstrip())
+        axes.set_title(f"{letter}{_in_lines(title, COLUMN_WIDTH[columns] / across)}".rstrip())
         is_lowest = index + across >= len(titles)
         is_outer = index % across == 0 or share_y == "none"
         axes.tick_params(axis="x", which="both", labelbottom=is_lowest)
@@ -152,6 +153,20 @@ def make_panels(
     return figure, panels
 
 
+def _letters(text: str) -> int:
+    """Return the number of letters of a text, without its marks of mathematics."""
+    return len(re.sub(r"\\[a-z]+|[${}]", "", text))
+
+
+def _in_lines(title: str, width: float) -> str:
+    """Return a title in two lines if it is wider than a panel, in mm."""
+    parts = title.split(", ")
+    if len(parts) == 1 or _LETTER_WIDTH * _letters(title) < width - _AROUND_PANEL:
+        return title
+    middle = -(-len(parts) // 2)
+    return ",\n".join(", ".join(line) for line in (parts[:middle], parts[middle:]))
+
+
 def outside_key(
     figure: Figure,
     handles: Sequence[Artist],
@@ -159,7 +174,7 @@ def outside_key(
     place: Place = "outside upper left",
 ) -> Legend:
     """Add a key above or below the axes, with as many columns as fit into the figure."""
-    letters = max(len(re.sub(r"\\[a-z]+|[${}]", "", label)) for label in labels)
+    letters = max(map(_letters, labels))
     fitting = max(1, int(25.4 * figure.get_figwidth() / (_LETTER_WIDTH * letters + 9.0)))
     rows = -(-len(labels) // fitting)
     key: Legend = figure.legend(handles, labels, loc=place, ncols=-(-len(labels) // rows))

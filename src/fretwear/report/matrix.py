@@ -135,7 +135,7 @@ def _sampled_cells(points: Points, result: str) -> list[Cell]:
             cells.append(Cell(key, text, alone, round(100.0 * total), rank > 0.0))
         elif math.isfinite(rank):
             text = f"ρ {number_text(rank, 2)}"
-            cells.append(Cell(key, text, "rank", round(100.0 * rank**2), rank > 0.0))
+            cells.append(Cell(key, text, "", round(100.0 * rank**2), rank > 0.0))
         else:
             cells.append(Cell(key))
     return cells

@@ -58,11 +58,16 @@ def rounded(values: Array) -> list[float | None]:
 
 
 def _log_ticks(values: Array) -> dict[str, object]:
-    """Return a logarithmic axis with ticks at 1, 2 and 5 of each decade, or at decades if many."""
+    """Return a logarithmic axis with ticks at decades, within about one also at 2 and 5."""
     low, high = np.log10(values.min()), np.log10(values.max())
-    digits = (1.0, 2.0, 5.0) if high - low < 3.0 else (1.0,)
+    digits = (1.0, 2.0, 5.0) if high - low < 1.5 else (1.0,)
     ticks = [d * 10.0**k for k in range(math.floor(low), math.ceil(high) + 1) for d in digits]
-    return {"type": "log", "tickvals": ticks, "ticktext": [number_text(tick) for tick in ticks]}
+    return {
+        "type": "log",
+        "tickangle": 0,
+        "tickvals": ticks,
+        "ticktext": [number_text(tick) for tick in ticks],
+    }
 
 
 def _is_wide(values: Array) -> bool:

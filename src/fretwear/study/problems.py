@@ -76,8 +76,12 @@ class Problems(list[Problem]):
             found = error.errors(include_url=False)
         kept = dict(given)
         for one in found:
-            self.append(_problem(one, schema))
-            first, *below = one["loc"]
+            place = one["loc"]
+            inner = [at["loc"] for at in found if at["loc"][: len(place)] == place]
+            # A list whose items are all wrong is not too short as well.
+            if one["type"] != "too_short" or len(inner) == 1:
+                self.append(_problem(one, schema))
+            first, *below = place
             if below and first in nested:
                 inner = kept.get(str(first), {})
                 kept[str(first)] = {key: inner[key] for key in inner if key != below[0]}

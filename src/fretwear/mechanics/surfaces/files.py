@@ -11,12 +11,14 @@ import hashlib
 import math
 import re
 import warnings
+import zipfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
+from xml.etree import ElementTree
 
 import numpy as np
 from pydantic import GetJsonSchemaHandler
@@ -270,7 +272,7 @@ def read_topography(
         raise QuantityError("has no heights: every point is missing")
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
     values = _without(form, x, y, values, measured)
-    spikes = _spikes(values, measured)
+    spikes = find_spikes(values, measured)
     if outliers == "fill" and spikes.any():
         measured = measured & ~spikes
         values, spikes = _without(form, x, y, values, measured), spikes & False
@@ -317,7 +319,7 @@ def _less(
     return left
 
 
-def _spikes(values: Array, measured: Mask) -> Mask:
+def find_spikes(values: Array, measured: Mask) -> Mask:
     """Points that differ from the median of their neighbours by more than 10 rms heights."""
     from scipy.ndimage import median_filter
 
@@ -354,15 +356,28 @@ def _map_of(
 ) -> tuple[Array, tuple[float, float]]:
     """Heights, NaN where missing, and lengths of the sides of a map, m."""
     if Path(source.path).suffix.lower() in _TABLES and not file_format:
+        table = None
         with suppress(QuantityError):
             table = read_text_table(Path(source.path))
-            if table.values.shape[1] >= 3 and (table.units[0] or unit):
+            columns = table.values.shape[1]
+            if columns >= 3 and (table.units[0] or unit) and not size:
                 return _grid(table, unit)
+        if table and columns > 3 and unit and size and not table.names:  # a line for each y
+            scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
+            return scale * table.values.T, _sides(size)
     surface = _opened(source, unit, size, file_format, channel)
     if surface.dim != 2:
         raise QuantityError("is a line scan, but a map of heights over x and y is needed")
     x, y = surface.physical_sizes
     return np.ma.filled(surface.heights().astype(float), np.nan), (x, y)
+
+
+def _sides(size: str) -> tuple[float, float]:
+    """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
+    sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
+    if len(sides) != 2:
+        raise QuantityError(f"needs two sides, not size: {size}", "size: [900 um, 900 um]")
+    return sides[0], sides[1]
 
 
 def _grid(table: Table, unit: str | None) -> tuple[Array, tuple[float, float]]:
@@ -402,13 +417,16 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
             "needs the package SurfaceTopography, which is not installed",
             "install it: pip install 'fretwear[surfaces]'",
         ) from error
+    if source.path.lower().endswith(".x3p") and (surface := _x3p_of_text(Path(source.path))):
+        return surface
     named: dict[str, Any] = {}
+    chosen_format = {"format": file_format} if file_format else {}
     try:
         # The readers of some forty formats raise all sorts of errors.
-        with warnings.catch_warnings(action="ignore"):
-            reader = open_topography(
-                source.path, **({"format": file_format} if file_format else {})
-            )
+        with (
+            warnings.catch_warnings(action="ignore"),
+            open_topography(source.path, **chosen_format) as reader,
+        ):
             chosen = reader.default_channel
             if channel:
                 number = int(channel) if channel.isdecimal() else None
@@ -417,11 +435,8 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
             if chosen.unit is None and unit:
                 named["unit"] = unit
             if chosen.physical_sizes is None and size and unit:
-                lengths = [
-                    parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")
-                ]
                 scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
-                named["physical_sizes"] = tuple(length / scale for length in lengths)
+                named["physical_sizes"] = tuple(side / scale for side in _sides(size))
             if math.prod(chosen.nb_grid_pts) <= MOST_POINTS:
                 surface = chosen.topography(**named)
     except QuantityError:
@@ -429,6 +444,9 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
         hint = "if it does not say its scale, add size: [900 um, 900 um] and unit: um"
+        if type(error).__name__ == "CannotDetectFileFormat":
+            reason = "no reader knows its format"
+            hint = f"save it as x3p, or as text with x (um), y (um), z (um); {hint}"
         raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
     if math.prod(chosen.nb_grid_pts) > MOST_POINTS:
         has = f"has {' x '.join(map(str, chosen.nb_grid_pts))} points"
@@ -436,6 +454,36 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
     if surface.unit is None:
         raise QuantityError("does not say the unit of its lengths", "add unit: um")
     return surface.to_unit("m")
+
+
+def _x3p_of_text(path: Path) -> Any:
+    """The surface of an x3p file whose heights stand in its XML, in m; None for other files.
+
+    SurfaceTopography reads heights in a binary part (ISO 25178-72). A datum ends with its height;
+    an empty one is missing. x changes first.
+    """
+    from SurfaceTopography import Topography as Map
+    from SurfaceTopography import UniformLineScan
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read("main.xml"))
+        data = root.findall(".//DataList/Datum")
+        if not data:
+            return None
+        x, y, z = (root.find(f".//Axes/C{axis}") for axis in "XYZ")
+        if x is None or y is None or z is None or x.findtext("AxisType") != "I":
+            raise QuantityError("has no constant distance of its points", "save it as a grid")
+        steps = [float(axis.findtext("Increment") or 1.0) for axis in (x, y, z)]
+        counts = [int(root.findtext(f".//MatrixDimension/Size{axis}") or 1) for axis in "XY"]
+        texts = [(datum.text or "").rpartition(";")[2].strip() for datum in data]
+        heights = np.array([float(text) if text else np.nan for text in texts])
+        masked = np.ma.masked_invalid(steps[2] * heights.reshape(counts[::-1]).T)
+    except (OSError, KeyError, ValueError, SyntaxError, zipfile.BadZipFile):
+        return None
+    if counts[1] == 1:
+        return UniformLineScan(masked[:, 0], counts[0] * steps[0], unit="m")
+    return Map(masked, (counts[0] * steps[0], counts[1] * steps[1]), unit="m")
 
 
 def _filled(values: Array, measured: Mask) -> Array:
