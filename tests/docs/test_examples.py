@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import ExampleError, Session, blocks, check
+from examples import blocks
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -54,28 +54,6 @@ def test_every_block_that_is_not_run_says_why_and_the_tutorial_installs_as_the_r
     (readme, *_) = re.findall(r"```bash\n(.*?)```", (REPOSITORY / "README.md").read_text(), re.S)
     (tutorial, *_) = re.findall(r"```bash\n(.*?)```", (DOCS / "tutorial.md").read_text(), re.S)
     assert tutorial == readme
-
-
-def page_of(*parts):
-    return "\n\n".join(parts) + "\n"
-
-
-def fence(language, text):
-    return f"```{language}\n{text}\n```"
-
-
-@pytest.mark.parametrize(
-    ("block", "complaint"),
-    [
-        (fence("bash", "exit 3"), "exit status 3 instead of 0"),
-        (fence("python", "1 / 0"), "ZeroDivisionError"),
-        (page_of(fence("bash", "echo one"), fence("text", "two")), "but it prints"),
-        ("<!-- fails with status 2 -->\n" + fence("bash", "true"), "exit status 0 instead of 2"),
-    ],
-)
-def test_a_page_that_does_not_hold_is_found(block, complaint, tmp_path):
-    with pytest.raises(ExampleError, match=complaint):
-        check(page_of("Some text.", block), Session(tmp_path))
 
 
 LINKED = [
