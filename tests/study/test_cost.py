@@ -13,7 +13,6 @@ from fretwear.study.case_warnings import case_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
     greatest_contact_radius,
-    yielding_ring_width,
     zones_of_tip,
 )
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
@@ -181,9 +180,9 @@ LONG = {"amplitude": 1e-7, "slope_x": 1e-3, "slope_y": 1e-3}
 
 def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zone_to_nothing():
     soft, hard, elastic = (steel(plastic_limit=limit) for limit in (0.5e9, 4.5e9, math.inf))
-    assert yielding_ring_width(hard) == LimitingState(hard.hertz, 0.8).width_above(4.5e9) > 0.0
-    assert yielding_ring_width(soft) == soft.stick_radius
-    assert yielding_ring_width(elastic) == 0.0
+    assert hard.yielding_ring == LimitingState(hard.hertz, 0.8).width_above(4.5e9) > 0.0
+    assert soft.yielding_ring == soft.stick_radius
+    assert elastic.yielding_ring == 0.0
     assert not case_warnings(elastic)
 
 

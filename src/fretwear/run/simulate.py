@@ -54,7 +54,7 @@ from fretwear.run.accuracy import (
 from fretwear.run.progress import Observer, Step, progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
-from fretwear.study.case_warnings import case_warnings
+from fretwear.study.case_warnings import case_warnings, error_of_directions
 
 _MARGIN = 1.15
 
@@ -267,6 +267,8 @@ def _run_on_cells(
         errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
+    if errors:
+        errors["maximum_wear_depth"] += error_of_directions(case) * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, trouble)
 

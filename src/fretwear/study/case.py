@@ -74,9 +74,8 @@ class Case(FrettingContact):
 
     The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
     neglects the coupling of normal and tangential directions (Dundurs' β), which two different
-    materials have, and traction along y, unless ``slip_model`` is ``coupled``.  On rings, where
-    smooth spheres are computed, slip is the mean over all directions: at ν = 0.3 the maximum wear
-    depth comes out up to 11 % too small.
+    materials have, and traction along y, unless ``slip_model`` is ``coupled``. On rings slip is
+    the mean over all directions: at ν = 0.3 the maximum wear depth is up to 16 % too small.
 
     Raises
     ------

@@ -25,6 +25,10 @@ from fretwear.units import LINE_CONTACT
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
+# Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
+_TO_SINGULAR = 2.5
+CELLS_PER_YIELDING_CONTACT_RADIUS = 128
+NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 
 
 @dataclass(frozen=True, init=False, kw_only=True)
@@ -130,9 +134,8 @@ class FrettingContact(Setup):
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
 
-        Rings remain where a grid would not resolve the edge of the stick zone: where bodies yield,
-        under a pulsating load, and where the slip annulus or the stick zone is narrow; slip is then
-        the mean over all directions.
+        Rings remain under a pulsating load and where a grid would not resolve the slip annulus, the
+        stick zone or the ring at its edge that yields; slip is then the mean over all directions.
         """
         if self.frame is LINE_CONTACT:
             return Row if self.bulk_stress else Strips
@@ -140,9 +143,40 @@ class FrettingContact(Setup):
         if not is_round or self.slip_model.couples:
             return Grid
         is_narrow = not _NARROW < self.stick_radius / self.hertz_radius < 1.0 - _NARROW
-        fits = math.isinf(self.plastic_limit) and self.normal.pulsating_load == 1.0
-        varies = isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
-        return Grid if varies and fits and not is_narrow else Rings
+        cell = self.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
+        is_narrow |= self.edge_yields and self.yielding_ring < cell
+        fits = self.normal.pulsating_load == 1.0 and not is_narrow
+        return Grid if self.slip_varies and fits else Rings
+
+    @property
+    def slip_varies(self) -> bool:
+        """Whether slip depends on the direction from the middle of a round contact."""
+        return isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
+
+    @cached_property
+    def edge_yields(self) -> bool:
+        """Whether wear brings the edge of stick of a smooth contact to the plastic limit.
+
+        The neighbourhood of the edge has no length scale: its pressure p follows from β N p alone.
+        On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for
+        Q/µP of 0.1 to 0.9 and limits of 1.05 to 5 p0.
+        """
+        edge = float(self.hertz.pressure(self.stick_radius))
+        worn = self.cycles * self.wear_growth * edge
+        return worn > _TO_SINGULAR * (1.0 - edge / self.slip_limit)
+
+    @cached_property
+    def yielding_ring(self) -> float:
+        """Width, m, of the ring at the stick edge that yields in the course of wear.
+
+        Wear moves all pressure of a smooth contact into its stick zone, where it tends to
+        `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an
+        elastic case, at most the stick radius.
+        """
+        if math.isinf(self.plastic_limit):
+            return 0.0
+        ratio = min(self.tangential_ratio, NEARLY_GROSS)
+        return self.indenter.limiting(self.hertz, ratio).width_above(self.slip_limit)
 
     @cached_property
     def is_graded(self) -> bool:

@@ -7,7 +7,11 @@ import math
 from fretwear.mechanics.contact.rings import NARROWEST_RING
 from fretwear.mechanics.contact.strips import NARROWEST_STRIP
 from fretwear.mechanics.surfaces.roughness import Tip
-from fretwear.study.contact import FrettingContact
+from fretwear.study.contact import (
+    CELLS_PER_YIELDING_CONTACT_RADIUS,
+    NEARLY_GROSS,
+    FrettingContact,
+)
 from fretwear.theory import (
     EllipticContact,
     HertzContact,
@@ -20,7 +24,6 @@ from fretwear.units import LINE_CONTACT, POINT_CONTACT
 Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
-CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 CELLS_PER_SLIDING_EDGE = 8
 # On the radius of a contact over a stroke, and the most for the sake of a rounded edge.
 CELLS_PER_SLIDING_RADIUS = {POINT_CONTACT: (8, 16), LINE_CONTACT: (16, 400)}
@@ -32,7 +35,6 @@ CELLS_ACROSS_YIELDING_BAND = 1.5
 STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
 # Width of cells, over the width that suits a tip, from which on the band that yields counts.
 FINEST_IN_TIP = 0.01
-NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 MOST_CELLS, MOST_STRIPS = 30_000, 1_000
 """Computed cells of the unworn contact up to which its tips are resolved by default, and strips."""
 LEAST_COARSENESS = 0.125
@@ -105,7 +107,7 @@ def needed_spacings(case: FrettingContact) -> tuple[Spacing, Spacing]:
     in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
     cells = CELLS_PER_CONTACT_RADIUS
     if in_a_ring:
-        share = share_of_band(yielding_ring_width(case), narrowest_cell(case))
+        share = share_of_band(case.yielding_ring, narrowest_cell(case))
         cells *= (CELLS_PER_YIELDING_CONTACT_RADIUS / cells) ** share
     contact = min(
         radius / cells,
@@ -235,7 +237,7 @@ def stick_shrinks(case: FrettingContact) -> bool:
     if case.rough is not None and _closing_pressure(case) > case.hertz_pressure:
         yields = "band that yields" in zones_of_tip(case)
         return yields or case.slip_limit < _OF_CLOSING * _closing_pressure(case)
-    return share_of_band(yielding_ring_width(case), narrowest_cell(case)) > 0.0
+    return share_of_band(case.yielding_ring, narrowest_cell(case)) > 0.0
 
 
 def narrowest_cell(case: FrettingContact) -> float:
@@ -246,17 +248,3 @@ def narrowest_cell(case: FrettingContact) -> float:
     if case.frame is LINE_CONTACT:
         return NARROWEST_STRIP * radius
     return NARROWEST_RING * min(radius - stick, stick or radius)
-
-
-def yielding_ring_width(case: FrettingContact) -> float:
-    """Return the width, m, of the ring at the stick edge that yields in the course of wear.
-
-    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-    `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an elastic
-    case, at most the stick radius.
-    """
-    if math.isinf(case.plastic_limit):
-        return 0.0
-    ratio = min(case.tangential_ratio, NEARLY_GROSS)
-    limiting = case.indenter.limiting(case.hertz, ratio)
-    return limiting.width_above(case.slip_limit)

@@ -46,6 +46,8 @@ _MARGIN = 4
 _PARTS = 6
 # Fall of a square of the pressure from one cell to the next, over it, below which it is none.
 _FLAT, _LEAST = 1e-6, np.finfo(np.float64).tiny
+# A start is computed on cells twice as wide from so many cells along an axis on.
+_LEAST_COARSENED = 64
 # Number of influence coefficients computed at a time.
 _BLOCK = 2**15
 
@@ -287,6 +289,14 @@ class Grid(Geometry):
         shape = fast_shape((extents[0], extents[1]), self.spacing, self.even)
         return self.of_shape((min(shape[0], self.shape[0]), min(shape[1], self.shape[1])))
 
+    @property
+    def coarser(self) -> Grid | None:
+        """The window in cells twice as wide, if it has many."""
+        (nx, ny), (dx, dy) = self.shape, self.spacing
+        if min(nx, ny) < _LEAST_COARSENED or nx % 4 or ny % 4:
+            return None
+        return replace(self, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
+
     def of_shape(self, shape: tuple[int, int]) -> Self:
         """A window of another shape with the same cells."""
         return self if shape == self.shape else replace(self, shape=shape)
@@ -444,6 +454,12 @@ class GridHalfSpace(ConvolvedBodies):
     def around(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""
         return self._on(self.geometry.around(cells), self._weights)
+
+    @property
+    def coarser(self) -> GridHalfSpace | None:
+        """The same bodies on cells twice as wide, if these are many."""
+        grid = self.geometry.coarser
+        return None if grid is None else GridHalfSpace(grid, self.modulus, self._weights)
 
     def along_x(self, coupling: float, mean: float) -> GridHalfSpace:
         """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ."""

@@ -37,7 +37,8 @@ from fretwear.mechanics.contact.problem import projected_gradient
 # Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
-_COARSE = 1e-2
+# Tolerance of the elastic state from which yielding starts, and of the contact on wider cells.
+_COARSE, _OF_WIDER = 1e-2, 1e-3
 _ACTIVE_SET_STEPS = 60
 # Factors by which a step reduces the residual of the free cells: `_FIRST` for the first step if the
 # residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a part `_FEW` of cells
@@ -79,6 +80,11 @@ class ConvolvedBodies(HalfSpace):
     def around(self, cells: Mask) -> ConvolvedBodies:
         """The bodies on the smallest window that holds some cells and a margin."""
 
+    @property
+    @abstractmethod
+    def coarser(self) -> ConvolvedBodies | None:
+        """The bodies on cells twice as wide, if these are many."""
+
 
 def solve_by_active_sets(
     bodies: ConvolvedBodies,
@@ -91,13 +97,7 @@ def solve_by_active_sets(
     """Solve a normal contact on a grid; parameters and errors as of `solve_contact`."""
     spent = 0
     if start is None:
-        start = problem.first_guess()
-        if np.isfinite(problem.limit).all():
-            # Both bounds at once from a distant start lead to wrong sets, so yielding starts from
-            # the elastic state.
-            elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
-            elastic.solve(_COARSE, verified=False)
-            start, spent = elastic.pressure, elastic.convolutions
+        start, spent = _first_start(bodies, problem)
     method = ActiveSet(problem, bodies, start)
     if not method.solve(tolerance, verified=verified):
         method.restart(projected_gradient(problem, method.pressure, tolerance))
@@ -115,6 +115,31 @@ def solve_by_active_sets(
         residual=method.residual,
         convolutions=method.convolutions + spent,
     )
+
+
+def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Array, int]:
+    """A pressure to start from, Pa, and the convolutions spent on it: from wider cells, if any."""
+    coarser, limit, layer = bodies.coarser, problem.limit, problem.layer
+    if coarser is not None and layer is None:
+        if isinstance(limit, np.ndarray):
+            limit = halved(limit)
+        wider = replace(problem, half_space=coarser, shape=halved(problem.shape), limit=limit)
+        contact = solve_by_active_sets(coarser, wider, None, _OF_WIDER, verified=False)
+        return contact.pressure.repeat(2, axis=0).repeat(2, axis=1), contact.convolutions // 4
+    start = problem.first_guess()
+    if not np.isfinite(limit).all():
+        return start, 0
+    # Both bounds at once from a distant start lead to wrong sets, so yielding starts from the
+    # elastic state.
+    elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
+    elastic.solve(_COARSE, verified=False)
+    return elastic.pressure, elastic.convolutions
+
+
+def halved(field: Array) -> Array:
+    """Means of a field over blocks of two by two cells."""
+    nx, ny = field.shape
+    return field.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
 
 
 class ActiveSet:

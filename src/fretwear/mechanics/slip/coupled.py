@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.contact.solver import halved
 from fretwear.mechanics.slip.shear import GridShear
 
 _LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
@@ -142,10 +143,10 @@ def shear(
     """
     if force is not None and not force < bodies.geometry.integral(bound):
         raise ContactError(f"a tangential force of {force:.4g} N slides the contact as a whole")
-    spent, shape = 0, bound.shape
+    spent = 0
     coarser = bodies.coarser if start is None and offset is None else None
     if coarser is not None:
-        means = bound.reshape(shape[0] // 2, 2, shape[1] // 2, 2).mean(axis=(1, 3))
+        means = halved(bound)
         coarse = shear(coarser, means, force, displacement, flexibility, None, _COARSE)
         parts = np.divide(coarse.traction, means, out=0.0 * coarse.traction, where=means > 0.0)
         start, spent = parts.repeat(2, axis=1).repeat(2, axis=2) * bound, coarse.convolutions // 4

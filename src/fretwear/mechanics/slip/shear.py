@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any, Generic, TypeAlias, cast
@@ -36,8 +35,6 @@ Branch = tuple[int, int]
 # Spectra of the influence of x on x, of y on y, and of either on the other.
 Spectra: TypeAlias = tuple[Real, Real, Real]
 
-# A start is computed on cells twice as wide from so many cells along an axis on.
-_LEAST_COARSENED = 64
 _BRANCHES: tuple[Branch, ...] = tuple(product((0, 1), (0, 1)))
 
 
@@ -91,11 +88,8 @@ class GridShear(ABC, Generic[Real]):
     @property
     def coarser(self) -> GridShear[Array] | None:
         """The bodies on cells twice as wide, if these are many."""
-        (nx, ny), (dx, dy) = self.geometry.shape, self.geometry.spacing
-        if min(nx, ny) < _LEAST_COARSENED or nx % 4 or ny % 4:
-            return None
-        geometry = replace(self.geometry, shape=(nx // 2, ny // 2), spacing=(2.0 * dx, 2.0 * dy))
-        return shear_space(geometry, *self._moduli)
+        grid = self.geometry.coarser
+        return None if grid is None else shear_space(grid, *self._moduli)
 
     @cached_property
     def single(self) -> GridShear[Single]:
