@@ -111,8 +111,9 @@ def test_seeds_are_drawn_by_their_mean_and_deviation():
     (line,) = axes.get_lines()
     np.testing.assert_allclose(line.get_ydata(), [3000.0, 5000.0], rtol=1e-12)
     (band,) = axes.collections
-    top = band.get_paths()[0].vertices[:, 1].max()
-    assert top == pytest.approx(5000.0 + 1000.0 * values[:, 1].std(ddof=1))
+    ends, deviation = band.get_paths()[0].vertices[:, 1], 1000.0 * values.std(axis=0, ddof=1)
+    assert ends.min() == pytest.approx(3000.0 - deviation[0])
+    assert ends.max() == pytest.approx(5000.0 + deviation[1])
 
 
 def test_many_points_have_a_colour_bar_of_the_parameter_that_matters():
