@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fretwear import figures
+from fretwear import figures, open_history
 from fretwear.figures.axes import ValueAxis, set_cycle_axis
 from fretwear.figures.history import representative_cases
 from fretwear.figures.style import JournalFigure
@@ -54,7 +54,7 @@ def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
     summary = xr.open_dataset(small_study.cases.parent / "summary.nc")
     part = summary.sel(normal_load=30, roughness_amplitude=0, plastic_limit=np.inf)
     (curve,) = curves(figures.scalar_history(part, "wear_volume"))
-    with fretwear_history(small_study, part) as history:
+    with open_history(small_study.cases / f"{part['case_id'].item()}.nc") as history:
         kept = history["cycle"].values
         np.testing.assert_array_equal(curve.get_xdata(), kept)
         drawn = curve.get_ydata()
@@ -64,12 +64,6 @@ def test_a_figure_from_the_file_alone_goes_through_every_step(small_study):
     snapshots.encoding.clear()
     (curve,) = curves(figures.scalar_history(snapshots, "wear_volume"))
     assert curve.get_xdata().tolist() == part["cycle"].values.tolist()
-
-
-def fretwear_history(study, part):
-    from fretwear import open_history
-
-    return open_history(study.cases / f"{part['case_id'].item()}.nc")
 
 
 @pytest.mark.slow

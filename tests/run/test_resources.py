@@ -6,7 +6,6 @@ import pytest
 
 from fretwear.run.resources import (
     grouped,
-    machine_warnings,
     require_memory,
     why_too_large,
 )
@@ -71,27 +70,3 @@ def test_a_study_says_how_it_is_joined(load):
         assert ids(jobs) == list(study.cases())
     with pytest.raises(StudyError, match="must be"):
         load({**STUDY, "batch": 1.5})
-
-
-@pytest.fixture
-def plan(load):
-    def make(base=(), **vary):
-        base = without({**BASE, **dict(base)}, *vary)
-        return Plan(load({"batch": 1, "base": base, **({"vary": vary} if vary else {})}))
-
-    return make
-
-
-def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
-    assert not list(machine_warnings(plan()))
-    planned = plan(cell=["5 um", "0.002 um", "0.001 um"])
-    (warning,) = machine_warnings(planned)
-    assert warning.startswith("2 cases will not fit in the memory of this machine:\n")
-    told = [f"{each.id} needs about " in warning for each in planned.points]
-    assert told == [False, True, True]
-    limits = ["500 MPa", "550 MPa", "600 MPa", "650 MPa", "4500 MPa"]
-    planned = plan({"cycles": 1000}, plastic_limit=limits)
-    (warning,) = machine_warnings(planned)
-    assert warning.startswith("in 4 cases the contact yields all over")
-    assert f"{planned.points[0].id}: plastic limit 500 MPa" in warning
-    assert "and 1 more" in warning
