@@ -66,6 +66,7 @@ def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar
     told = refusal(tmp_path, scar)
     assert "fit.data[0].file" in told
     assert part in told
+    assert "at least 1 item" not in told
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.figures import measured_map
+from fretwear.figures.maps import measured_map
 from fretwear.mechanics.surfaces.files import SourceFile, read_line, read_profile, read_topography
 from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case

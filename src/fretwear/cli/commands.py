@@ -308,7 +308,7 @@ def plot(
 
 def _surfaces(file: Path) -> Iterator[tuple[str, Figure]]:
     """Draw the measured surfaces of a study, each once: name of its file, figure."""
-    from fretwear.figures import measured_map
+    from fretwear.figures.maps import measured_map
     from fretwear.mechanics.surfaces.measured import MeasuredRoughness
     from fretwear.study.reading import load_study
 

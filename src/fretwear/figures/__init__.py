@@ -23,7 +23,7 @@ from typing import Any
 _HOMES = {
     "cases": "compare_cases overview",
     "history": "scalar_history",
-    "maps": "fretting_map measured_map wear_map",
+    "maps": "fretting_map wear_map",
     "profiles": "field_profiles fretting_loops",
     "style": "STYLE_SHEET save_as save_figure style_context",
 }
