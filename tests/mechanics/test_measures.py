@@ -178,6 +178,9 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn):
     assert expected.keys() == vars(found).keys()
     for name, (value, rel) in expected.items():
         assert getattr(found, name) == near(value, rel=rel), name
+    doubt = scatter(state)
+    load_by_area = float(HERTZ.pressure(stick)) * doubt["stick_area"]
+    assert doubt["stick_load_share"] == near(load_by_area / LOAD, rel=0.03)
 
 
 @given(
