@@ -82,6 +82,10 @@ def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar
             {"quantity": "wear_volume", "file": None, "value": "1e-3 mm^2", "error": "5 %"},
             ["a point contact", "m3"],
         ),
+        (
+            {"quantity": "wear_volume", "file": None, "value": 1e-3, "error": "5 %"},
+            ["needs a unit"],
+        ),
         ({"free": {"wear_coeficient": [1, 2]}}, ["did you mean 'wear_coefficient'"]),
         ({"free": {"friction": [0.9, 0.2]}}, ["a lower end below its upper end"]),
     ],
