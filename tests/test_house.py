@@ -14,7 +14,7 @@ from fretwear.results import RESULTS
 from .studies import base, two_loads, write_study
 
 SOURCE = Path(__file__).parents[1] / "src"
-BESIDE = ("fretwear_fit", "fretwear_cracks", "fretwear_source_study")
+BESIDE = ("fretwear_measured", "fretwear_fit", "fretwear_cracks", "fretwear_source_study")
 MODULES = {
     ".".join(file.relative_to(SOURCE).with_suffix("").parts).removesuffix(".__init__"): file
     for package in ("fretwear", *BESIDE)

@@ -633,6 +633,11 @@ class Part:
         return False
 
     @property
+    def checksum(self) -> str:
+        """The checksum of heights that the part has read from a file; empty without a file."""
+        return ""
+
+    @property
     def slug(self) -> str:
         """The part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
         return self.kind

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 SOURCES = (
-    *("mechanics", "theory", "quantity.py", "tables.py", "results.py", "data/labels.py"),
+    *("mechanics", "theory", "quantity.py", "results.py", "data/labels.py"),
     *("study/case.py", "study/contact.py", "study/cycles.py", "study/keys.py", "study/spacing.py"),
     *("run/accuracy.py", "run/simulate.py"),
 )
@@ -62,7 +62,7 @@ def case_digest(case: Case) -> str:
 
     Another version of the library that reads them may find other heights in the same file.
     """
-    return "-".join([code_digest(), *case.checksums])
+    return "-".join([code_digest(*case.packages), *case.checksums])
 
 
 def minor_version(library: str) -> str:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
-from fretwear.plugins import StudySection
 from fretwear.quantity import Part, Quantity
 from fretwear.results import CYCLE, Variable
 from fretwear.study.case import Case
 from fretwear.study.cycles import Snapshots
+from fretwear.study.sections import StudySection
 from fretwear_cracks import StressError
 from fretwear_cracks.variables import FATIGUE
 

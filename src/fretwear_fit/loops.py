@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from fretwear.arrays import Array
-from fretwear.tables import Layout
 from fretwear.units import QuantityError
 from fretwear_fit.readings import cycles_of, recording_of
+from fretwear_measured.tables import Layout
 
 _MOST_POINTS = 12  # of a table over cycles
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.surfaces.files import Source, read_line, read_topography
 from fretwear.results import X
-from fretwear.tables import Layout, read_text_table
 from fretwear.units import BY_SI_UNIT, QuantityError, listed
+from fretwear_measured.files import Source, read_line, read_topography
+from fretwear_measured.tables import Layout, read_text_table
 
 _TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn")
 _FEWEST = 5

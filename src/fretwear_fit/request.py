@@ -24,8 +24,6 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import InitErrorDetails
 
 from fretwear.arrays import Array
-from fretwear.mechanics.surfaces.files import Source, SourceFile
-from fretwear.plugins import StudySection
 from fretwear.quantity import (
     Parameter,
     Part,
@@ -41,8 +39,8 @@ from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
 from fretwear.study.problems import Problems
+from fretwear.study.sections import StudySection
 from fretwear.study.study import as_mapping
-from fretwear.tables import Layout
 from fretwear.units import (
     BY_SI_UNIT,
     LINE_CONTACT,
@@ -53,6 +51,8 @@ from fretwear.units import (
     parse_quantity,
 )
 from fretwear_fit.readings import last_loop, profile_of, recording_of
+from fretwear_measured.files import Source, SourceFile
+from fretwear_measured.tables import Layout
 
 MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 """Fields that are measured along a line."""

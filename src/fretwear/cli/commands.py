@@ -32,7 +32,7 @@ from fretwear.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 _CASE = (
     "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
@@ -287,36 +287,16 @@ def plot(
     output: Annotated[Path | None, option("-o/--output", "FIG.png", _FIGURE, "OUT.png")] = None,
 ) -> None:
     """Draw the profiles and the scar of a case, a fit, or the measured surfaces of a study."""
+    from fretwear.figures import overview, save_as
     from fretwear.plugins import added
 
-    figures = added("fretwear.plots", file)
-    if added_figures := dict(_surfaces(file) if file.suffix in (".yaml", ".yml") else figures):
-        from fretwear.figures import save_as
-
-        whole = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
-        for name, figure in added_figures.items():
-            say(str(save_as(figure, whole.with_stem(f"{whole.stem}-{name}"))))
+    path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
+    if figures := dict(added("fretwear.plots", file)):
+        for name, figure in figures.items():
+            say(str(save_as(figure, path.with_stem(f"{path.stem}-{name}"))))
         return
+    if file.suffix in (".yaml", ".yml"):
+        raise CommandError(f"{file} has no measured surface: plot the file of a case")
     with opened(file) as (case, history):
-        path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
-
-        from fretwear.figures import overview, save_as
-
         save_as(overview(case, history), path)
     say(str(path))
-
-
-def _surfaces(file: Path) -> Iterator[tuple[str, Figure]]:
-    """Draw the measured surfaces of a study, each once: name of its file, figure."""
-    from fretwear.figures.maps import measured_map
-    from fretwear.mechanics.surfaces.measured import MeasuredRoughness
-    from fretwear.study.reading import load_study
-
-    seen = set()
-    for case in load_study(file).cases().values():
-        for surface in (case.roughness, case.counterface):
-            if isinstance(surface, MeasuredRoughness) and surface not in seen:
-                seen.add(surface)
-                yield surface.slug, measured_map(surface, case.hertz_radius)
-    if not seen:
-        raise CommandError(f"{file} has no measured surface: plot the file of a case")

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
@@ -38,8 +36,6 @@ from fretwear.figures.style import (
     one_panel,
     styled,
 )
-from fretwear.mechanics.surfaces.files import find_spikes
-from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.results import RESULTS, ContactState
 from fretwear.units import MICROMETRE, Unit, axis_label, cycle_text, readable_unit, with_unit
 
@@ -157,50 +153,6 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
     axes.set(xlabel="x (µm), direction of slip", ylabel="y (µm)")
     return image
-
-
-@styled
-def measured_map(roughness: MeasuredRoughness, contact_radius: float) -> Figure:
-    """Draw the heights of a measured surface as they are used, around the centre of the contact.
-
-    Points that were not measured are white, and crosses mark spikes. The circle has the radius of
-    the unworn contact of smooth bodies, in m.
-    """
-    surface = roughness.surface()
-    heights = np.where(surface.measured, surface.heights, np.nan)
-    heights = heights if roughness.body == "flat" else heights[::-1]
-    low, high = np.nanpercentile(heights, (0.5, 99.5))
-    unit = readable_unit([low, high], "m")
-    figure, axes = one_panel(1, 80.0, None)
-    half_x, half_y = (MICROMETRE.of(0.5 * side) for side in surface.sides)
-    image = axes.imshow(
-        unit.of(heights).T,
-        "cividis",
-        Normalize(unit.of(low), unit.of(high)),
-        origin="lower",
-        extent=(-half_x, half_x, -half_y, half_y),
-    )
-    circle = Circle(
-        (0.0, 0.0), MICROMETRE.of(contact_radius), fill=False, ec=CATEGORICAL[0], lw=1.2
-    )
-    keys: list[Artist] = [axes.add_patch(circle)]
-    names = ["contact of smooth bodies"]
-    spikes = find_spikes(surface.heights, surface.measured)
-    if count := int(spikes.sum()):
-        x, y = (
-            MICROMETRE.of(at[n])
-            for at, n in zip((surface.x, surface.y), np.nonzero(spikes), strict=True)
-        )
-        x = x if roughness.body == "flat" else -x
-        keys += axes.plot(x, y, "x", ms=3, color=CATEGORICAL[1])
-        names.append(f"spikes: {count}")
-    if missing := int(surface.missing):
-        keys.append(Patch(fc="white", ec=MUTED, lw=0.5))
-        names.append(f"not measured: {missing} of {surface.measured.size} points")
-    axes.set(xlabel="x (µm), direction of slip", ylabel="y (µm)")
-    add_scale(figure, [axes], image, f"Height ({unit.name})")
-    outside_key(figure, keys, names)
-    return figure
 
 
 @styled

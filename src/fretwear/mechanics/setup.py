@@ -20,7 +20,6 @@ from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
-from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
 from fretwear.mechanics.wear.laws import Means, WearLaw
@@ -214,9 +213,14 @@ class Setup:
 
     @property
     def checksums(self) -> list[str]:
-        """Checksums of measured heights, as read from their files."""
-        maps = [part for part in self.surfaces.values() if isinstance(part, MeasuredRoughness)]
-        return [part.surface().checksum for part in maps]
+        """Checksums of heights that parts have read from files."""
+        return [part.checksum for part in self.surfaces.values() if part.checksum]
+
+    @property
+    def packages(self) -> list[str]:
+        """Packages beside the core that define parts of the case."""
+        packages = {type(part).__module__.partition(".")[0] for part in self.parts.values()}
+        return sorted(packages - {__name__.partition(".")[0]})
 
     @cached_property
     def even(self) -> Even:

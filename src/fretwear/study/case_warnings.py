@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.slip.loading import Displacement
-from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.spacing import narrowest_cell, zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
@@ -130,8 +129,7 @@ def _of_surfaces(case: Case) -> _Words:
     radius = case.hertz_radius
     for surface in filter(None, (case.roughness, case.counterface)):
         side, distance = min(surface.sides), max(surface.finest) / 2.0
-        if isinstance(surface, MeasuredRoughness) and surface.is_known:
-            yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
+        yield from surface.warnings(radius, 1.0 / case.indenter.curvature_radius)
         if math.isinf(side):
             continue
         if side < 3.0 * radius:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Annotated, Any, Self
 
-import fretwear.mechanics.surfaces.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
@@ -16,11 +15,16 @@ from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.slip.loading import Loading, SlidingDistance
 from fretwear.mechanics.slip.models import Cerruti
+from fretwear.plugins import plugins
 from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
 from fretwear.study.keys import Keys
 from fretwear.study.problems import Problems
 from fretwear.units import LINE_CONTACT
+
+# Packages beside the core add kinds of parts.
+for _kinds in plugins("fretwear.parts").values():
+    _kinds.load()
 
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.

@@ -10,14 +10,13 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from fretwear.plugins import study_sections
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, axes_of
 from fretwear.study.materials import MATERIAL
 from fretwear.study.problems import Problem, Problems, StudyError, few_of, nearest_key
 from fretwear.study.rules import findings
-from fretwear.study.sections import study_form, study_schema
+from fretwear.study.sections import study_form, study_schema, study_sections
 from fretwear.study.short_forms import long_form
 from fretwear.study.study import Point, Study, as_mapping
 from fretwear.study.yamlfile import parse_value, read_document

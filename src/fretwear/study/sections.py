@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, create_model
 
-from fretwear.plugins import study_sections
+from fretwear.arrays import Array
+from fretwear.plugins import plugins
 from fretwear.quantity import AUTO, MappingOf, PartOf, Schema, auto_or, inlined
+from fretwear.results import Variable
+from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import Snapshots
 from fretwear.study.designs import MAX_POINTS, Combinations, Design
 from fretwear.study.keys import Keys
+from fretwear.study.problems import Problems
 
 MAX_TITLE = 200
 _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -61,6 +66,54 @@ class Sections(BaseModel):
     license: Annotated[_Text, Field(description="License of the results.")] = ""
     institution: Annotated[_Text, Field(description="Where the study was made.")] = ""
     references: Annotated[_Text, Field(description="Publications about the study.")] = ""
+
+
+class StudySection:
+    """A section of a study file: a pydantic dataclass of a package beside the core."""
+
+    cycles: tuple[int, ...] | None = None
+    """Snapshots that the section needs, which every case then keeps."""
+
+    @property
+    def files(self) -> Sequence[Path]:
+        """Files that the section names."""
+        return ()
+
+    @classmethod
+    def complete_base(
+        cls,
+        given: object,  # noqa: ARG003
+        base: Mapping[str, object],
+        vary: Mapping[str, object],  # noqa: ARG003
+        problems: Problems,  # noqa: ARG003
+    ) -> Mapping[str, object]:
+        """The plain keys of `base` with those that this section makes superfluous."""
+        return base
+
+    def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
+        """Add the problems of the section with the cases of the points of the study."""
+
+    def seconds(self, case: Case, cells: float) -> float:  # noqa: ARG002
+        """The processor time that it adds to a case with so many cells, s."""
+        return 0.0
+
+    def after_case(self, case: Path) -> None:
+        """Compute what the section adds to a case that has just been finished."""
+
+    def extra_results(
+        self,
+        case: Path,  # noqa: ARG002
+        cycles: Array,  # noqa: ARG002
+        tell: Callable[[str], None],  # noqa: ARG002
+    ) -> Mapping[Variable, Array]:
+        """More results of a case file over cycles, for the merged study."""
+        return {}
+
+
+def study_sections() -> Iterator[tuple[str, type[StudySection]]]:
+    """The sections that study files may have beside those of the core, with their places."""
+    for place, entry in plugins("fretwear.study_sections").items():
+        yield place, entry.load()
 
 
 def study_form(varied: Iterable[str]) -> TypeAdapter[Sections]:

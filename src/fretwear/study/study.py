@@ -8,11 +8,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fretwear.plugins import StudySection
 from fretwear.study.case import Case
 from fretwear.study.contact import FrettingContact
 from fretwear.study.designs import Axis, Design
 from fretwear.study.problems import Problems
+from fretwear.study.sections import StudySection
 
 
 def as_mapping(given: object) -> Mapping[str, Any]:

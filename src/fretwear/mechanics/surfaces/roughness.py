@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property, lru_cache, partial
 from typing import Annotated, ClassVar, Literal, TypeVar
 
@@ -58,6 +58,13 @@ class Roughness(Part):
     def height(self, x: Array, y: Array) -> Array:
         """Contribution to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
+
+    def warnings(self, radius: float, curvature: float) -> Iterable[tuple[str, str]]:  # noqa: ARG002
+        """What makes heights doubtful under a contact of some radius, m: what, and its numbers.
+
+        `curvature` is that of the indenter, 1/m.
+        """
+        return ()
 
     def mean_height(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
         """Mean of the height over each cell of a grid, m, by Simpson's rule.

@@ -2,7 +2,8 @@
 
 A case keeps the name and the checksum of a file (`Source`): the same file is the same surface
 wherever it lies. Formats of profilometers and microscopes are read by SurfaceTopography,
-which is optional and imported when a topography is read; tables of numbers by `fretwear.tables`.
+which is optional and imported when a topography is read; tables of numbers by
+`fretwear_measured.tables`.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from pydantic_core import core_schema
 
 from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Readable, Schema, is_list
-from fretwear.tables import Layout, Table, read_text_table
 from fretwear.units import LENGTH, QuantityError, listed, parse_quantity
+from fretwear_measured.tables import Layout, Table, read_text_table
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline

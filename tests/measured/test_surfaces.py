@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.figures.maps import measured_map
-from fretwear.mechanics.surfaces.files import SourceFile, read_line, read_profile, read_topography
-from fretwear.mechanics.surfaces.measured import MeasuredRoughness
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
+from fretwear_measured.figures import measured_map
+from fretwear_measured.files import SourceFile, read_line, read_profile, read_topography
+from fretwear_measured.surfaces import MeasuredRoughness
 
 from ..studies import near, steel
 

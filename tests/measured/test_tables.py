@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fretwear.tables import Layout, read_text_table
 from fretwear.units import LENGTH, QuantityError
+from fretwear_measured.tables import Layout, read_text_table
 
 X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
 WANTED = ("x", "position"), ("depth", "wear")

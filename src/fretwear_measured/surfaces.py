@@ -13,7 +13,12 @@ import numpy as np
 from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
-from fretwear.mechanics.surfaces.files import (
+from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, RoundIndenter
+from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
+from fretwear.quantity import Coordinates, Part, Plain, Quantity, Schema, each, is_list, means_none
+from fretwear.theory import Reduced
+from fretwear.units import QuantityError
+from fretwear_measured.files import (
     FORMS,
     UNKNOWN,
     FileKey,
@@ -25,11 +30,6 @@ from fretwear.mechanics.surfaces.files import (
     read_profile,
     read_topography,
 )
-from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, RoundIndenter
-from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
-from fretwear.quantity import Coordinates, Part, Plain, Quantity, Schema, each, is_list, means_none
-from fretwear.theory import Reduced
-from fretwear.units import QuantityError
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -243,6 +243,11 @@ class MeasuredRoughness(FromFile, Roughness):
         )
 
     @property
+    def checksum(self) -> str:
+        """The checksum of the heights as the library reads them."""
+        return self.surface().checksum
+
+    @property
     def missing_points(
         self,
     ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
@@ -280,10 +285,9 @@ class MeasuredRoughness(FromFile, Roughness):
         return self.surface().rms_slope
 
     def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str]]:
-        """What makes the map doubtful under a contact of some radius, m: what, and its numbers.
-
-        `curvature` is that of the indenter, 1/m.
-        """
+        """Missing points within the contact, a curvature that counts twice, and spikes."""
+        if not self.is_known:
+            return
         data = self.surface()
         if (share := data.missing_within(radius)) > _MOST_MISSING:
             yield (

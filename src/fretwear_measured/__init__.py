@@ -1,0 +1,1 @@
+"""Surfaces and tables as instruments write them: roughness, profiles of indenters, recordings."""
