@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
@@ -184,6 +185,39 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
     assert soft.yielding_ring == soft.stick_radius
     assert elastic.yielding_ring == 0.0
     assert not case_warnings(elastic)
+
+
+@pytest.mark.parametrize(
+    ("changes", "on_rings"),
+    [
+        ({"cycles": 30000}, False),
+        ({"plastic_limit": "3000 MPa"}, False),
+        ({"plastic_limit": "6000 MPa", "tangential_ratio": 0.5}, False),
+        ({"plastic_limit": "6000 MPa", "tangential_ratio": 0.5, "cycles": 20000}, True),
+        ({"tangential_ratio": 0.99999}, True),
+        ({"pulsating_load": 0.9}, True),
+    ],
+    ids=str,
+)
+def test_rings_carry_a_default_contact_only_where_a_grid_would_miss_its_edges(changes, on_rings):
+    case = studies.steel(**changes)
+    assert issubclass(case.geometry, Rings) == on_rings
+    assert any("on rings" in warning.what for warning in case_warnings(case)) == on_rings
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*on rings")
+def test_the_error_of_the_depth_holds_the_direction_that_rings_leave_out():
+    """Against a grid, on which the edge of stick has not yielded yet."""
+    changes = {"tangential_ratio": 0.5, "output_cycles": (0, 300), "cycles": 300}
+    right = simulate(studies.steel(**changes, error_estimate=False, cell="3 um"))
+    rings = simulate(
+        studies.steel(**changes, pulsating_load=0.999999, cell="3 um", accuracy="none")
+    )
+    depth, error = (
+        float(rings[name][-1]) for name in ("maximum_wear_depth", "maximum_wear_depth_error")
+    )
+    assert 0.5 * error < float(right.maximum_wear_depth[-1]) - depth < error
 
 
 @pytest.mark.slow

@@ -67,7 +67,7 @@ def case_warnings(
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
         warnings.append(unreached)
-    elif error > LARGE_ERROR and not (measured or case.asked_accuracy):
+    elif error > LARGE_ERROR + error_of_directions(case) and not (measured or case.asked_accuracy):
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
         warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
     return tuple(warnings)

@@ -165,6 +165,8 @@ class FrettingContact(Setup):
         On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for
         Q/µP of 0.1 to 0.9 and limits of 1.05 to 5 p0.
         """
+        if math.isinf(self.plastic_limit):
+            return False
         edge = float(self.hertz.pressure(self.stick_radius))
         worn = self.cycles * self.wear_growth * edge
         return worn > _TO_SINGULAR * (1.0 - edge / self.slip_limit)
