@@ -168,6 +168,9 @@ def test_datasets_without_a_loop_of_stresses_are_refused(worn):
     ):
         with pytest.raises(StressError, match=reason):
             fretwear.stress(wrong)
+    for phases in (0, 31, 4.5):
+        with pytest.raises(StressError, match="must be an even number"):
+            fretwear.stress(worn, phases=phases)
 
 
 def test_friction_in_two_directions_shears_planes_of_equal_depth_along_both():
