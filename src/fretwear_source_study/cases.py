@@ -176,10 +176,9 @@ class DiscAndRing:
 def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, float, Cases]]:
     """Yield slip model, sphere radius, m, and cases of a merged study with the source's parameters.
 
-    All four cases of such a group are done. The first group serves for figures and verdicts: it has
-    the radius nearest 10 mm, which stands for the unknown radius of the source study, and slip that
-    follows the worn shape. Groups of the same radius with other slip follow, then all others in the
-    order of the study.
+    All four cases of such a group are done. The first group serves for figures: it has slip that
+    follows the worn shape, and the radius nearest 10 mm, which stands for the unknown radius of the
+    source study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *SHARED, *ROUGH}
     if not needed <= set(summary.variables):
@@ -190,13 +189,13 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
         if title := title_of({name: values[index] for name, values in points.items()}):
             group = str(points["slip_model"][index]), float(points["radius"][index])
             files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
-    whole = [group for group, files in files_of.items() if len(files) == len(TITLES)]
 
     def rank(group: tuple[str, float]) -> tuple[bool, float]:
         return group[0] != _SHAPE_DEPENDENT, abs(math.log(group[1] / _RADIUS))
 
-    first = min(whole, key=rank, default=("", 0.0))
-    for group in sorted(whole, key=lambda group: (group != first, group[1] != first[1])):
+    for group in sorted(files_of, key=rank):
+        if len(files_of[group]) < len(TITLES):
+            continue
         cases = {}
         for title in TITLES:
             file = files_of[group][title]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.report import Section, table_html
-from fretwear.results import SYMMETRIES, ContactState
+from fretwear.results import ContactState
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
 from fretwear_source_study.cases import (
@@ -39,7 +38,7 @@ from fretwear_source_study.parameters import TITLES
 if TYPE_CHECKING:
     import xarray as xr
 
-_NEGLIGIBLE, _MOST = 1e-4, 1000.0
+_NEGLIGIBLE = 1e-4
 _NOISE = 1e-3
 _PEAK_CELLS = 2.0
 _ALMOST = 0.05
@@ -95,26 +94,18 @@ class PublishedClaim:
     subjects: Mapping[str, Sequence[str]]  # titles of the cases of each subject of judgement
     measure: Callable[..., Finding]  # takes the cases of one subject
 
-    def judge(self, cases: Cases) -> Judgement:
-        """Judge the claim by the four cases."""
-        return Judgement(
-            {
-                subject: self.measure(*(cases[title] for title in titles))
-                for subject, titles in self.subjects.items()
-            }
-        )
+    def judge(self, cases: Cases) -> dict[str, Finding]:
+        """The findings on the claim by subject, from the four cases."""
+        return {
+            subject: self.measure(*(cases[title] for title in titles))
+            for subject, titles in self.subjects.items()
+        }
 
 
-class Judgement(NamedTuple):
-    """The findings on a claim, by subject."""
-
-    findings: Mapping[str, Finding]
-
-    @property
-    def verdict(self) -> Verdict:
-        """The answer common to all subjects; if they differ, the claim holds in part."""
-        answers = {finding.answer for finding in self.findings.values()}
-        return answers.pop() if len(answers) == 1 else Verdict.IN_PART
+def common_verdict(findings: Mapping[str, Finding]) -> Verdict:
+    """The answer common to all subjects; if they differ, the claim holds in part."""
+    answers = {finding.answer for finding in findings.values()}
+    return answers.pop() if len(answers) == 1 else Verdict.IN_PART
 
 
 def short(value: float) -> str:
@@ -263,7 +254,6 @@ def _width_grows_faster_when_rough(smooth: StudyCase, rough: StudyCase) -> Findi
     late = max(late_growth(smooth), late_growth(rough))
     numbers = {
         f"growth by cycle {_EARLY:.0f}, rough to smooth": short(ratio),
-        "growth by cycle 1000": short(growth(rough, 1000.0) / growth(smooth, 1000.0)),
         "rough beyond smooth at the end": percent(level),
         "growth in the second half": f"{percent(late)} of all",
     }
@@ -334,10 +324,10 @@ _SUBJECTS: Mapping[str, Mapping[str, Sequence[str]]] = {
 
 def _claims() -> Iterator[PublishedClaim]:
     """The claims of the table beside this module."""
-    table = Path(__file__).with_suffix(".csv").read_text(encoding="utf-8").splitlines()
-    for row, measure in zip(csv.DictReader(table), _MEASURES, strict=True):
-        subjects = _SUBJECTS[row["subjects"]]
-        yield PublishedClaim(int(row["number"]), row["words"], row["criterion"], subjects, measure)
+    table = pd.read_csv(Path(__file__).with_suffix(".csv"))
+    for row, measure in zip(table.itertuples(), _MEASURES, strict=True):
+        subjects = _SUBJECTS[row.subjects]
+        yield PublishedClaim(row.number, row.words, row.criterion, subjects, measure)
 
 
 CLAIMS = tuple(_claims())
@@ -347,106 +337,42 @@ CLAIMS = tuple(_claims())
 _INTRODUCTION = Markup(
     "<p>The claims of the study “Wear investigation of rough bodies in contact under partial slip "
     "conditions”, judged by numbers measured on the cases that have its parameters. The source "
-    "gives no radius of the sphere: what was measured has {}. It takes slip and stick zone of the "
-    "unworn smooth sphere for every cycle (<code>cattaneo_mindlin</code>); slip can also follow "
-    "the worn shape (<code>jaeger</code>).</p>"
+    "gives no radius R of the sphere. It takes slip and stick zone of the unworn smooth sphere for "
+    "every cycle (<code>cattaneo_mindlin</code>); slip can also follow the worn shape "
+    "(<code>jaeger</code>).</p>"
 )
 _MEASURED = Markup(
     "<h3>What was measured</h3><p>The stick zone is the smallest disc around all cells that stick, "
     "the slip zone the ring around it up to the outermost cell in contact. A place in the slip "
     "zone counts from 0 at the edge of stick to 1 at the rim.</p>"
 )
-_SIMPLER = Markup(
-    "<p>Results with slip of the unworn sphere (<code>cattaneo_mindlin</code>), as multiples of "
-    "those with slip of the worn shape (<code>jaeger</code>); a dash: there is none.</p>"
-)
-_EXCESS = Markup(
-    "<p>Where pressure is low or missing inside its stick disc, the shear traction of the simpler "
-    "model is cut to −µp. The remaining shear exceeds the tangential load after the last cycle by "
-    "{}; that of the other model does not.</p>"
-)
 
 
 def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
-    """Yield the sections on the source study from a merged study's case files.
+    """Yield the section on the source study from a merged study's case files.
 
-    A study without the four cases of the source study has none. The first section judges the claims
-    at every radius and measures them at one; the second, if the study has both slip models, says
-    what the simpler one costs.
+    It judges the claims at every radius and with every slip model. A study without the four cases
+    of the source study has none.
     """
-    judged: dict[tuple[str, float], list[Judgement]] = {}
-    models: list[Cases] = []
-    for model, at, cases in reference_cases(summary, folder):
-        judged[model, at] = [claim.judge(cases) for claim in CLAIMS]
-        # Cases of other radii are not needed any more.
-        models += [cases] if at == next(iter(judged))[1] else []
+    judged = {
+        f"R = {value_text('radius', radius)}, {_MODELS.get(model, model)}": [
+            claim.judge(cases) for claim in CLAIMS
+        ]
+        for model, radius, cases in reference_cases(summary, folder)
+    }
     if not judged:
         return
-    radius = next(iter(judged))[1]
-    several = len({at for _, at in judged}) > 1
-    columns = {
-        f"R = {value_text('radius', at)}, {_words(model)}" if several else _words(model): group
-        for (model, at), group in sorted(judged.items())
-    }
     claims = [
         {"No.": claim.number, "Claim": claim.words, "How it is read": claim.criterion}
-        | {words: group[row].verdict.value for words, group in columns.items()}
+        | {column: common_verdict(group[row]).value for column, group in judged.items()}
         for row, claim in enumerate(CLAIMS)
     ]
     measured = [
         {"Claim": claim.number, "Case": subject}
-        | {
-            _words(model): group[row].findings[subject].text
-            for (model, at), group in sorted(judged.items())
-            if at == radius
-        }
+        | {column: group[row][subject].text for column, group in judged.items()}
         for row, claim in enumerate(CLAIMS)
         for subject in claim.subjects
     ]
-    body = _INTRODUCTION.format(value_text("radius", radius)) + table_html(pd.DataFrame(claims))
+    body = _INTRODUCTION + table_html(pd.DataFrame(claims))
     body += _MEASURED + table_html(pd.DataFrame(measured))
     yield Section("claims", "Claims of the source study", body)
-    if len(models) > 1:
-        cases, simple = models[:2]
-        smooth, body = cases[TITLES[0]], _SIMPLER
-        for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last)):
-            ratios = pd.DataFrame.from_dict(_ratios(cases, simple, cycle), "index", columns=TITLES)
-            body += Markup("<h3>After {} cycles</h3>").format(cycle_text(cycle))
-            body += table_html(ratios, index=True)
-        shares = [f"{t} {percent(excess_shear(c, smooth.last))}" for t, c in simple.items()]
-        body += _EXCESS.format(", ".join(shares))
-        yield Section("slip-models", "What the simpler slip model costs", body)
-
-
-def _words(model: str) -> str:
-    return _MODELS.get(model, model.replace("_", " "))
-
-
-def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
-    """Results of the simple model over results of the other one, a column for each case."""
-    from fretwear.data.dataset import compared_results
-
-    rows: dict[str, list[str]] = {}
-    for title, case in cases.items():
-        both = (case, simple[title])
-        compared = compared_results(*(one.dataset.sel(cycle=[cycle]) for one in both))
-        # The pressure of a single cell is meaningless on a rough surface.
-        ratios = {r.variable.label: r.ratio for r in compared if r.variable.is_headline}
-        first, second = (one.field("pressure", cycle)[one.zones(cycle).stick] for one in both)
-        ratios["Mean pressure in the stick zone"] = float(second.mean() / first.mean())
-        for label, ratio in ratios.items():
-            # Vanishing values cannot be compared.
-            rows.setdefault(label, []).append(short(ratio if ratio < _MOST else math.nan))
-    return rows
-
-
-def excess_shear(case: StudyCase, cycle: int) -> float:
-    """Share of the tangential load by which shear cut to Coulomb's law exceeds it.
-
-    Shear beyond −µp, also in valleys without pressure, is cut to −µp; the remaining shear adds up
-    to more than Q, by this share of Q. Slip of the worn shape has no excess.
-    """
-    shear = case.field("shear_traction", cycle)
-    copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])
-    force = copies * math.prod(case.sides) * float(shear.sum(dtype=np.float64))
-    return force / case.parameter("tangential_load") - 1.0

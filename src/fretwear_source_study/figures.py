@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import outside_key, set_cycle_axis
-from fretwear.figures.cases import HALF_WIDTH_LABEL, compare_cases
+from fretwear.figures.cases import HALF_WIDTH_LABEL
 from fretwear.figures.datasets import Profiles, field_of, profiles_of
 from fretwear.figures.profiles import (
     Frame,
@@ -32,7 +33,7 @@ from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, Line
 from fretwear.results import Variable
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear_source_study.cases import RUN_IN, Cases, reference_cases
-from fretwear_source_study.parameters import PLASTIC_LIMIT, TITLES
+from fretwear_source_study.parameters import PLASTIC_LIMIT
 
 Drawn = tuple[Figure, list[str]]
 """A figure, and the sentences of its caption."""
@@ -76,28 +77,10 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
 
     A study without the four cases of the source study has none.
     """
-    groups = reference_cases(summary, folder)
-    model, radius, cases = next(groups, ("", 0.0, {}))
-    if not cases:
-        return
-    for name, draw in _FIGURES.items():
-        figure, caption = draw(cases)
-        yield StudyFigure(name, " ".join(caption), figure)
-    other, its_radius, simple = next(groups, ("", 0.0, {}))
-    if its_radius != radius:
-        return
-    title, run_in = TITLES[0], cases[TITLES[0]].nearest(RUN_IN)
-    both = {model: cases[title], other: simple[title]}
-    figure = compare_cases(
-        {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
-        {name: case.history for name, case in both.items()},
-    )
-    text = (
-        f"The {title} contact with slip of the worn shape, and with the constant slip of the "
-        f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
-        "volume over the cycles."
-    )
-    yield StudyFigure("slip_models", text, figure)
+    for _, _, cases in islice(reference_cases(summary, folder), 1):
+        for name, draw in _FIGURES.items():
+            figure, caption = draw(cases)
+            yield StudyFigure(name, " ".join(caption), figure)
 
 
 @styled

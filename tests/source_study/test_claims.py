@@ -14,7 +14,7 @@ from fretwear_source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear_source_study.claims import CLAIMS, Verdict
+from fretwear_source_study.claims import CLAIMS, Verdict, common_verdict
 from fretwear_source_study.parameters import TITLES
 
 from .conftest import doctored
@@ -31,14 +31,14 @@ def judged(number, cases):
 def verdict(number, smooth, rough=None):
     """The verdict by one case in the place of all, or by a smooth and a rough one."""
     cases = {title: rough if rough and "rough" in title else smooth for title in TITLES}
-    return judged(number, cases).verdict
+    return common_verdict(judged(number, cases))
 
 
 def test_what_holds_in_a_real_run(cases):
     """Pressure moves into elastic stick zones, which stay; plastic ones shrink; wear evens out."""
     elastic = ("smooth elastic", "rough elastic")
     for number, titles in ((1, elastic), (4, (*elastic, "smooth plastic"))):
-        findings = judged(number, cases).findings
+        findings = judged(number, cases)
         assert [findings[title].answer for title in titles] == [HOLDS] * len(titles)
     for cycle in (100, 1000):
         assert growth(cases["rough elastic"], cycle) > growth(cases["smooth elastic"], cycle)
@@ -47,7 +47,7 @@ def test_what_holds_in_a_real_run(cases):
     case = cases["smooth elastic"]
     last, first = (largest_on_rings(case, "wear_depth", cycle)[0] for cycle in (case.last, 1))
     assert last < first, "the deepest wear wanders inward"
-    assert judged(9, cases).verdict is HOLDS
+    assert common_verdict(judged(9, cases)) is HOLDS
     disc = case.zones(0).stick
     loads = [
         [case.field("pressure", cycle)[zone].sum() for zone in (disc, ~disc)]
@@ -85,7 +85,7 @@ def test_rough_equals_smooth_up_to_five_percent(cases, field, factor, scale, exp
 
 def test_a_changed_cell_or_a_stick_zone_that_does_not_yield_or_shrink_fails_the_fourth(cases):
     def finding(title, case):
-        return judged(4, {**cases, title: case}).findings[title]
+        return judged(4, {**cases, title: case})[title]
 
     def with_area(case, area):
         return replace(case, dataset=case.dataset.assign(stick_area=("cycle", area)))
@@ -138,7 +138,7 @@ def test_an_unworn_contact_does_not_wear_most_in_the_middle_of_its_slip_zone(cas
     assert place == pytest.approx(0.7615, abs=1e-4)
     found, _ = largest_on_rings(cases["smooth elastic"], "wear_rate", 0)
     assert found == pytest.approx(place, abs=0.1)
-    assert judged(5, cases).verdict is not HOLDS
+    assert common_verdict(judged(5, cases)) is not HOLDS
 
 
 def levelled(case, zone_of):
