@@ -17,7 +17,6 @@ from fretwear_fit.request import BASELINE, Measurement
 # Points of the grid of a signal, over cells: a scar is interpolated twice.
 _FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5
 _SHIFTS, _CLOSE = 21, 1e-7
-_DEPENDENT = 1e-8  # of singular values
 # A profile is unworn where the prediction is shallower than this part of its depth.
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
 # Displacements of a loop without a noise of their own are known to this part of the amplitude.
@@ -98,6 +97,12 @@ class Comparison:
         if of.is_loop:
             return _evenly_along(at["displacement"].values, at["force"].values)
         return np.array([float(at[of.quantity])])
+
+    @property
+    def title(self) -> str:
+        """Quantity, cycle and test."""
+        of = self.measurement
+        return f"{of.quantity} at cycle {self.cycle:.0f}, test {of.test}"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -311,27 +316,6 @@ class Comparison:
         rest, trend = (depth - worn)[unworn], np.vander(x[unworn] - x.mean(), 2)
         known = of.noise, of.correlation_length
         evidence = NoiseEvidence(x[unworn], rest, trend, *known, is_beside)
-        return replace(self, noise=evidence.best(), evidence=evidence)
-
-    def with_noise_of_residuals(
-        self, signal: Array, nuisances: Array, changes: Sequence[Array]
-    ) -> Comparison:
-        """The comparison with noise that is as large, and as correlated, as all residuals.
-
-        These are less free by the base line and by the changes of the signal that were sought.
-        """
-        from scipy.linalg import orth
-
-        of = self.measurement
-        if not of.is_profile:
-            return self
-        assert of.readings is not None
-        x, depth = of.readings
-        fitted = self.unweighted(signal, nuisances, changes)[: x.size]
-        lengths = np.linalg.norm(fitted, axis=0)
-        basis = orth(fitted[:, lengths > 0.0] / lengths[lengths > 0.0], _DEPENDENT)
-        rest = depth - self.modelled(signal, nuisances)
-        evidence = NoiseEvidence(x, rest, basis)
         return replace(self, noise=evidence.best(), evidence=evidence)
 
     def derivatives(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:

@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import write_text
@@ -20,34 +21,14 @@ from fretwear.study.study import Study
 from fretwear.units import BY_SI_UNIT, format_quantity, number_text
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.emulator import Emulator
-from fretwear_fit.estimate import LEVELS, Fitter, Profile
+from fretwear_fit.estimate import LEVELS, Profile
 from fretwear_fit.posterior import CHAINS, DRAWS, TOGETHER, Posterior
-from fretwear_fit.request import BASELINE, Unknown
-
-if TYPE_CHECKING:
-    import xarray as xr
+from fretwear_fit.request import Unknown
 
 _PREDICTED = 200  # draws whose predictions are stored
-_WITH_BASELINE = 0.7  # correlation
-_UNLIKELY = 0.01
+UNLIKELY = 0.01
+"""p value below which the noise does not explain the residuals."""
 _OF_PATH = {"cycles", "sliding_amplitude", "displacement_amplitude", "sliding_distance"}
-
-
-@dataclass(frozen=True)
-class FittedMeasurement:
-    """A measurement beside the best run."""
-
-    comparison: Comparison
-    signal: Array  # what the run predicts on the grid
-    nuisances: Array  # base line and numerical errors
-    deviations: Array  # standard deviations of the nuisances
-    correlation: Array  # of parameters (rows) and nuisances (columns)
-
-    @property
-    def title(self) -> str:
-        """Quantity, cycle and test."""
-        of = self.comparison.measurement
-        return f"{of.quantity} at cycle {self.comparison.cycle:.0f}, test {of.test}"
 
 
 @dataclass(frozen=True)
@@ -59,13 +40,13 @@ class Fit:
     emulator: Emulator
     profiles: tuple[Profile, ...]
     covariance: Array  # of the coordinates in which parameters are sought, with the noise taken
-    measurements: tuple[FittedMeasurement, ...]
+    measurements: tuple[tuple[Comparison, Array, Array], ...]  # with best signals and nuisances
     misfit: float  # χ²
     degrees: int  # of freedom
     p_value: float  # of a χ² as large, if noise and model are right
     runs: int  # runs that it needs
     computed: int  # runs that no folder had kept
-    doubts: tuple[str, ...]  # of the search
+    search_warnings: tuple[str, ...]
     posterior: Posterior
     seed: int = 0
 
@@ -107,19 +88,19 @@ class Fit:
     def is_limit(self, name: str) -> bool:
         """Whether the data give an upper limit only: of wear that no measured profile shows."""
         unknown = self.unknowns[self.names.index(name)]
-        return unknown.is_of_wear and all(datum.comparison.is_placed for datum in self.measurements)
+        return unknown.is_of_wear and all(of.is_placed for of, *_ in self.measurements)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What makes the fit doubtful, and what the data leave open."""
-        return (*dict.fromkeys([*self.doubts, *self._left_open()]),)
+        return (*dict.fromkeys([*self.search_warnings, *self._left_open()]),)
 
     def _left_open(self) -> Iterator[str]:
-        if self.p_value < _UNLIKELY:
+        if self.p_value < UNLIKELY:
             yield (
                 "the model does not explain the data within their errors: "
                 f"χ² = {self.misfit:.4g} with {self.degrees} degrees of freedom, "
-                f"p = {self.p_value:.1g}"
+                f"p = {self.p_value:.1g}; intervals are wider by the root of their ratio"
             )
         words = {
             (True, True): "the data do not determine {}",
@@ -138,7 +119,7 @@ class Fit:
         yield from self._of_correlations()
 
     def _of_correlations(self) -> Iterator[str]:
-        """Parameters that the data determine together only, or together with the base line."""
+        """Parameters that the data determine together only."""
         names, deviations = self.names, np.sqrt(np.diag(self.covariance))
         for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
             if abs(correlation := self.correlation[i, j]) > TOGETHER:
@@ -147,21 +128,12 @@ class Fit:
                     ratio = -np.sign(correlation) * deviations[i] / deviations[j]
                     product = f": {names[i]} · {names[j]}^{ratio:.2g}"
                 yield f"the data determine {names[i]} and {names[j]} together only{product}"
-        for datum in self.measurements:
-            for column, name in enumerate(datum.comparison.names):
-                for place, unknown in enumerate(names):
-                    correlation = datum.correlation[place, column]
-                    if name in BASELINE and abs(correlation) > _WITH_BASELINE:
-                        yield (
-                            f"{unknown} and the {name} of the base line of {datum.title} have the "
-                            f"correlation {correlation:.2f}"
-                        )
 
-    def as_dict(self, level: float = LEVELS[-1]) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
-        parameters, measurements = {}, []
+        parameters, level = {}, LEVELS[-1]
         for unknown, (name, value) in zip(self.unknowns, self.values.items(), strict=True):
-            low, high = self.interval(name, level)
+            low, high = self.interval(name)
             parameters[name] = {
                 "value": value,
                 "low": low,
@@ -170,23 +142,11 @@ class Fit:
                 "unit": unknown.about.si_unit,
                 "intervals": {f"{share:g}": [*self.interval(name, share)] for share in LEVELS},
             }
-        for datum in self.measurements:
-            of = datum.comparison
-            record: dict[str, Any] = {"measurement": datum.title}
-            height = getattr(of.measurement.force_noise, "si_unit", "m")
-            units = {"offset": height, "shift": "m"}
-            for name, value, error in zip(of.names, datum.nuisances, datum.deviations, strict=True):
-                unit = units.get(name, "1")
-                record[name] = {"value": float(value), "error": float(error), "unit": unit}
-            if of.noise is not None:
-                record |= {"noise": of.noise.size, "correlation_length": of.noise.length}
-            measurements.append(record)
         correlation = zip(self.names, self.correlation.tolist(), strict=True)
         return {
             "study": self.study.name,
             "parameters": parameters,
             "correlation": {n: dict(zip(self.names, row, strict=True)) for n, row in correlation},
-            "measurements": measurements,
             "chi_square": self.misfit,
             "degrees_of_freedom": self.degrees,
             "p_value": self.p_value,
@@ -194,10 +154,8 @@ class Fit:
             "warnings": [*self.warnings],
         }
 
-    def groups(self) -> dict[str, xr.Dataset]:
-        """The groups of ``fit.nc``, in the conventions of ArviZ, by name."""
-        import xarray as xr
-
+    def write(self, path: Path) -> None:
+        """Write ``fit.nc``, with groups in the conventions of ArviZ."""
         attributes = {
             **FORMAT,
             "source": source(),
@@ -222,44 +180,36 @@ class Fit:
         few = self.posterior.draws[:, :: DRAWS * CHAINS // _PREDICTED]
         observed = xr.Dataset(attrs=attributes)
         predicted = of(few)[[*draw]]
-        for number, datum in enumerate(self.measurements, start=1):
-            name, dim, measured = (
-                f"data_{number}",
-                f"reading_{number}",
-                datum.comparison.measurement,
-            )
+        for number, (comparison, *_) in enumerate(self.measurements, start=1):
+            name, dim, measured = f"data_{number}", f"reading_{number}", comparison.measurement
             unit = getattr(measured.force_noise or measured.value, "si_unit", "m")
-            words = {"long_name": datum.title, "units": unit}
+            words = {"long_name": comparison.title, "units": unit}
             readings = np.array([measured.value])
             if measured.readings is not None:
                 x, readings = measured.readings
                 observed.coords[f"position_{number}"] = dim, x, {"units": "m"}
             observed[name] = dim, readings, words
             predicted[name] = (*draw, dim), self._predicted(number - 1, few), words
-        return {
+        groups = {
+            "": xr.Dataset(),
             "posterior": of(self.posterior.draws, fit=json.dumps(self.as_dict())),
             "prior": of(prior),
             "observed_data": observed,
             "posterior_predictive": predicted,
         }
+        write_groups(path, groups)
 
     def _predicted(self, place: int, draws: Array) -> Array:
         """Readings of a measurement for draws, shape (chains, draws, n), noise included."""
-        datum = self.measurements[place]
+        comparison, _, settled = self.measurements[place]
         generator = np.random.default_rng(self.seed + 2 + place)
-        ends = np.cumsum([one.signal.size for one in self.measurements])[:-1]
+        ends = np.cumsum([signal.size for _, signal, _ in self.measurements])[:-1]
         drawn = []
         for u in draws.reshape(-1, draws.shape[-1]):
             signal = np.split(self.emulator.signal(u), ends)[place]
-            nuisances = datum.comparison.settled(signal, datum.nuisances)
-            drawn.append(datum.comparison.drawn(signal, nuisances, generator))
+            nuisances = comparison.settled(signal, settled)
+            drawn.append(comparison.drawn(signal, nuisances, generator))
         return np.reshape(drawn, (*draws.shape[:2], -1))
-
-    def write(self, path: Path) -> None:
-        """Write ``fit.nc``: a netCDF file with a group for each part."""
-        import xarray as xr
-
-        write_groups(path, {"": xr.Dataset(), **self.groups()})
 
     def write_json(self, path: Path) -> None:
         """Write ``fit.json``."""
@@ -282,29 +232,3 @@ def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     if unit in BY_SI_UNIT and unit not in ("1", "Pa-1"):
         return format_quantity(value, BY_SI_UNIT[unit], digits)
     return f"{number_text(value, digits)} {'' if unit == '1' else unit.replace('-1', '⁻¹')}".strip()
-
-
-def compared(fitter: Fitter, signal: Array, derivatives: Array) -> list[FittedMeasurement]:
-    """Each measurement beside the best run, with errors of its base line."""
-    from scipy.linalg import block_diag
-
-    parts, count = fitter.parts(signal), derivatives.shape[1]
-    columns = [
-        c.derivatives(s, n, fitter.split_all(derivatives, place))
-        for place, (c, s, n) in enumerate(parts)
-    ]
-    by_u = np.concatenate([each[:, :count] for each in columns])
-    whole = np.hstack([by_u, block_diag(*(each[:, count:] for each in columns))])
-    scales = np.maximum(np.abs(whole).max(axis=0), 1e-150)  # products of two are not 0
-    covariance = np.linalg.pinv((whole / scales).T @ (whole / scales), rcond=1e-12)
-    covariance = covariance / np.outer(scales, scales)
-    fitted, column = [], count
-    for comparison, part, nuisances in parts:
-        places = np.r_[0:count, column : column + nuisances.size]
-        block = covariance[np.ix_(places, places)]
-        deviations = np.sqrt(np.maximum(np.diag(block)[count:], 0.0))
-        spread = np.sqrt(np.maximum(np.diag(block), 1e-300))
-        correlation = (block / np.outer(spread, spread))[:count, count:]
-        fitted.append(FittedMeasurement(comparison, part, nuisances, deviations, correlation))
-        column += nuisances.size
-    return fitted

@@ -21,11 +21,8 @@ from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import Fitter
 from fretwear_fit.posterior import sampled, why_to_sample
 from fretwear_fit.request import FitRequest, Unknown
-from fretwear_fit.results import Fit, compared
+from fretwear_fit.results import UNLIKELY, Fit
 from fretwear_fit.runs import Runs
-
-_UNLIKELY = 0.01  # p value below which the noise does not explain the residuals
-_ROUNDS = 3
 
 
 class FitError(ValueError):
@@ -172,28 +169,15 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     assert exact is not None
     fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
     fitter.settled = [None] * len(comparisons)
-    for _ in range(_ROUNDS):
-        emulator, derivatives = fitter.emulator(best)
-        best = emulator.best
-        degrees = sum(c.degrees for c in fitter.comparisons) - len(unknowns)
-        p_value = _probability(fitter, emulator.least, degrees)
-        if p_value >= _UNLIKELY or not any(c.measurement.is_profile for c in fitter.comparisons):
-            break
-        signal = fitter.signal(best)
-        for place, (c, s, n) in enumerate(fitter.parts(signal)):
-            changes = fitter.split_all(derivatives, place)
-            fitter.comparisons[place] = better = c.with_noise_of_residuals(s, n, changes)
-            if c.noise is not None and better.noise is not None:
-                warnings.append(
-                    f"the noise of {c.measurement.quantity}, {c.noise.size * 1e6:.3g} µm, does not "
-                    f"explain its residuals (p = {p_value:.1g}): {better.noise.size * 1e6:.3g} µm "
-                    f"over {better.noise.length * 1e6:.3g} µm, theirs, was taken"
-                )
+    emulator, derivatives = fitter.emulator(best)
+    degrees = sum(c.degrees for c in fitter.comparisons) - len(unknowns)
     spread = fitter.spread(fitter.signal(emulator.best), derivatives)
+    if _probability(fitter, emulator.least, degrees) < UNLIKELY:
+        # Birge's ratio: errors as large as the residuals.
+        spread = spread * (emulator.least / max(degrees, 1))
     profiles = fitter.intervals(emulator, spread)
     signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
     covariance = fitter.covariance(signal, derivatives)
-    measurements = compared(fitter, signal, derivatives)
     deviations = np.sqrt(np.diag(covariance))
     reason = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
     posterior = sampled(fitter, emulator, spread, seed, reason)
@@ -207,7 +191,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         emulator,
         (*profiles,),
         covariance,
-        (*measurements,),
+        (*fitter.parts(signal),),
         emulator.least,
         degrees,
         p_value,

@@ -19,8 +19,7 @@ from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.report import Section, table_html
 from fretwear.units import readable_unit
-from fretwear_fit.request import BASELINE
-from fretwear_fit.results import parameter_table, quantity_text
+from fretwear_fit.results import parameter_table
 
 _HEIGHT = 80.0
 
@@ -29,13 +28,7 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
     """Yield the section on the fit beside a folder of case files, if there is one."""
     path = cases.parent / "fit.json"
     if path.exists():
-        try:
-            body = _body(json.loads(path.read_bytes()))
-        except (LookupError, AttributeError, TypeError, ValueError) as cause:
-            raise DataFileError(
-                path, f"it is not the file of a fit ({cause})", "Fit again"
-            ) from cause
-        yield Section("fit", "Fit to measurements", body)
+        yield Section("fit", "Fit to measurements", _body(json.loads(path.read_bytes())))
 
 
 def _body(record: Mapping[str, Any]) -> Markup:
@@ -47,8 +40,6 @@ def _body(record: Mapping[str, Any]) -> Markup:
     if len(record["parameters"]) > 1:
         correlation = pd.DataFrame(record["correlation"]).round(2)
         body += Markup("<h3>Correlations</h3>") + table_html(correlation, index=True)
-    lines = pd.DataFrame([_line(about) for about in record["measurements"]])
-    body += Markup("<h3>Noise and base lines</h3>") + table_html(lines)
     items = Markup("").join(Markup("<li>{}</li>").format(told) for told in record["warnings"])
     body += Markup("<h3>What the data leave open</h3><ul>{}</ul>").format(items) if items else ""
     return body
@@ -108,17 +99,3 @@ def fit_figure(measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataA
     title = str(measured.attrs["long_name"])
     caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")
     return figure
-
-
-def _line(about: Mapping[str, Any]) -> dict[str, str]:
-    """Measurement, noise and base line in words."""
-    row = {"measurement": about["measurement"], "noise": "given"}
-    if "noise" in about:
-        size, reach = (quantity_text(about[key], "m", 3) for key in ("noise", "correlation_length"))
-        row["noise"] = f"{size}, correlated over {reach}"
-    for name in BASELINE:
-        if of := about.get(name):
-            row[name] = " ± ".join(
-                quantity_text(of[key], of["unit"], 3) for key in ("value", "error")
-            )
-    return row
