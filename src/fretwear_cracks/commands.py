@@ -26,13 +26,11 @@ if TYPE_CHECKING:
 
 _DEPTH = "Depth with its unit, such as '20 um', or several with commas."
 _DEPTHS = "16 from 0.05 to 2 contact half-widths"
-_BULK = "Amplitude of a stress along x in phase with the force, such as '80 MPa'."
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
 _DISTANCE = "Critical distance, such as '40 um'; adds the point and the line method."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
-_PHASES = "Steps of the force over a cycle."
 _TABLE = (
     "tension: along x, of the surface at the edge of contact; damage: Miner's sum; –: not known"
 )
@@ -47,8 +45,6 @@ def stress_below(
         float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
     ] = 0,
     depth: Annotated[str | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
-    phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
-    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
     critical_distance: Annotated[
@@ -65,8 +61,6 @@ def stress_below(
         results.stress,
         cycle=cycle,
         depths=None if depth is None else depth.split(","),
-        phases=phases,
-        bulk_stress=bulk_stress,
         fatemi_socie=_pair(fatemi_socie),
         crossland=crossland,
         critical_distance=critical_distance,
@@ -87,8 +81,6 @@ def fatigue_of(
     depth: Annotated[
         str | None, option("--depth", "DEPTH", "Largest depth.", "2 contact half-widths")
     ] = None,
-    bulk_stress: Annotated[str | None, option("--bulk-stress", "STRESS", _BULK)] = None,
-    phases: Annotated[int, typer.Option("--phases", metavar="NUMBER", help=_PHASES)] = 32,
 ) -> None:
     """Report where a crack is expected at each snapshot, and whether wear or the crack comes first.
 
@@ -103,8 +95,6 @@ def fatigue_of(
         depth=depth,
         basquin=_pair(basquin),
         manson_coffin=_pair(manson_coffin),
-        bulk_stress=bulk_stress,
-        phases=phases,
     )
     path, lives = _written(file, output, "fatigue", compute)
     for line in (*aligned(fatigue.fatigue_table(lives)), _TABLE, str(path)):

@@ -46,7 +46,6 @@ def fatigue(
     depth: float | str | None = None,
     basquin: tuple[float | str, float | str] | None = None,
     manson_coffin: tuple[float | str, float | str] | None = None,
-    bulk_stress: float | str | None = None,
     phases: int = 32,
 ) -> xr.Dataset:
     """Find where a case is expected to crack at its snapshots, and whether wear comes first.
@@ -69,8 +68,6 @@ def fatigue(
     manson_coffin : (float, float), optional
         Fatigue ductility ε_f' and exponent c < 0 in ε_a,p = ε_f' (2N)^c; without it strains are
         elastic.
-    bulk_stress : float or str, optional
-        As for `fretwear.stress`; by default the case's.
     phases : int
         Equal steps of the tangential force over a loop.
 
@@ -96,9 +93,7 @@ def fatigue(
         raise StressError("the dataset has no snapshots")
     last = None if depth is None else read_quantity("depth", depth, "m")
     depths = usual_depths(snapshot_of(ds, asked[0]), _COUNT, last)
-    at_cycles = [
-        stress(ds, cycle, depths=depths, phases=phases, bulk_stress=bulk_stress) for cycle in asked
-    ]
+    at_cycles = [stress(ds, cycle, depths=depths, phases=phases) for cycle in asked]
     names = [_SWT.name, f"{_SWT.name}_normal"]
     swt = xr.concat([at[names].isel(y=0, drop=True) for at in at_cycles], CYCLE.name)
     parameters, normals = (swt[name].values for name in names)
@@ -126,8 +121,8 @@ def fatigue(
     constants = {} if life is None else {name: float(v) for name, v in vars(life).items()}
     if life is not None:
         modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
-        worn, doubts = _worn_flat(ds, asked, x)
-        warnings |= dict.fromkeys(doubts)
+        worn, further = _worn_flat(ds, asked, x)
+        warnings |= dict.fromkeys(further)
         points = np.concatenate([_ABOVE * depths[0], depths])
         damage = summed_damage(asked, parameters, depths, worn, points, life, modulus)
         values |= _outcomes(asked, damage, 1.0 / life.cycles(parameters[0], modulus))
@@ -144,7 +139,6 @@ def fatigue(
     }
     result.attrs = {
         **attributes_from(ds, "Fatigue and wear", "fretwear.fatigue"),
-        "bulk_stress": at_cycles[0].attrs["bulk_stress"],
         **constants,
         "warnings": "\n".join(warnings),
     }
@@ -204,15 +198,15 @@ def _outcomes(cycles: Array, damage: Damage, rate_without_wear: Array) -> dict[s
 
 
 def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str]]:
-    """What wear has taken off the flat along x at y = 0, m, shape (k, nx), and doubts about it."""
+    """What wear has taken off the flat along x at y = 0, m, shape (k, nx), and warnings of it."""
     whole = ds.fretwear.full()
     name = "wear_depth_flat" if "wear_depth_flat" in whole else "wear_depth"
     rows = line_near_the_middle(whole[name]).sel({CYCLE.name: cycles})
     worn = np.stack([np.interp(x, rows[X.name].values, row) for row in rows.values])
     if name == "wear_depth_flat":
         return worn, []
-    doubt = "the case has the wear of both bodies together: half of it is taken to be of the flat"
-    return 0.5 * worn, [doubt] if worn.any() else []
+    warning = "the case has the wear of both bodies together: half of it is taken to be of the flat"
+    return 0.5 * worn, [warning] if worn.any() else []
 
 
 def _life(

@@ -49,7 +49,6 @@ def stress(
     *,
     depths: Iterable[float | str] | None = None,
     phases: int = 32,
-    bulk_stress: float | str | None = None,
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
     critical_distance: float | str | None = None,
@@ -57,8 +56,8 @@ def stress(
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
 
     Tractions are those in the dataset, uniform on each cell; between +Q and −Q they follow by
-    superposition from contacts of the stored shape. Within a cell of the surface stresses show the
-    cells.
+    superposition from contacts of the stored shape, and the bulk stress of the case is in phase
+    with the force. Within a cell of the surface stresses show the cells.
 
     Parameters
     ----------
@@ -73,10 +72,6 @@ def stress(
         half-widths, under a punch from two cells; on the plane y = 0.
     phases : int
         Equal steps of the tangential force over the loop, even; the first is +Q, the middle one −Q.
-    bulk_stress : float or str, optional
-        Amplitude of a stress along x in the flat, Pa, in phase with the tangential force; by
-        default the case's. In a line contact the strain along y stays zero, in others the
-        stress.
     fatemi_socie : (float, float or str), optional
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
     crossland : float, optional
@@ -107,9 +102,6 @@ def stress(
     if phases != int(phases) or phases < 2 or phases % 2:
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
     constants = read_constants(fatemi_socie, crossland)
-    bulk = case.bulk_stress
-    if bulk_stress is not None:
-        bulk = read_quantity("bulk_stress", bulk_stress, "Pa")
     distance = None
     if critical_distance is not None:
         distance = read_quantity("critical_distance", critical_distance, "m", positive=True)
@@ -117,7 +109,7 @@ def stress(
         raise StressError("points go neither with depths nor with a critical distance")
     snapshot = snapshot_of(ds, cycle)
     surface, slip = surface_of(snapshot, case, cycle)
-    history = StressHistory(surface, int(phases), bulk)
+    history = StressHistory(surface, int(phases), case.bulk_stress)
     dims: tuple[str, ...]
     if points is not None:
         x, y, z = places = read_points(points).T
@@ -158,8 +150,7 @@ def stress(
     }
     attributes = {
         **attributes_from(ds, "Stresses below the surface", "fretwear.stress"),
-        "bulk_stress": bulk,
-        "warnings": "\n".join(_doubts(case, snapshot, surface, float(z.min()))),
+        "warnings": "\n".join(_warnings(case, snapshot, surface, float(z.min()))),
     }
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
@@ -298,13 +289,10 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     return result
 
 
-def _doubts(
-    case: Case,
-    snapshot: xr.Dataset,
-    surface: LoadedSurface,
-    shallow: float,
+def _warnings(
+    case: Case, snapshot: xr.Dataset, surface: LoadedSurface, shallow: float
 ) -> Iterable[str]:
-    """Say what makes stresses doubtful from a shallow depth on, m."""
+    """Warn of stresses that are less accurate, from a shallow depth on, m."""
     cell = max(surface.spacing)
     if shallow < cell:
         yield (

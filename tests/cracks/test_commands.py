@@ -6,8 +6,8 @@ import xarray as xr
 
 @pytest.mark.slow
 def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_file):
-    options = ("--cycle", 20, "--depth", "10 um, 30 um,60um", "--phases", 8)
-    constants = ("--fatemi-socie", "1, 1000 MPa", "--crossland", 0.2, "--bulk-stress", "50 MPa")
+    options = ("--cycle", 20, "--depth", "10 um, 30 um,60um")
+    constants = ("--fatemi-socie", "1, 1000 MPa", "--crossland", 0.2)
     said = desk.call("stress", case_file, "-o", "stress.nc", *options, *constants).stdout
     assert "Fatemi–Socie parameter" in said
     assert "plane" in said
@@ -16,7 +16,7 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
         assert stored.stress_xx.dims == ("phase", "x", "y", "z")
         assert stored.z.values == pytest.approx([1e-5, 3e-5, 6e-5])
         assert {"von_mises", "crossland", "fatemi_socie_normal"} <= set(stored.data_vars)
-        assert (float(stored.cycle), stored.bulk_stress) == (20.0, 50e6)
+        assert float(stored.cycle) == 20.0
     assert desk.files() == ["stress.nc", "tiny.yaml"]
     pytest.importorskip("pyevtk")
     said = desk.call("export", "stress.nc", "--to", "vtk").stdout
@@ -26,8 +26,8 @@ def test_stresses_of_a_snapshot_are_written_and_the_largest_are_told(desk, case_
 @pytest.mark.slow
 def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
     constants = ("--basquin", "1000 MPa, -0.1", "--manson-coffin", "0.5,-0.6")
-    options = ("--phases", 4, "--depth", "0.2 mm")
-    said = desk.call("fatigue", case_file, "-o", "fatigue.nc", *constants, *options).stdout
+    options = ("-o", "fatigue.nc", "--depth", "0.2 mm")
+    said = desk.call("fatigue", case_file, *constants, *options).stdout
     head, *rows, note, path = said.splitlines()
     assert head.split()[0] == "cycle"
     assert note.endswith("–: not known")
