@@ -28,7 +28,6 @@ _DEPTH = "Depth with its unit, such as '20 um', or several with commas."
 _DEPTHS = "16 from 0.05 to 2 contact half-widths"
 _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
-_DISTANCE = "Critical distance, such as '40 um'; adds the point and the line method."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
 _TABLE = (
@@ -47,9 +46,6 @@ def stress_below(
     depth: Annotated[str | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
-    critical_distance: Annotated[
-        str | None, option("--critical-distance", "LENGTH", _DISTANCE)
-    ] = None,
 ) -> None:
     """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
 
@@ -63,7 +59,6 @@ def stress_below(
         depths=None if depth is None else depth.split(","),
         fatemi_socie=_pair(fatemi_socie),
         crossland=crossland,
-        critical_distance=critical_distance,
     )
     path, stresses = _written(file, output, "stress", compute)
     say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")

@@ -64,11 +64,6 @@ def crack_map(cracks: xr.Dataset, *, columns: Columns = 2) -> Figure:
     return figure
 
 
-def first_crack(summary: xr.Dataset) -> xr.DataArray:
-    """Return the cycle of the first crack; a study in which none appears has no such result."""
-    return summary.get("crack_cycle", np.nan * summary[_OUTCOME])
-
-
 @styled
 def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw whether wear or a crack wins at the last cycle, over one or two varied parameters.
@@ -79,7 +74,9 @@ def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     sizes = {str(name): size for name, size in summary["status"].sizes.items() if size > 1}
     shown = sorted(sizes, key=lambda name: -sizes[name])[:2]
     rest = {name: 0 for name in summary["status"].dims if name not in shown}
-    last = summary[["status", _OUTCOME]].assign(first=first_crack(summary))
+    # A study in which no crack appears has no such result.
+    first = summary.get("crack_cycle", np.nan * summary[_OUTCOME])
+    last = summary[["status", _OUTCOME]].assign(first=first)
     last = last.isel(rest).isel(cycle=-1).transpose(*shown)
     outcome = np.where(last["status"] == PointStatus.DONE, last[_OUTCOME], np.nan)
     shape = (*outcome.shape, 1, 1)[:2]

@@ -152,14 +152,12 @@ def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, f
     return first, second
 
 
-def read_quantity(name: str, value: object, si_unit: str, *, positive: bool = False) -> float:
+def read_quantity(name: str, value: object, si_unit: str) -> float:
     """A number, or text with a unit, in SI units; `StressError` if it is neither."""
     try:
         number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
     except QuantityError as error:
         raise StressError(f"{name} = {value!r}: {error}") from error
-    if positive and not number > 0.0:
-        raise StressError(f"{name} = {value}: must be larger than 0")
     return number
 
 
@@ -175,7 +173,7 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    values = np.array([read_quantity("depth", depth, "m", positive=True) for depth in depths])
-    if not values.size or not (np.diff(values) > 0.0).all():
-        raise StressError("depths must increase from one to the next")
+    values = np.array([read_quantity("depth", depth, "m") for depth in depths])
+    if not values.size or not (np.diff(values, prepend=0.0) > 0.0).all():
+        raise StressError("depths must increase from one to the next, the first above 0")
     return values

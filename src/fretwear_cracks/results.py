@@ -28,7 +28,6 @@ from fretwear_cracks.inputs import (
     read_constants,
     read_depths,
     read_points,
-    read_quantity,
     snapshot_of,
     surface_of,
     usual_depths,
@@ -38,8 +37,6 @@ from fretwear_cracks.variables import CRACKS, EDGE, EDGE_STRESSES, STRESSES
 
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _NORMAL = "unit normal of the plane on which it is largest"
-# Depths of the means over a line.
-_NODES = 16
 
 
 def stress(
@@ -51,7 +48,6 @@ def stress(
     phases: int = 32,
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
-    critical_distance: float | str | None = None,
 ) -> xr.Dataset:
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
 
@@ -76,10 +72,6 @@ def stress(
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
     crossland : float, optional
         Weight α of the mean stress in the Crossland parameter.
-    critical_distance : float or str, optional
-        A distance L, m, in the material: on the plane y = 0 the parameters too of the stresses at
-        the depth L/2, ``<name>_point``, and of their means from the surface to the depth 2L,
-        ``<name>_line``, over ``x``: D. Taylor, "The Theory of Critical Distances", Elsevier (2007).
 
     Returns
     -------
@@ -102,11 +94,8 @@ def stress(
     if phases != int(phases) or phases < 2 or phases % 2:
         raise StressError(f"phases = {phases!r}: must be an even number, such as 32")
     constants = read_constants(fatemi_socie, crossland)
-    distance = None
-    if critical_distance is not None:
-        distance = read_quantity("critical_distance", critical_distance, "m", positive=True)
-    if points is not None and (depths is not None or distance is not None):
-        raise StressError("points go neither with depths nor with a critical distance")
+    if points is not None and depths is not None:
+        raise StressError("points do not go with depths")
     snapshot = snapshot_of(ds, cycle)
     surface, slip = surface_of(snapshot, case, cycle)
     history = StressHistory(surface, int(phases), case.bulk_stress)
@@ -138,8 +127,6 @@ def stress(
         edges, at_edges = _at_edges(history, ds, constants)
         variables |= at_edges
         coordinates |= edges
-    if distance is not None:
-        variables |= _at_distance(history, distance, ds, constants)
     force = LOOP[0].in_frame(case.frame)
     integral = surface.half_space.geometry.integral
     falling = np.array([integral(shear) for shear in history.tractions.shear])
@@ -234,40 +221,11 @@ def _at_edges(
     for component, about in enumerate(EDGE_STRESSES):
         values = over_the_loop(*parts)[:, component]
         fields[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
-    cracks = _cracks(parts, (_EDGE,), ds, constants)
-    fields |= _renamed(cracks, "edge", "of the surface at the edge of contact")
-    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, fields
-
-
-def _at_distance(
-    history: StressHistory,
-    distance: float,
-    ds: xr.Dataset,
-    constants: Mapping[str, tuple[float, ...]],
-) -> dict[str, Any]:
-    """The parameters by the point and the line method of a critical distance, m, along x."""
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    depths = distance * (1.0 + nodes)
-    mean = [part[..., 0, :] @ (0.5 * weights) for part in _on_plane(history, depths)]
-    methods = {
-        "point": (history.section(0.5 * distance), "at half the critical distance"),
-        "line": ((mean[0], mean[1]), "of means over twice the critical distance"),
-    }
-    fields: dict[str, Any] = {}
-    for method, (parts, words) in methods.items():
-        fields |= _renamed(_cracks(parts, (X.name,), ds, constants), method, words)
-    return fields
-
-
-def _renamed(cracks: Mapping[str, Any], ending: str, words: str) -> dict[str, Any]:
-    """Results of `_cracks` under names and long names with an ending: ``<name>_edge``."""
-    renamed = {}
-    for name, (dims, values, attributes) in cracks.items():
+    for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
         base, normal, _ = name.partition("_normal")
-        if not normal:
-            attributes = {**attributes, "long_name": f"{attributes['long_name']} {words}"}
-        renamed[f"{base}_{ending}{normal}"] = dims, values, attributes
-    return renamed
+        words = f"{attributes['long_name']} at the edge of contact"
+        fields[f"{base}_edge{normal}"] = dims, values, {**attributes, "long_name": words}
+    return {EDGE.name: ((_EDGE,), x, EDGE.attributes)}, fields
 
 
 def _ruiz(history: StressHistory, slip: Array) -> Array:

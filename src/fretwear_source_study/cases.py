@@ -71,13 +71,6 @@ class StudyCase:
         """One parameter of the case."""
         return float(self.dataset[name])
 
-    @property
-    def wavelength(self) -> float:
-        """Wavelength of the roughness along x, m."""
-        return float(4.0 * self.parameter("roughness_amplitude")) / math.tan(
-            self.parameter("roughness_slope_x")
-        )
-
     def at(self, name: str, cycle: float) -> float:
         """One scalar at any cycle, linear between accepted steps."""
         return float(np.interp(cycle, self.history["cycle"].values, self.history[name].values))

@@ -102,12 +102,13 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
     colors = cycle_colours(cycles)
+    wavelength = 2.0 * np.pi / cases[titles[0]].wavenumbers[0] if is_rough else 0.0
     for index, (title, profile, top) in enumerate(zip(titles, profiles, tops, strict=True)):
         frame = frame_of([profile])
         frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
         whole = panels[index, 0] if is_rough else panels[0, index]
         if is_rough:
-            _draw_waves(panels[index, 1], profile, colors, cases[titles[0]].wavelength)
+            _draw_waves(panels[index, 1], profile, colors, wavelength)
             panels[index, 1].set_title(f"{title}, zoom")
             draw_filled(whole, profile, replace(frame, left=0.0))
         else:
@@ -233,14 +234,6 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.0)
     axes.set_xlabel("Cycle")
-    # The zone is named between its lines.
-    last = max(case.last for case in cases.values())
-    lowest, edges = (
-        [float(values[-1]) for values in widths.values()] for widths in (stick, contact)
-    )
-    for height, name in ((0.5 * min(lowest), "stick"), (0.5 * (max(lowest) + min(edges)), "slip")):
-        axes.text(0.985 * last, height, name, ha="right", va="center", fontsize=6.5)
-    axes.text(0.02 * last, 0.98 * axes.get_ylim()[1], "open", va="top", fontsize=6.5)
     words = "Half-widths along x of the contact (thick) and of the stick zone (thin)"
     return figure, [f"{words} against the number of cycles.", _STEPS]
 

@@ -8,7 +8,6 @@ import xarray as xr
 
 import fretwear
 from fretwear_cracks import StressError
-from fretwear_cracks.cracks import PointLoops
 from fretwear_cracks.inputs import surface_of
 
 from ..studies import SELF_AFFINE, STEEL, near, steel
@@ -101,27 +100,6 @@ def test_a_line_contact_is_in_plane_strain():
     both = fretwear.stress(uneven, depths=depths, phases=4)
     np.testing.assert_allclose(both.stress_xx, found.stress_xx, atol=1e-3 * peak)
     assert abs(x[0]) == x[-1]
-
-
-def test_the_point_and_the_line_method_of_a_critical_distance(worn):
-    """The mean tensor over the line is that of many points on it."""
-    length = 30e-6
-    found = fretwear.stress(worn, phases=4, depths=[1e-5], critical_distance=length, crossland=0.2)
-    place = int(abs(found.x.values + 1.3e-4).argmin())
-    depths = 2 * length * (np.arange(400) + 0.5) / 400
-    x = float(found.x[place])
-    points = [(x, 0.0, z) for z in (0.5 * length, *depths)]
-    along = fretwear.stress(worn, phases=4, points=points, crossland=0.2)
-    for name in ("smith_watson_topper", "crossland"):
-        at_point, expected = found[f"{name}_point"][place], along[name][0]
-        assert float(at_point) == near(float(expected), rel=2e-3)
-    tensors = np.stack([along[f"stress_{each}"] for each in ("xx", "yy", "zz", "xy", "xz", "yz")])
-    mean = tensors[:, :, 1:].mean(axis=-1, dtype=float)
-    steady, part = mean.mean(axis=1), (mean[:, :2] - mean[:, 2:]) / 2
-    loops = PointLoops(steady[:, None], part.T[..., None], 208e9, 0.3)
-    value = loops.smith_watson_topper().value[0]
-    assert float(found.smith_watson_topper_line[place]) == near(value, rel=5e-3)
-    assert {"smith_watson_topper_line_normal", "crossland_line"} <= set(found.data_vars)
 
 
 def test_the_parameter_of_ruiz_is_tension_times_friction_work(worn):
