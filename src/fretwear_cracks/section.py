@@ -31,7 +31,7 @@ _PAIRS = (
 
 
 @dataclass(frozen=True)
-class StressOutput(StudySection, Part):  # type: ignore[misc]  # read as a section
+class StressOutput(StudySection, Part):
     """What is asked for of the stresses of every case; see `fretwear.fatigue`."""
 
     depth: Annotated[
