@@ -12,14 +12,12 @@ import hashlib
 import math
 import re
 import warnings
-import zipfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
-from xml.etree import ElementTree
 
 import numpy as np
 from pydantic import GetJsonSchemaHandler
@@ -418,8 +416,6 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
             "needs the package SurfaceTopography, which is not installed",
             "install it: pip install 'fretwear[surfaces]'",
         ) from error
-    if source.path.lower().endswith(".x3p") and (surface := _x3p_of_text(Path(source.path))):
-        return surface
     named: dict[str, Any] = {}
     chosen_format = {"format": file_format} if file_format else {}
     try:
@@ -447,7 +443,7 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
         hint = "if it does not say its scale, add size: [900 um, 900 um] and unit: um"
         if type(error).__name__ == "CannotDetectFileFormat":
             reason = "no reader knows its format"
-            hint = f"save it as x3p, or as text with x (um), y (um), z (um); {hint}"
+            hint = f"save it as binary x3p or as text with x (um), y (um), z (um); {hint}"
         raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
     if math.prod(chosen.nb_grid_pts) > MOST_POINTS:
         has = f"has {' x '.join(map(str, chosen.nb_grid_pts))} points"
@@ -455,36 +451,6 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
     if surface.unit is None:
         raise QuantityError("does not say the unit of its lengths", "add unit: um")
     return surface.to_unit("m")
-
-
-def _x3p_of_text(path: Path) -> Any:
-    """The surface of an x3p file whose heights stand in its XML, in m; None for other files.
-
-    SurfaceTopography reads heights in a binary part (ISO 25178-72). A datum ends with its height;
-    an empty one is missing. x changes first.
-    """
-    from SurfaceTopography import Topography as Map
-    from SurfaceTopography import UniformLineScan
-
-    try:
-        with zipfile.ZipFile(path) as archive:
-            root = ElementTree.fromstring(archive.read("main.xml"))
-        data = root.findall(".//DataList/Datum")
-        if not data:
-            return None
-        x, y, z = (root.find(f".//Axes/C{axis}") for axis in "XYZ")
-        if x is None or y is None or z is None or x.findtext("AxisType") != "I":
-            raise QuantityError("has no constant distance of its points", "save it as a grid")
-        steps = [float(axis.findtext("Increment") or 1.0) for axis in (x, y, z)]
-        counts = [int(root.findtext(f".//MatrixDimension/Size{axis}") or 1) for axis in "XY"]
-        texts = [(datum.text or "").rpartition(";")[2].strip() for datum in data]
-        heights = np.array([float(text) if text else np.nan for text in texts])
-        masked = np.ma.masked_invalid(steps[2] * heights.reshape(counts[::-1]).T)
-    except (OSError, KeyError, ValueError, SyntaxError, zipfile.BadZipFile):
-        return None
-    if counts[1] == 1:
-        return UniformLineScan(masked[:, 0], counts[0] * steps[0], unit="m")
-    return Map(masked, (counts[0] * steps[0], counts[1] * steps[1]), unit="m")
 
 
 def _filled(values: Array, measured: Mask) -> Array:

@@ -1,6 +1,5 @@
 """Files with surfaces: heights and units as they are, and a sentence for every bad file."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from fretwear.study.case_warnings import case_warnings
 from fretwear.study.reading import load_study
 from fretwear.units import QuantityError
 from fretwear_measured.figures import measured_map
-from fretwear_measured.files import SourceFile, read_line, read_profile, read_topography
+from fretwear_measured.files import SourceFile, read_profile, read_topography
 from fretwear_measured.surfaces import MeasuredRoughness
 
 from ..studies import near, steel
@@ -143,36 +142,6 @@ def test_arrays_and_tables_without_places_need_their_unit_and_sides(tmp_path):
             read_topography(file, unit="nm", size="50 um")
         with pytest.raises(QuantityError, match=r"add size: .* and unit: um"):
             read_topography(file)
-
-
-X3P = """<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1>
-<FeatureType>SUR</FeatureType><Axes>
-<CX><AxisType>I</AxisType><DataType>D</DataType><Increment>5e-6</Increment></CX>
-<CY><AxisType>I</AxisType><DataType>D</DataType><Increment>3e-6</Increment></CY>
-<CZ><AxisType>A</AxisType><DataType>D</DataType><Increment>2</Increment></CZ></Axes></Record1>
-<Record3><MatrixDimension><SizeX>10</SizeX><SizeY>{rows}</SizeY><SizeZ>1</SizeZ>
-</MatrixDimension><DataList>{data}</DataList></Record3></p:ISO5436_2>"""
-
-
-@pytest.mark.usefixtures("library")
-def test_an_x3p_may_have_its_heights_in_the_xml(tmp_path):
-    heights = 1e-9 * np.arange(60.0).reshape(10, 6) ** 2
-    heights[3, 2] = np.nan
-
-    def write(values):
-        data = "".join(f"<Datum>{'' if v != v else v / 2}</Datum>" for v in values.T.ravel())
-        with zipfile.ZipFile(tmp_path / "map.x3p", "w") as archive:
-            archive.writestr("main.xml", X3P.format(rows=values.shape[1], data=data))
-        return FILE.read(str(tmp_path / "map.x3p"), Path())
-
-    found = read_topography(write(heights), form="none")
-    assert (found.sides, found.missing) == (near((50e-6, 18e-6), rel=1e-9), 1)
-    np.testing.assert_allclose(
-        found.heights[found.measured], (heights - np.nanmean(heights))[found.measured], atol=1e-20
-    )
-    x, line = read_line(write(heights[:, :1]))
-    np.testing.assert_allclose(np.diff(x), 5e-6)
-    np.testing.assert_allclose(line, heights[:, 0], atol=1e-20)
 
 
 @pytest.mark.parametrize("form", ["sphere", "cylinder", "paraboloid"])
