@@ -1,7 +1,4 @@
-"""Two cases laid over each other.
-
-What `fretwear compare A.nc B.nc -o comparison.png` draws.
-"""
+"""Two cases laid over each other."""
 
 import xarray as xr
 

@@ -1,3 +1,5 @@
+import sys
+
 import pytest
 from typer.testing import CliRunner
 
@@ -20,7 +22,8 @@ class Desk:
 
     def call(self, *arguments, status=0):
         """What a command says; it must end with this status and without a traceback."""
-        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        sys.argv[1:] = map(str, arguments)
+        done = CliRunner().invoke(app, sys.argv[1:])
         assert done.exit_code == status, done.stderr
         assert "Traceback" not in done.output
         return done
@@ -34,6 +37,7 @@ def _no_settings(monkeypatch):
     """What the environment may say about colours and logs is not what is tested."""
     for name in ("NO_COLOR", "FORCE_COLOR"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.argv", ["fretwear"])
     monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)  # typer looked for them too
 
 

@@ -1,6 +1,5 @@
 """What the commands do: run, plan, merge, show, compare, plot; how they are stopped."""
 
-import json
 import re
 import shutil
 import struct
@@ -89,21 +88,8 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert units <= {"µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%"}
 
 
-def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
-    seen = json.loads(desk.call("show", case_file, "--json").stdout)
-    load = seen["coords"]["normal_load"]
-    assert load["data"] == 50.0
-    assert load["attrs"]["units"] == "N"
-    assert seen["coords"]["plastic_limit"]["data"] is None
-    with fretwear.open_case(case_file) as case:
-        assert seen["attrs"]["case_id"] == case.attrs["case_id"]
-        for name in ("contact_half_width_x", "wear_volume"):
-            assert seen["data_vars"][name]["data"] == case[name].values.tolist()
-            assert seen["data_vars"][name]["attrs"]["units"] == case[name].attrs["units"]
-
-
 @pytest.mark.slow
-def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, content):
+def test_show_lists_the_points_of_a_merged_study(desk, content):
     content["vary"]["cycles"] = [100, 200]
     desk.write(content)
     desk.call("run", "tiny.yaml", "-o", "results/tiny/cases")
@@ -120,12 +106,10 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
     assert "Wear volume (µm³)" in header  # one unit for all
     volumes = [float(re.split(r"\s{2,}", row.strip())[3].split()[0]) for row in rows[:-1]]
     assert 0 < volumes[0] < volumes[1]
-    seen = json.loads(desk.call("show", merged, "--json").stdout)
-    assert np.ravel(seen["data_vars"]["status"]["data"]).tolist() == [0, 0, 0, 1]
 
 
 @pytest.mark.slow
-def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
+def test_compare_tells_what_differs_by_which_factor(desk, case_file):
     desk.call("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
     result = desk.call("compare", "other.nc", case_file)
     cells = [re.split(r"\s{2,}", line.strip()) for line in result.stdout.splitlines()]
@@ -138,10 +122,8 @@ def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_fi
     assert float(ratio) == pytest.approx(volumes[1] / volumes[0], rel=0.01)
     # Hertz: the radius goes with the cube root of the load.
     assert float(rows["contact radius"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
-    result = desk.call("compare", case_file, case_file, "-o", "both.svg")
+    result = desk.call("compare", case_file, case_file)
     assert "All parameters are the same." in result.stdout
-    assert result.stdout.splitlines()[-1] == "both.svg"
-    assert desk.files() == ["both.svg", "other.nc", "tiny.yaml"]
 
 
 @pytest.mark.slow

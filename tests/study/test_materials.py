@@ -1,7 +1,5 @@
 """Materials by name, and published coefficients."""
 
-import json
-
 import jsonschema
 import pytest
 import yaml
@@ -69,6 +67,4 @@ def test_published_coefficients_are_values_that_a_study_file_takes():
         except QuantityError as error:
             pytest.fail(f"{row['pair']}: {error}")
         assert row["source"].split()[-1].isdigit()
-    printed = CliRunner().invoke(app, ["coefficients", "Baydoun", "--json"])
-    assert [row["pair"] for row in json.loads(printed.stdout)] == ["35NCD16 on itself"]
-    assert "0.6" in CliRunner().invoke(app, ["coefficients", "35NCD16"]).stdout
+    assert "35NCD16 on itself" in CliRunner().invoke(app, ["coefficients"]).stdout

@@ -6,7 +6,7 @@ import json
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -20,7 +20,6 @@ from fretwear.cli.common import (
     Status,
     StudyFile,
     aligned,
-    argument,
     check_output,
     check_writable,
     note,
@@ -30,9 +29,6 @@ from fretwear.cli.common import (
     study_and_results,
     typed,
 )
-
-if TYPE_CHECKING:
-    pass
 
 _CASE = (
     "Case: the beginning of its id, as in `fretwear plan`; may be repeated; not needed if there is "
@@ -149,27 +145,16 @@ def schema() -> None:
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 
 
-def coefficients(
-    word: Annotated[str, argument("[WORD]", "Only rows with this word.")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
-) -> None:
+def coefficients() -> None:
     """Print published wear coefficients: pair, contact, law, value, conditions, source, remark."""
     from fretwear.study.materials import read_table
 
     table = read_table("coefficients")
-    rows = [row for row in table if word.casefold() in " ".join(row.values()).casefold()]
-    if as_json:
-        say(json.dumps(rows, indent=2, ensure_ascii=False))
-        return
-    if not rows:
-        hint = "without a word all are printed"
-        raise CommandError(f"no row has the word {word!r}\n    {hint}")
-    cells = [[*table[0]], *([*row.values()] for row in rows)]
-    say("\n".join(aligned(cells, str.ljust, indent="")))
+    rows = [[*table[0]], *([*row.values()] for row in table)]
+    say("\n".join(aligned(rows, str.ljust, indent="")))
 
 
 def run_case(
-    context: typer.Context,
     file: StudyFile,
     case: Annotated[list[str] | None, option("--case", "ID", _CASE)] = None,
     set_: Assignments = None,
@@ -200,7 +185,7 @@ def run_case(
     if not folder:
         ((case_id, only),) = cases.items()
         path = check_output(output or Path(f"{case_id}.nc"), ".nc")
-        steps = simulate_to_file(only, path, tell=note, command=typed(context), attributes=about)
+        steps = simulate_to_file(only, path, tell=note, command=typed(), attributes=about)
         say(f"{path}: {steps} steps")
         return
     command = shlex.join(["fretwear", "run", str(file), "--case"])
@@ -217,7 +202,6 @@ def run_case(
 
 
 def merge(
-    context: typer.Context,
     file: StudyFile,
     results: Results = None,
     keep_older: KeepOlder = False,
@@ -236,7 +220,7 @@ def merge(
         study,
         folder / "cases",
         summary,
-        command=typed(context),
+        command=typed(),
         keep_older=keep_older,
         tell=note,
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import json
 import os
 import re
 import shlex
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
@@ -89,14 +89,9 @@ def note(text: str) -> None:
         typer.echo(f"fretwear: {text}", err=True)
 
 
-def typed(context: typer.Context) -> str:
+def typed() -> str:
     """Return the call of the program as it was typed."""
-    return shlex.join(["fretwear", *context.obj])
-
-
-def finite(value: object) -> object:
-    """Return a value for JSON, with null for numbers that are not finite."""
-    return json.loads(json.dumps(value), parse_constant=lambda _: None)
+    return shlex.join(["fretwear", *sys.argv[1:]])
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:

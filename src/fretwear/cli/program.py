@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated, Any
 
 import typer
@@ -21,12 +20,6 @@ _WORKFLOW = "Steps of the workflow"
 
 class _Commands(TyperGroup):
     """The group of all commands; an error that ends one becomes a message and a status."""
-
-    def main(self, *args: Any, **extra: Any) -> Any:
-        """Run the program; every command knows how it was typed."""
-        given = args[0] if args else extra.pop("args", None)
-        arguments = sys.argv[1:] if given is None else list(given)
-        return super().main(arguments, **{**extra, "obj": arguments})
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; typer itself answers calls that it cannot parse."""
@@ -74,10 +67,10 @@ add_command(app, commands.plan, "fretwear plan studies/demo.yaml")
 add_command(app, commands.run_case, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 add_command(app, show, "fretwear show results/demo/cases/ID.nc")
 add_command(app, commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
-add_command(app, compare, "fretwear compare A.nc B.nc -o comparison.png")
+add_command(app, compare, "fretwear compare A.nc B.nc")
 add_command(app, export, "fretwear export results/demo/cases/ID.nc --to vtk")
 add_command(app, commands.schema, "fretwear schema > study.schema.json")
-add_command(app, commands.coefficients, "fretwear coefficients Ti-6Al-4V")
+add_command(app, commands.coefficients, "fretwear coefficients")
 add_command(app, commands.merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
 add_command(app, commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
 add_command(app, commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)

@@ -1,24 +1,17 @@
-"""``fretwear show`` and ``fretwear compare``: parameters and key results as text and as JSON."""
+"""``fretwear show`` and ``fretwear compare``: parameters and key results as text."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from fretwear.cli.common import (
-    FIGURE_FORMATS,
     aligned,
     argument,
-    check_output,
-    finite,
     opened,
-    option,
     say,
 )
 from fretwear.results import (
@@ -49,14 +42,10 @@ _MORE_RESULTS = (
 )
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
-_BOTH = "Draw both cases superimposed into this file: .png, .svg or .pdf."
 
 
 def show(
     file: Annotated[Path, argument("OUT.nc", "Case file, or summary.nc of a study.")],
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON in SI units, as xarray.Dataset.to_dict does.")
-    ] = False,
 ) -> None:
     """Print the parameters and key results of a case, beside closed forms of smooth elastic bodies.
 
@@ -68,36 +57,22 @@ def show(
     lines: list[str] = []
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
-            lines = [_as_json(summary)] if as_json else [*study_lines(summary)]
+            lines = [*study_lines(summary)]
     if not lines:  # a case, or a file whose problem `opened` reports
         with opened(file) as (case, history):
-            lines = [_as_json(case)] if as_json else [*case_lines(case, history)]
+            lines = [*case_lines(case, history)]
     for line in lines:
         say(line)
-
-
-def _as_json(dataset: xr.Dataset) -> str:
-    """Return parameters and scalar results as `xarray.Dataset.to_dict` does."""
-    fields = [axis for axis in ("x", "y") if axis in dataset.dims]
-    content = finite(dataset.drop_dims(fields).to_dict())
-    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
 
 
 def compare(
     first: Annotated[Path, argument("A.nc", "Case file (netCDF).")],
     second: Annotated[Path, argument("B.nc", "Case file to compare it with.")],
-    output: Annotated[Path | None, option("-o/--output", "FIG.png", _BOTH, "no figure")] = None,
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
-    path = None if output is None else check_output(output, *FIGURE_FORMATS)
-    with opened(first) as (a, history_a), opened(second) as (b, history_b):
+    with opened(first) as (a, _), opened(second) as (b, _):
         for line in (f"A  {first}", f"B  {second}", "", *comparison_lines(a, b)):
             say(line)
-        if path is not None:
-            from fretwear.figures import compare_cases, save_as
-
-            figure = compare_cases({"A": a, "B": b}, {"A": history_a, "B": history_b})
-            say(f"\n{save_as(figure, path)}")
 
 
 def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
