@@ -103,19 +103,16 @@ class Comparison:
         if not of.is_profile:
             return ()
         free = {*of.baseline} - ({"shift"} if self.is_placed else set())
-        return tuple(name for name in BASELINE if name in free) + self._errors
-
-    @property
-    def _errors(self) -> tuple[str, ...]:
         pairs = zip(("depth", "width"), self.deviations, strict=True)
-        return tuple(name for name, deviation in pairs if deviation > _ROUNDING)
+        errors = (name for name, deviation in pairs if deviation > _ROUNDING)
+        return (*(name for name in BASELINE if name in free), *errors)
 
     @property
     def degrees(self) -> int:
         """Degrees of freedom: readings less what is free of the base line."""
         readings = self.measurement.readings
         count = 1 if readings is None else readings[0].size
-        return count - len(self.names) + len(self._errors)
+        return count - len({*self.names} & {*BASELINE})
 
     def modelled(self, signal: Array, nuisances: Array) -> Array:
         """The readings that a signal and a base line would give, shape (n,).
@@ -143,8 +140,7 @@ class Comparison:
             for name, value in zip(names, nuisances, strict=True)
             if name in priors
         ]
-        if of.is_profile:
-            assert of.readings is not None
+        if of.readings is not None:
             assert self.noise is not None
             x, depth = of.readings
             missed = (depth - self.modelled(signal, nuisances))[:, None]
