@@ -54,7 +54,7 @@ READING = ("arrays.py", "units.py", "study/parameters.py", "study/problems.py")
 READING += ("study/materials.py", "study/designs.py", "study/study.py", "study/yamlfile.py")
 READING += ("plugins.py", "study/rules.py", "study/case_warnings.py", "study/plan.py")
 READING += ("run/resources.py", "run/progress.py", "data/dataset.py", "version.py")
-READING += ("study/short_forms.py",)
+READING += ("study/short_forms.py", "study/sections.py")
 
 
 def reached(module, known):

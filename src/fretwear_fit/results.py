@@ -91,7 +91,7 @@ class Fit:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What makes the fit doubtful, and what the data leave open."""
+        """What the search met, and what the data leave open."""
         return (*dict.fromkeys([*self.search_warnings, *self._left_open()]),)
 
     def _left_open(self) -> Iterator[str]:
