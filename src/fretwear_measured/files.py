@@ -33,13 +33,11 @@ if TYPE_CHECKING:
 
 Rectangle = tuple[float, float, float, float]
 
-MOST_POINTS = 25_000_000
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
 _SPIKE = 10.0
 _CORRECTIONS = 6
 _TABLES = (".csv", ".txt", ".dat", ".xyz", ".asc")
-_REMEDY = "export the part of the surface that touches"
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
@@ -434,8 +432,7 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
             if chosen.physical_sizes is None and size and unit:
                 scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
                 named["physical_sizes"] = tuple(side / scale for side in _sides(size))
-            if math.prod(chosen.nb_grid_pts) <= MOST_POINTS:
-                surface = chosen.topography(**named)
+            surface = chosen.topography(**named)
     except QuantityError:
         raise
     except Exception as error:
@@ -445,9 +442,6 @@ def _opened(source: Source, unit: str | None, size: str, file_format: str, chann
             reason = "no reader knows its format"
             hint = f"save it as binary x3p or as text with x (um), y (um), z (um); {hint}"
         raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
-    if math.prod(chosen.nb_grid_pts) > MOST_POINTS:
-        has = f"has {' x '.join(map(str, chosen.nb_grid_pts))} points"
-        raise QuantityError(f"{has}, more than the {MOST_POINTS:,} allowed", _REMEDY)
     if surface.unit is None:
         raise QuantityError("does not say the unit of its lengths", "add unit: um")
     return surface.to_unit("m")

@@ -83,29 +83,9 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert explanation.startswith("Unworn: ")
     first = lines.index("Results") + 2
     results = lines[first : lines.index("", first)]
-    assert len(results) == 20
+    assert len(results) == 16
     units = {line.split()[-1] for line in results}
     assert units <= {"µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%"}
-
-
-@pytest.mark.slow
-def test_show_lists_the_points_of_a_merged_study(desk, content):
-    content["vary"]["cycles"] = [100, 200]
-    desk.write(content)
-    desk.call("run", "tiny.yaml", "-o", "results/tiny/cases")
-    *_, last = load_study("tiny.yaml").cases()
-    Path(f"results/tiny/cases/{last}.nc").unlink()
-    desk.call("merge", "tiny.yaml")
-    merged = "results/tiny/summary.nc"
-    lines = desk.call("show", merged).stdout.splitlines()
-    assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
-    header, *rows = lines[lines.index("") + 2 :]
-    assert re.split(r"\s{2,}", header.strip())[:2] == ["Case", "Normal load"]
-    assert [row.split()[0] for row in rows] == list(load_study("tiny.yaml").cases())
-    assert "failed" in rows[-1]
-    assert "Wear volume (µm³)" in header  # one unit for all
-    volumes = [float(re.split(r"\s{2,}", row.strip())[3].split()[0]) for row in rows[:-1]]
-    assert 0 < volumes[0] < volumes[1]
 
 
 @pytest.mark.slow

@@ -82,16 +82,6 @@ def test_a_new_folder_has_workflow_settings_study_and_gitignore_and_keeps_what_i
     assert not Path("elsewhere").exists()
 
 
-def test_the_studies_that_come_with_the_package_are_listed(desk):
-    said = desk.call("init", "--list").stdout
-    folder = workspace() / "studies"
-    named = [line.split()[0] for line in said.splitlines()]
-    assert {folder / f"{name}.yaml" for name in named} == {*folder.rglob("*.yaml")}
-    assert named.index("self_affine") < named.index("experiments/cruzado2010")
-    assert "Loads, friction, roughness and plastic limits" in said
-    assert desk.files() == ["tiny.yaml"]
-
-
 @pytest.mark.slow
 def test_the_workflow_of_a_new_folder_has_the_whole_study_to_do(desk):
     desk.call("init", "new")

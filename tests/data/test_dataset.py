@@ -165,7 +165,3 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
     assert {*wear.coords} == {"x", "y", "cycle"}
     np.testing.assert_allclose(wear.values.max(), 1e9 * quarter.wear_depth[-1].max())
     assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
-    with pytest.raises(KeyError, match="'wear_volume' is no field over x and y of one case"):
-        quarter.fretwear.map("wear_volume")
-    with pytest.raises(KeyError, match="there are none"):  # of several cases
-        quarter.expand_dims(normal_load=[50.0, 60.0]).fretwear.map("pressure")

@@ -39,8 +39,7 @@ _FIGURE = "File to write: .png, .svg or .pdf."
 _FOLDER = typer.Argument(
     metavar="[FOLDER]", help="Folder, created if necessary.", show_default="here"
 )
-_STUDY_NAME = "Study to begin with; --list shows the choice."
-_LIST = typer.Option("--list", help="Print the studies that come with fretwear; write nothing.")
+_STUDY_NAME = "Study to begin with; a wrong name is answered by all."
 
 _SNAKEFILE = """\
 # The workflow that comes with fretwear, from study files to datasets, figures and reports:
@@ -69,7 +68,6 @@ _GITIGNORE = "/results/\n/.snakemake/\n*.checkpoint\n"
 def init(
     folder: Annotated[Path, _FOLDER] = Path(),
     study: Annotated[str, option("--study", "NAME", _STUDY_NAME, "demo")] = "demo",
-    list_: Annotated[bool, _LIST] = False,
 ) -> None:
     """Create a folder to work in: a Snakefile, its settings, a study to change, and .gitignore.
 
@@ -77,22 +75,14 @@ def init(
     """
     from fretwear.data.atomic import atomic_path
     from fretwear.run.workflow import workspace
-    from fretwear.study.study import as_mapping
-    from fretwear.study.yamlfile import read_document
-    from fretwear.units import did_you_mean
 
     all_studies = workspace() / "studies"
     # Studies of published experiments, in a folder of their own, come last.
     files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
     studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
-    if list_:
-        titles = [str(as_mapping(read_document(path).data)["title"]) for path in studies.values()]
-        for line in aligned([*zip(studies, titles, strict=True)], str.ljust, indent=""):
-            say(line)
-        return
     if study not in studies:
-        hint = did_you_mean(study, studies) or f"there are {', '.join(studies)}"
-        raise CommandError(f"--study {study}: is not a study that comes with fretwear\n    {hint}")
+        names = ", ".join(studies)
+        raise CommandError(f"--study {study}: is not a study that comes with fretwear: {names}")
     check_writable(folder)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
     root = workspace()
@@ -235,16 +225,16 @@ def figures(file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     study, folder = study_and_results(file, results)
 
-    from fretwear.data.files import open_history, open_summary
+    from fretwear.data.files import open_summary
     from fretwear.data.merge import check_belongs
     from fretwear.figures.study import StudyFigure, write_study_figures
     from fretwear.plugins import added
 
     cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
-    with open_summary(merged) as summary, open_history(merged) as history:
+    with open_summary(merged) as summary:
         check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
-        entries = write_study_figures(summary, cases, drawn, extra, history)
+        entries = write_study_figures(summary, cases, drawn, extra)
     say(f"{drawn}: {len(entries)} figures")
 
 

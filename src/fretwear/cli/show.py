@@ -18,7 +18,6 @@ from fretwear.results import (
     FORCES,
     RESULTS,
     SYMMETRIES,
-    PointStatus,
     Variable,
     contact_frame,
     headlines,
@@ -29,40 +28,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MORE_RESULTS = (
-    *("contact_half_width_x", "contact_half_width_y", "stick_half_width_x", "stick_half_width_y"),
-    *(
-        "contact_area",
-        "stick_area",
-        "approach",
-        "tangential_displacement",
-        "plastic_volume",
-        "mean_slip_friction",
-    ),
-    *("central_pressure", "peak_pressure"),
+    *("contact_area", "stick_area", "approach", "tangential_displacement", "plastic_volume"),
+    *("mean_slip_friction", "central_pressure", "peak_pressure"),
 )
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 
 
 def show(
-    file: Annotated[Path, argument("OUT.nc", "Case file, or summary.nc of a study.")],
+    file: Annotated[Path, argument("OUT.nc", "Case file (netCDF).")],
 ) -> None:
-    """Print the parameters and key results of a case, beside closed forms of smooth elastic bodies.
-
-    For a merged study, print the key results of every point.
-    """
-    from fretwear.data.atomic import DataFileError
-    from fretwear.data.files import open_summary
-
-    lines: list[str] = []
-    with suppress(DataFileError), open_summary(file) as summary:
-        if "study" in summary.attrs:
-            lines = [*study_lines(summary)]
-    if not lines:  # a case, or a file whose problem `opened` reports
-        with opened(file) as (case, history):
-            lines = [*case_lines(case, history)]
-    for line in lines:
-        say(line)
+    """Print parameters and key results of a case, beside closed forms of smooth elastic bodies."""
+    with opened(file) as (case, history):
+        for line in case_lines(case, history):
+            say(line)
 
 
 def compare(
@@ -100,23 +79,6 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     yield from aligned(rows)
     yield from ("", *case.attrs.get("warnings", "").splitlines())
     yield from (_MARK, _UNWORN)
-
-
-def study_lines(summary: xr.Dataset) -> Iterator[str]:
-    """Yield the points of a merged study, with their results, as lines for people."""
-    from fretwear.data.effects import key_results
-
-    table = key_results(summary)
-    statuses = table["Status"].tolist()
-    yield summary.attrs["title"]
-    yield f"study {summary.attrs['study']}, {summary.attrs['source']}"
-    counts = ", ".join(f"{statuses.count(status.word)} {status.word}" for status in PointStatus)
-    yield f"{len(table)} point{'s' * (len(table) != 1)}: {counts}"
-    yield from ("", f"After the last cycle, {summary['cycle'].values.max():.0f}")
-    first = table.pop("Case")
-    table.insert(0, "Case", first)
-    yield from aligned([[*table.columns], *table.to_numpy().tolist()])
-    yield from summary.attrs.get("warnings", "").splitlines()
 
 
 def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:

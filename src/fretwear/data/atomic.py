@@ -30,16 +30,13 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The temporary name has machine and process, so that processes which write the same file never
     mix their output; the last one prevails. On any error, interrupts included, the temporary file
-    is removed and an existing file stays as it is; what killed processes have left is removed by
-    the next one that writes the file. `DataFileError` if the disk is full or the folder cannot be
-    created or written to.
+    is removed and an existing file stays as it is. `DataFileError` if the disk is full or the
+    folder cannot be created or written to.
     """
     path = Path(path)
-    start = f".{path.name}.{platform.node()}."
-    temporary = path.with_name(f"{start}{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _remove_left(path.parent, start)
         # The netCDF library reports every failure to create a file as a lack of permission.
         os.close(os.open(temporary, _CREATE, 0o666))
         yield temporary
@@ -55,16 +52,6 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file (UTF-8, line ends as given) as `atomic_path` does."""
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
-
-
-def _remove_left(folder: Path, start: str) -> None:
-    """Remove temporary files, named by a start and a process, of processes that have ended."""
-    import psutil
-
-    for file in folder.iterdir():
-        process = file.name.removeprefix(start).removesuffix(".tmp")
-        if file.name == f"{start}{process}.tmp" and not psutil.pid_exists(int(process)):
-            file.unlink(missing_ok=True)
 
 
 def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:

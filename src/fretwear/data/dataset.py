@@ -23,7 +23,7 @@ from fretwear.results import (
     headlines,
 )
 from fretwear.study.case import Case
-from fretwear.units import BY_SI_UNIT, listed, readable_unit
+from fretwear.units import BY_SI_UNIT, readable_unit
 
 _SAME = 1e-12
 
@@ -111,13 +111,9 @@ class Accessor:
         """Return a field of the whole contact over y and x, in units for people.
 
         Its ``plot()`` has the slip direction to the right. ``cycle`` selects the nearest snapshot,
-        the last one by default; a KeyError says that there is no such field.
+        the last one by default.
         """
-        kept, variables = {X.name, Y.name, CYCLE.name}, self._dataset.data_vars
-        fields = [n for n, of in variables.items() if {X.name, Y.name} <= {*of.dims} <= kept]
-        if name not in fields:
-            there = listed([*map(str, fields)]) if fields else "none"
-            raise KeyError(f"{name!r} is no field over x and y of one case; there are {there}")
+        kept = {X.name, Y.name, CYCLE.name}
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)

@@ -13,8 +13,7 @@ Parameters mean the same in all of them:
 - ``columns``: 1 or 2, the journal columns that several panels span, 90 mm or 190 mm.
 - ``ax``: matplotlib axes to draw into, in a figure of your own; ``columns`` then has no effect.
 
-Anything but a dataset raises a ``TypeError``; a dataset that lacks the variable or one of the
-snapshots raises a ``ValueError``.
+A dataset that lacks the variable or one of the snapshots raises a ``ValueError``.
 """
 
 from importlib import import_module

@@ -16,14 +16,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.ticker import Formatter, LogLocator, NullLocator, SymmetricalLogLocator
+from matplotlib.ticker import LogLocator, NullLocator, SymmetricalLogLocator
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.figures.style import COLUMN_WIDTH, Columns, JournalFigure
 from fretwear.results import Variable
 from fretwear.study.parameters import parameter
-from fretwear.units import axis_label, cycle_text, in_unit, power_of_ten, readable_unit
+from fretwear.units import axis_label, in_unit, readable_unit
 
 Place = Literal["outside upper left", "outside lower left"]
 """The place of a key, as matplotlib's legends name it."""
@@ -57,18 +57,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     else:
         axes.set_xscale("log")
         axes.set_xlim(first / 1.1, 1.3 * last)
-    axes.xaxis.set_major_formatter(DecadeFormatter())
     axes.xaxis.set_minor_locator(NullLocator())
-
-
-class DecadeFormatter(Formatter):
-    """Numbers of a logarithmic axis: plain from 0.001 to 10⁵, else powers of ten."""
-
-    def __call__(self, value: float, pos: int | None = None) -> str:  # noqa: ARG002
-        """Return the text of a tick."""
-        if value == 0.0 or 1e-3 <= value < 1e5:
-            return f"{value:g}" if value < 10_000.0 else cycle_text(value)
-        return power_of_ten(round(math.log10(value)))
 
 
 class ValueAxis:
@@ -107,7 +96,6 @@ class ValueAxis:
             axes.set_yscale("log", nonpositive="mask")
             subs = (1.0,) if self._high > 100.0 * self._least else (1.0, 2.0, 5.0)
             axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=8))
-            axes.yaxis.set_major_formatter(DecadeFormatter())
             axes.yaxis.set_minor_locator(NullLocator())
             axes.set_ylim(max(0.6 * self._least, _DEEPEST * self._high), 1.7 * self._high)
         elif self._from_zero:

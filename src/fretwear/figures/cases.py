@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.data.dataset import compared_cycles, different_parameters
+from fretwear.data.dataset import compared_cycles
 from fretwear.figures.axes import ValueAxis, add_scale, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
@@ -50,10 +50,6 @@ _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE: tuple[str, ...] = ("load", "tangential_ratio", "sliding_amplitude", "friction")
 _HEADLINE += ("roughness_amplitude", "plastic_limit")
 _COMPARED = ("pressure", "shear_traction", "wear_depth", "wear_rate")
-# Coordinates derived from others, or hardly meaningful without them.
-_DERIVED = {"hertz_radius", "hertz_pressure", "tangential_load", "cell_x", "cell_y"}
-_DERIVED |= {"roughness_slope_x", "roughness_slope_y"}
-_MOST_TOLD = 4
 
 
 @styled
@@ -107,12 +103,12 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
     set_cycle_axis(axes, cycles)
 
 
-def _headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
+def _headline(case: xr.Dataset) -> str:
     """Return the parameters that identify a case, in symbols, but for those that blocks change."""
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or []
     given = {key for block in blocks for key in block}
     changed = given.union(*map(case_keys().replaced_by, given))
-    stored = {name: case.coords.get(coordinate(name)) for name in names if name not in changed}
+    stored = {name: case.coords.get(coordinate(name)) for name in _HEADLINE if name not in changed}
     return ", ".join(
         symbol_text(name, in_unit(value.item(), value.attrs.get("units", "")))
         for name, value in stored.items()
@@ -127,11 +123,8 @@ def compare_cases(
     """Superimpose two cases: profiles along x, widths and wear volume over the cycles.
 
     The key gives the titles of the cases. Profiles belong to the last snapshot that both have.
-    `histories` by the same titles are by default those of the files of the cases. Any number of
-    cases but two raises a ValueError.
+    `histories` by the same titles are by default those of the files of the cases.
     """
-    if len(cases) != 2:
-        raise ValueError(f"compare_cases takes two cases, not {len(cases)}.")
     first, second = cases.values()
     cycles = compared_cycles(first, second)
     styles = [LineLook(color=CATEGORICAL[n], linestyle=LINE_STYLES[n]) for n in range(2)]
@@ -165,10 +158,7 @@ def compare_cases(
         set_cycle_axis(axes, np.concatenate([one["cycle"] for one in dense]))
     axis.apply(volumes)
     volumes.set_ylabel(axis.label)
-    names = [name for name in different_parameters(first, second) if name not in _DERIVED]
-    texts = {title: _headline(case, names[:_MOST_TOLD]) for title, case in cases.items()}
-    described = [f"{n}: {text}" if text not in ("", n) else n for n, text in texts.items()]
-    outside_key(figure, [Line2D([], [], **style) for style in styles], described)
+    outside_key(figure, [Line2D([], [], **style) for style in styles], [*cases])
     compared = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
     figure.suptitle(f"Profiles at cycle {compared}", fontsize=7.5, x=0.99, ha="right")
     return figure

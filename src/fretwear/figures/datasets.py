@@ -137,8 +137,7 @@ def available_cycles(dataset: xr.Dataset) -> list[int]:
 def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
     """Return a dataset at the given cycles or, without any, at a few representative ones.
 
-    Raises a `TypeError` for anything but a dataset, and a `ValueError` for a dataset that lacks a
-    cycle or one of the variables `names`.
+    Raises a `ValueError` for a dataset that lacks a cycle or one of the variables `names`.
     """
     require(dataset, *names)
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
@@ -153,17 +152,11 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
 
 def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
     """Return cases by their titles; a single one has none."""
-    if isinstance(cases, Mapping) and not isinstance(cases, xr.Dataset):
-        return cases
-    require(cases)
-    return {"": cases}
+    return {"": cases} if isinstance(cases, xr.Dataset) else cases
 
 
-def require(dataset: object, *names: str) -> None:
-    """Raise a `TypeError` for anything but a dataset, a `ValueError` if it lacks a variable."""
-    if not isinstance(dataset, xr.Dataset):
-        given = type(dataset).__name__
-        raise TypeError(f"A figure shows an xarray.Dataset, not a {given}: see fretwear.open_case.")
+def require(dataset: xr.Dataset, *names: str) -> None:
+    """Raise a `ValueError` if a dataset lacks a variable."""
     for name in names:
         if name not in dataset:
             found = ", ".join(sorted(map(str, dataset.data_vars)))

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -152,7 +151,6 @@ def scalar_history(
     the dataset lacks the result, if no point has a value of it, or if `ax` is given and the
     parameters take several panels.
     """
-    require(dataset)
     name = quantity if isinstance(quantity, str) else quantity.name
     steps = history_of(dataset) if history is None else history
     steps = steps if name in steps else dataset
@@ -225,21 +223,17 @@ def scalar_history(
 def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:
     """Return a colour for each level along a dimension: a parameter, or ``point``.
 
-    Many points have the colours of the parameter with the largest rank correlation with the result.
+    Many points have the colours of the first parameter with numbers.
     """
     size, names = steps.sizes[name], [name]
     if name not in steps.coords or name == POINT.name:
         along = [str(n) for n, about in steps.coords.items() if about.dims == (name,)]
         names = [n for n in along if n not in BOOKKEEPING and len(set(levels_of(steps, n))) > 1]
     numbers = {n: steps[n].values for n in names if steps[n].dtype.kind in "fiu"}
-    finite = {n: v.astype(np.float64) for n, v in numbers.items() if np.isfinite(v).all()}
+    finite = [n for n, values in numbers.items() if np.isfinite(values).all()]
     shown = sorted({curve.place[name] for curve in curves})
     if size > MOST_KEYED and finite:
-        places = [curve.place[name] for curve in curves]
-        last = pd.Series([curve.values[-1] for curve in curves])
-        table = pd.DataFrame({n: values[places] for n, values in finite.items()})
-        influence = table.corrwith(last, method="spearman").abs().fillna(0.0)
-        values, label = parameter_values(steps, str(influence.idxmax()))
+        values, label = parameter_values(steps, finite[0])
         is_wide = 0.0 < values.min() < values.max() / _WIDE
         scale = (LogNorm if is_wide else Normalize)(values.min(), values.max())
         bar = ScalarMappable(scale, sequential_colormap())

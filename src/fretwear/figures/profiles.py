@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -17,13 +16,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fretwear.arrays import Array
-from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, Shared, make_panels, outside_key
 from fretwear.figures.datasets import (
     Cycles,
     Profiles,
     TitledCases,
-    available_cycles,
     field_of,
     profiles_of,
     snapshots,
@@ -93,16 +90,10 @@ def field_profiles(
     and over a strip that shows where the surfaces slip and stick. If the pressure was found to be
     singular at the edge of the stick zone, where it grows without bound as cells get narrower, axes
     end at three times the first peak, and the highest value is written.
-
-    Each of the `cycles` is drawn in the cases that have it; a cycle that no case has raises a
-    ValueError.
     """
     cases = titled(cases)
     field = field_of(quantity)
-    contents = [
-        profiles_of(case, field, shown)
-        for case, shown in zip(cases.values(), _cycles_of(cases, cycles), strict=True)
-    ]
+    contents = [profiles_of(case, field, cycles) for case in cases.values()]
     frames = [frame_of([content]) for content in contents]
     tops = [frame.top for frame in frames]
     if is_shared := max(tops) <= _UNEQUAL * min(tops):
@@ -124,19 +115,6 @@ def field_profiles(
     else:
         ax.legend(title="Cycle")
     return figure
-
-
-def _cycles_of(cases: Mapping[str, xr.Dataset], cycles: Cycles) -> list[Cycles]:
-    """Return the cycles to draw of each case: those asked for that it has."""
-    if len(cases) == 1:
-        return [cycles]
-    available = [available_cycles(case) for case in cases.values()]
-    every = set().union(*available)
-    shown = representative_cycles(every) if cycles is None else np.atleast_1d(cycles).tolist()
-    chosen = [[cycle for cycle in shown if cycle in had] for had in available]
-    if not set(shown) <= every or not all(chosen):
-        raise ValueError(f"cycles = {shown}: the cases have snapshots at {available}.")
-    return [*chosen]
 
 
 @dataclass(frozen=True)

@@ -35,14 +35,12 @@ class StudyFigure(NamedTuple):
     figure: Figure
 
 
-def study_figures(
-    summary: xr.Dataset, cases: Path, history: xr.Dataset | None = None
-) -> Iterator[StudyFigure]:
+def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    They show the regimes of slip over load and displacement; results over the cycles, at every step
-    of the `history`; profiles and maps of a few representative cases and, of measured and random
-    surfaces, gap and wear rate. A study without finished points has no figures.
+    They show the regimes of slip over load and displacement; results at every step; profiles and
+    maps of a few representative cases and, of measured and random surfaces, gap and wear rate. A
+    study without finished points has no figures.
     """
     if not (summary["status"] == PointStatus.DONE).any():
         return
@@ -55,7 +53,7 @@ def study_figures(
     for result in (*results, *(_OF_DISPLACEMENT if is_moved else ())):
         if result in summary and not is_constant(summary, result):
             name = result.removesuffix("_x")
-            yield _described(name, scalar_history(summary, result, history))
+            yield _described(name, scalar_history(summary, result))
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
@@ -90,14 +88,13 @@ def write_study_figures(
     cases: Path,
     folder: Path,
     extra: Iterable[StudyFigure] = (),
-    history: xr.Dataset | None = None,
 ) -> list[dict[str, str]]:
     """Write every figure of `study_figures`, then `extra` ones, as SVG and PNG, and an index.
 
     Returns the entries of the index, ``index.json``, which is written last: name and caption.
     """
     entries = []
-    for figures in (study_figures(summary.load(), cases, history), extra):
+    for figures in (study_figures(summary.load(), cases), extra):
         for name, caption, figure in figures:
             save_figure(figure, folder / name)
             entries.append({"name": name, "caption": caption})

@@ -35,7 +35,6 @@ INK = "#1a1a1a"
 CATEGORICAL = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's colours, which people with any colour vision can tell apart."""
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LineStyle = Literal["-"] | tuple[float, tuple[float, ...]]
 LINE_STYLES: tuple[LineStyle, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
 
@@ -59,8 +58,6 @@ class JournalFigure(Figure):
     """A matplotlib Figure of 1 or 2 journal columns and a height in mm, shown without pyplot."""
 
     def __init__(self, columns: Columns, height: float) -> None:
-        if columns not in COLUMN_WIDTH:
-            raise ValueError(f"columns = {columns!r}: a figure spans 1 or 2 journal columns.")
         size = (COLUMN_WIDTH[columns] / _MM_PER_INCH, height / _MM_PER_INCH)
         super().__init__(figsize=size, layout="constrained")
         self.sentences: list[str] = []
@@ -136,14 +133,9 @@ def save_figure(
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
-    """Write a figure to one file; see `save_figure`. `ValueError` for an unknown suffix."""
+    """Write a figure to one file; see `save_figure`."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending.removeprefix(".") not in figure.canvas.get_supported_filetypes():
-        raise ValueError(
-            f"{path.name}: {ending or 'no ending'} is not a format for figures; "
-            "end the name in .png, .svg or .pdf."
-        )
     options: dict[str, Any] = {"metadata": {"Date": None}} if ending == ".svg" else {}
     with style_context(), atomic_path(path) as temporary:
         figure.savefig(temporary, format=ending.removeprefix("."), **options)

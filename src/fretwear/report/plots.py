@@ -84,11 +84,8 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
     unit = about.unit or readable_unit(values, about.si_unit)
     of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
     parts = of_cell[of_cell["where"].map(len) > 0]
-    second = (
-        next(iter(parts["where"].iloc[0]), "")
-        if len(parts)
-        else _leading(points, effects, result, name)
-    )
+    others = [other for other in points.levels if other not in (name, SEED)]
+    second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
     x, ticks = _places(points, name)
     figure = go.Figure(layout={**_LAYOUT, "xaxis": _AXIS, "yaxis": _AXIS})
     table = points.table.assign(x=x[points.place(name)], y=unit.of(values)).dropna(subset="y")
@@ -155,18 +152,6 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
     if _is_wide(y := table["y"].to_numpy()):
         figure.update_yaxes(_log_ticks(y))
     return figure
-
-
-def _leading(points: Points, effects: pd.DataFrame, result: str, name: str) -> str:
-    """Return the parameter besides one that changes a result most; empty if there is none."""
-    others = [other for other in points.levels if other not in (name, SEED)]
-    if points.drawn:
-        influence = points.rank_correlations(result).abs().fillna(0.0)
-    else:
-        whole = effects[(effects["result"] == result) & (effects["where"].map(len) == 0)]
-        influence = whole.set_index("parameter")["factor"].map(math.log).abs().fillna(math.inf)
-    known = [other for other in others if other in influence]
-    return max(known, key=lambda other: float(influence[other]), default="")
 
 
 def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:

@@ -136,10 +136,6 @@ def simulate(
     case certainly does not fit in the memory, and each `DoubtfulResultWarning` a reason to doubt
     the results, known beforehand or found by the run.
     """
-    if not isinstance(case, Case):
-        example = "fretwear.Case(load='50 N', ...)"
-        raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
-
     require_memory(case)
 
     def warn(text: str) -> None:

@@ -9,11 +9,11 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic.dataclasses import dataclass
 
-from fretwear.quantity import Part, adapter, json_text, whole_number
+from fretwear.quantity import Part, adapter, whole_number
 from fretwear.study.contact import case_keys
 from fretwear.study.keys import Range, coordinate
 from fretwear.study.problems import Problems, in_words
@@ -49,13 +49,12 @@ class Zip(Design):
 
 
 @dataclass(frozen=True)
-class Sampled(Design):
-    """Points spread over ranges; the same seed gives the same points."""
+class Sobol(Design):
+    """A Sobol sequence, which fills ranges evenly; the same seed gives the same points."""
 
     points: Annotated[int, whole_number("$n$", "number of points", 1, MAX_POINTS, 64)]
     seed: Annotated[int, whole_number("seed", "seed", 0, 2**32 - 1, 1)] = 0
-
-    engine: ClassVar[str]  # its class in `scipy.stats.qmc`
+    kind: Literal["sobol"] = "sobol"
 
     def columns(self, axes: int) -> list[list[float]]:
         """Return numbers from 0 to 1, one list for each of some axes."""
@@ -64,24 +63,8 @@ class Sampled(Design):
         with warnings.catch_warnings():
             # scipy warns of numbers of points other than powers of two, which users may choose.
             warnings.simplefilter("ignore", UserWarning)
-            drawn = getattr(qmc, self.engine)(d=axes, seed=self.seed).random(self.points)
+            drawn = qmc.Sobol(d=axes, seed=self.seed).random(self.points)
         return [*drawn.T.tolist()]
-
-
-@dataclass(frozen=True)
-class LatinHypercube(Sampled):
-    """One point in each slice of each range."""
-
-    kind: Literal["latin_hypercube"] = "latin_hypercube"
-    engine = "LatinHypercube"
-
-
-@dataclass(frozen=True)
-class Sobol(Sampled):
-    """A sequence that fills the ranges evenly, best if the number of points is a power of two."""
-
-    kind: Literal["sobol"] = "sobol"
-    engine = "Sobol"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,18 +126,11 @@ def axes_of(
             problems.add(f"vary.{whole[0]}", None, rule, "vary one or the other")
     lengths = [len(axis.values) for axis in axes]
     size = max(lengths, default=1)
-    if isinstance(design, Sampled):
+    if isinstance(design, Sobol):
         size = design.points
         if not written:
             rule = "is missing: a sampled design needs something to vary"
             problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
-        elif (
-            names == [*written]
-            and all(axis.drawn_from is None for axis in axes)
-            and math.prod(lengths) < size
-        ):
-            rule = f"has only {math.prod(lengths)} combinations of values for {size} points"
-            problems.add("vary", None, rule, "write ranges, or design: grid")
         columns = design.columns(len(axes)) if axes else []
         axes = [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
     elif isinstance(design, Zip) and len(set(lengths)) > 1:
@@ -172,27 +148,14 @@ def _axis(name: str, value: Any, written: Any, design: Design, problems: Problem
     """The axis of a list, or of the range from which values will be drawn."""
     place = f"vary.{name}"
     if isinstance(value, Range):
-        if not isinstance(design, Sampled):
-            hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
+        if not isinstance(design, Sobol):
+            hint = "write a list, or design: {kind: sobol, points: 64, seed: 1}"
             rule = f"is a range, which design: {design.kind} cannot take"
             problems.add(place, written, rule, hint)
         return Axis(name, (), (), value)
-    seen: dict[object, int] = {}
-    for position, one in enumerate(value):
-        first = seen.setdefault(_identity(one), position)
-        # Paired lists may repeat a value: only equal rows make the same point.
-        if first != position and not isinstance(design, Zip):
-            rule = f"is the same value as {place}[{first}], {written[first]}"
+    # Paired lists may repeat a value: only equal rows make the same point.
+    for position, one in enumerate([] if isinstance(design, Zip) else value):
+        if one in value[:position]:
+            rule = "is the same value as one before it"
             problems.add(f"{place}[{position}]", written[position], rule, "leave one of them out")
     return Axis(name, tuple(value), tuple(written))
-
-
-def _identity(value: object) -> object:
-    """Return a key that equal values of an axis share, whatever their units."""
-    if isinstance(value, Part):
-        return json_text(value.canonical())
-    if isinstance(value, tuple):
-        return tuple(map(_identity, value))
-    if isinstance(value, float):
-        return f"{value:.11e}"
-    return str(value) if dataclasses.is_dataclass(value) else value
