@@ -25,13 +25,15 @@ _DEVIATIONS = 2.0
 _TRACE = 0.01
 # Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
 # in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
-# or jumps by a row of asperities: half the upper quartile over the scalars of a zone is the least
-# difference that counts.
-_ZONES, _OF_OTHERS = ("contact", "stick", "scar"), 0.5
+# or jumps by a row of asperities: a share of the upper quartile over the scalars of a zone is the
+# least difference that counts.
+_ZONES, _OF_OTHERS = ("contact", "stick", "scar"), 0.7
 # Words in the names of scalars that add up over steps or follow from the worn shape, and their
 # standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
 # grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
 _OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
+# Sums over the contact err less, over the difference of two runs, than edges and largest values.
+_OF_SUMS = 0.65
 
 
 # Results that an accuracy is asked for, where a case has them.
@@ -220,9 +222,12 @@ def estimated_errors(
         usual.update((name, max(usual[name], float(typical))) for name in of_edges)
     part = _part(times)
     estimates = {n: part * np.maximum(apart[n], usual[n] * sizes[n]) for n in apart}
+    steps = [name for name in estimates if any(word in name for word in _OF_STEPS)]
+    for name in steps:
+        estimates[name] *= 1.0 if "maximum" in name else _OF_SUMS
     for name, deviations in spread.items():
         estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
-    for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
+    for name in steps:
         least = _DEVIATIONS * _STEPPING * tolerance * np.abs(scalars[name][1:])
         estimates[name][1:] = np.maximum(estimates[name][1:], least)
     for name, errors in estimates.items():
