@@ -19,16 +19,20 @@ _FINER, _MOST_POINTS, _ROOM = 4, 4001, 0.5
 _SHIFTS, _CLOSE = 21, 1e-7
 # A profile is unworn where the prediction is shallower than this part of its depth.
 _UNWORN, _FEWEST_UNWORN = 0.01, 12
+# Displacements of a loop without a noise of their own are known to this part of the amplitude.
+_FIRM = 1e-3
+_NEAR_ENDS = 4.0  # displacements, in units of noise
 _ROUNDING = 1e-6  # numerical error that does not count
 _SEEN = 15.0  # fall of χ² by a scar that noise has at some place with a probability of 0.1 %
+_SMALL = 1e-4  # change of a loop for derivatives, over its size
 
 
 @dataclass(frozen=True)
 class Comparison:
     """A measurement, its noise, and the numerical error of what is compared with it.
 
-    A *signal* is what a run predicts for it on a fixed grid, shape (g,): depths along the line,
-    or a number. *Nuisances* are what is found beside it without a run: offset,
+    A *signal* is what a run predicts for it on a fixed grid, shape (g,): depths along the line, the
+    points of a loop, or a number. *Nuisances* are what is found beside it without a run: offset,
     tilt and shift of the base line; with Gaussian priors, the relative numerical errors of depth
     and width.
     """
@@ -77,6 +81,8 @@ class Comparison:
             volume = of.quantity.replace("depth", "volume")
             volume = volume if volume in at else "wear_volume"
             deviations = relative(volume), relative(f"contact_half_width_{of.along}")
+        elif of.is_loop:
+            deviations = relative("tangential_force"), relative("tangential_displacement")
         else:
             deviations = (deviation(of.quantity),) * 2
         return replace(self, deviations=deviations)
@@ -88,6 +94,8 @@ class Comparison:
             assert self.grid is not None
             x, depth = at[of.along].values, at[f"{of.quantity}_{of.along}"].values
             return np.asarray(np.interp(self.grid, x, depth, left=0.0, right=0.0))
+        if of.is_loop:
+            return _evenly_along(at["displacement"].values, at["force"].values)
         return np.array([float(at[of.quantity])])
 
     @property
@@ -100,9 +108,12 @@ class Comparison:
     def names(self) -> tuple[str, ...]:
         """The names of the nuisances: of the base line, then of numerical errors."""
         of = self.measurement
-        if not of.is_profile:
+        if of.is_profile:
+            free = {*of.baseline} - ({"shift"} if self.is_placed else set())
+        elif of.is_loop:
+            free = {*of.baseline} & {"offset", "shift"}
+        else:
             return ()
-        free = {*of.baseline} - ({"shift"} if self.is_placed else set())
         pairs = zip(("depth", "width"), self.deviations, strict=True)
         errors = (name for name, deviation in pairs if deviation > _ROUNDING)
         return (*(name for name in BASELINE if name in free), *errors)
@@ -118,11 +129,13 @@ class Comparison:
         """The readings that a signal and a base line would give, shape (n,).
 
         A profile is (1 + ε) w((x − s)/(1 + ω)) + offset + tilt (x − x̄), with the shift s and the
-        relative numerical errors ε and ω.
+        relative numerical errors ε and ω; a loop has forces where it is nearest to the readings.
         """
         of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
         if of.readings is None:
             return signal
+        if of.is_loop:
+            return self._nearest_on_the_loop(signal, nuisances)[0]
         assert self.grid is not None
         x = of.readings[0]
         places = (x - nuisance.get("shift", 0.0)) / (1.0 + nuisance.get("width", 0.0))
@@ -140,15 +153,56 @@ class Comparison:
             for name, value in zip(names, nuisances, strict=True)
             if name in priors
         ]
-        if of.readings is not None:
+        if of.is_profile:
+            assert of.readings is not None
             assert self.noise is not None
             x, depth = of.readings
             missed = (depth - self.modelled(signal, nuisances))[:, None]
             return np.concatenate([self.noise.whitened(x, missed)[:, 0], of_errors])
+        if of.is_loop:
+            return np.concatenate([self._nearest_on_the_loop(signal, nuisances)[1], of_errors])
         assert of.value is not None
         assert of.error is not None
         size = np.hypot(of.error, self.deviations[0])
         return np.array([(of.value - signal[0]) / size])
+
+    def _nearest_on_the_loop(self, signal: Array, nuisances: Array) -> tuple[Array, Array]:
+        """Forces where the loop is nearest to each reading, and distances in units of noise.
+
+        Each reading belongs to the half in which its displacement falls or rises, else noise as
+        wide as a loop would be nearer to both halves; near the ends it may belong to either.
+        """
+        of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
+        assert of.readings is not None
+        where, force = np.split(signal, 2)
+        where = (1.0 + nuisance.get("width", 0.0)) * where + nuisance.get("shift", 0.0)
+        force = (1.0 + nuisance.get("depth", 0.0)) * force + nuisance.get("offset", 0.0)
+        scale = of.noise or _FIRM * float(np.ptp(of.readings[0])), of.force_noise or 1.0
+        points = np.column_stack(of.readings) / scale
+        corners = np.column_stack([where, force]) / scale
+        sides = np.roll(corners, -1, axis=0) - corners
+        lengths = np.maximum((sides**2).sum(axis=1), 1e-300)
+        # Arrays of readings by sides.
+        (x, y), (over, up) = (points.T[:, :, None] - corners.T[:, None]), sides.T
+        along = np.clip((x * over + y * up) / lengths, 0.0, 1.0)
+        x, y = x - along * over, y - along * up
+        squares = x**2 + y**2
+        half, (measured, _) = sides.shape[0] // 2, of.readings
+        ends = measured.min() + _NEAR_ENDS * scale[0], measured.max() - _NEAR_ENDS * scale[0]
+        inside = (measured > ends[0]) & (measured < ends[1])
+        falls = np.arange(measured.size) <= measured.argmin()
+        squares[inside & falls, half:] = np.inf
+        squares[inside & ~falls, :half] = np.inf
+        sides_of = squares.argmin(axis=1)
+        nearest = np.arange(len(points)), sides_of
+        # A normal that turns along each side has one sign around a corner.
+        normals = np.column_stack([-up, over]) / np.sqrt(lengths)[:, None]
+        normals += np.roll(normals, 1, axis=0)
+        share = along[nearest][:, None]
+        following = np.roll(normals, -1, axis=0)
+        turned = (1.0 - share) * normals[sides_of] + share * following[sides_of]
+        sign = np.sign(x[nearest] * turned[:, 0] + y[nearest] * turned[:, 1])
+        return (points[:, 1] - y[nearest]) * scale[1], sign * np.sqrt(squares[nearest])
 
     @cached_property
     def steps(self) -> Array:
@@ -158,6 +212,9 @@ class Comparison:
         x, depth = of.readings
         wide = float(np.ptp(x))
         deep = float(np.ptp(depth)) or (self.noise.size if self.noise else 1.0)
+        if of.is_loop:
+            heights = {"offset": deep, "shift": wide}
+            return np.array([_SMALL * heights.get(name, 1.0) for name in self.names])
         sizes = {"offset": 0.01 * deep, "tilt": 0.01 * deep / wide, "shift": 2e-3 * wide}
         return np.array([{**sizes, "depth": 1e-3, "width": 1e-3}[name] for name in self.names])
 
@@ -176,7 +233,8 @@ class Comparison:
     def settled(self, signal: Array, start: Array | None = None) -> Array:
         """The nuisances with the least sum of squares for a signal.
 
-        Without a start the shift is sought over the whole width.
+        Without a start, those of a loop are sought from its middle on, and the shift of a profile
+        over the whole width.
         """
         from scipy.optimize import least_squares
 
@@ -185,7 +243,10 @@ class Comparison:
             return np.zeros(0)
         assert readings is not None
         starts = [np.zeros(names.size) if start is None else start]
-        if start is None and "shift" in names:
+        if start is None and self.measurement.is_loop:
+            force, where = (0.5 * (each.min() + each.max()) for each in readings[::-1])
+            starts = [force * (names == "offset") + where * (names == "shift")]
+        elif start is None and "shift" in names:
             shifts = _ROOM * (readings[0][-1] - readings[0][0]) * np.linspace(-1.0, 1.0, _SHIFTS)
             starts = [(_center(self.measurement) + shift) * (names == "shift") for shift in shifts]
         found = [
@@ -206,11 +267,26 @@ class Comparison:
         rest = self.residuals(signal, nuisances)
         return float(rest @ rest)
 
+    def by_signal(self, signal: Array, nuisances: Array, change: Array) -> Array:
+        """Change of the residuals with a small change of the signal, shape (n + k,)."""
+        if self.measurement.is_loop:
+            # Distances from a loop are linear in small changes of it only.
+            sizes = [np.ptp(part) for part in np.split(signal, 2)]
+            parts = zip(sizes, np.split(change, 2), strict=True)
+            share = max(float(np.abs(part).max()) / size for size, part in parts)
+            if not share:
+                return np.zeros_like(self.residuals(signal, nuisances))
+            step = _SMALL / share
+            ahead = self.residuals(signal + step * change, nuisances)
+            return (ahead - self.residuals(signal - step * change, nuisances)) / (2.0 * step)
+        return self.residuals(signal + change, nuisances) - self.residuals(signal, nuisances)
+
     def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
         """Readings that a signal would give, with noise, shape (n,)."""
         of, fitted = self.measurement, self.modelled(signal, nuisances)
         if of.readings is None or self.noise is None:
-            return fitted + generator.normal(scale=of.error, size=fitted.size)
+            scale = of.error or of.force_noise or 0.0
+            return fitted + generator.normal(scale=scale, size=fitted.size)
         return fitted + self.noise.drawn(of.readings[0], generator)
 
     def with_place(self, signal: Array) -> Comparison:
@@ -242,14 +318,26 @@ class Comparison:
 
     def derivatives(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
         """Derivatives of residuals by changes of the signal, then nuisances, (n + k, p + m)."""
-        rest = self.residuals(signal, nuisances)
-        by_signal = [self.residuals(signal + change, nuisances) - rest for change in changes]
+        by_signal = [self.by_signal(signal, nuisances, change) for change in changes]
         return np.column_stack([*by_signal, self.slopes(signal, nuisances)])
 
     def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
         """The same derivatives, not yet whitened: those of residuals of a profile are in m."""
         blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
         return blank.derivatives(signal, nuisances, changes)
+
+
+def _evenly_along(displacement: Array, force: Array) -> Array:
+    """Points of a loop, evenly along each of its halves: displacements, then forces.
+
+    So each of them moves smoothly with the parameters, wherever the run has solved a contact.
+    """
+    turn, count = int(displacement.argmin()), displacement.size // 2 + 1
+    steps = [np.diff(values) / np.ptp(values) for values in (displacement, force)]
+    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
+    down, up = np.linspace(0.0, along[turn], count), np.linspace(along[turn], along[-1], count)
+    places = np.concatenate([down, up[1:]])
+    return np.concatenate([np.interp(places, along, values) for values in (displacement, force)])
 
 
 def _center(measurement: Measurement) -> float:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from fretwear.arrays import Array
-from fretwear.units import BY_SI_UNIT, QuantityError
-from fretwear_measured.tables import read_text_table
+from fretwear.units import QuantityError
+from fretwear_fit.readings import cycles_of, recording_of
+from fretwear_measured.tables import Layout
 
 _MOST_POINTS = 12  # of a table over cycles
-_DISPLACEMENTS = ("displacement", "position", "stroke", "x")
-_FORCES = ("force", "friction", "q", "fx", "load")
 
 
 def loop_history(path: str | Path, load: float) -> pd.DataFrame:
@@ -25,31 +23,15 @@ def loop_history(path: str | Path, load: float) -> pd.DataFrame:
     width δ₀ of the loop at Q = 0: the coefficient of a contact that slides as a whole, whatever the
     compliance of the rig. A recording that begins or ends within a cycle loses that part.
     """
-    table, example = read_text_table(Path(path)), "such as displacement (um),force (N)"
-    x, _ = table.column(0, _DISPLACEMENTS, BY_SI_UNIT["m"], example)
-    force, _ = table.column(1, _FORCES, BY_SI_UNIT["N"], example)
-    there = np.isfinite(x) & np.isfinite(force)
-    x, force = x[there], force[there]
-    if not (cycles := _cycles_of(x)):
+    x, force = recording_of(Path(path), Layout(), "N")
+    if not (cycles := cycles_of(x)):
         raise QuantityError("has no complete cycle of its displacement")
     rows = [_loop(x[part], force[part]) for part in cycles]
     names = ["displacement_amplitude", "force_amplitude", "dissipated_energy", "width"]
-    history = pd.DataFrame(rows, columns=names)
-    history.insert(0, "cycle", np.arange(len(rows)))
-    history["friction"] = history["dissipated_energy"] / (2.0 * load * history.pop("width"))
-    return history
-
-
-def _cycles_of(x: Array) -> list[slice]:
-    """The complete cycles of a recorded displacement, from one rise through its mean to the next.
-
-    A hysteresis of a quarter of the amplitude ignores noise at the mean.
-    """
-    middle, reach = 0.5 * (x.max() + x.min()), 0.125 * np.ptp(x)
-    side = np.where(x > middle + reach, 1, np.where(x < middle - reach, -1, 0))
-    places = np.flatnonzero(side)
-    rises = places[1:][(side[places[1:]] > 0) & (side[places[:-1]] < 0)]
-    return [slice(start, end) for start, end in pairwise(rises)]
+    table = pd.DataFrame(rows, columns=names)
+    table.insert(0, "cycle", np.arange(len(rows)))
+    table["friction"] = table["dissipated_energy"] / (2.0 * load * table.pop("width"))
+    return table
 
 
 def _loop(x: Array, force: Array) -> tuple[float, float, float, float]:

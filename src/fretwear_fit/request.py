@@ -34,7 +34,7 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
-from fretwear.results import OPTIONAL_SCALARS, SCALARS, Variable, Y
+from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
@@ -50,7 +50,7 @@ from fretwear.units import (
     exact_text,
     parse_quantity,
 )
-from fretwear_fit.readings import profile_of
+from fretwear_fit.readings import last_loop, profile_of, recording_of
 from fretwear_measured.files import Source, SourceFile
 from fretwear_measured.tables import Layout
 
@@ -58,9 +58,10 @@ MEASURED_FIELDS = ("wear_depth", "wear_depth_indenter", "wear_depth_flat")
 """Fields that are measured along a line."""
 BASELINE = ("offset", "tilt", "shift")
 """What is free of the base line of a profile: height and slope, and its place along the line."""
+_LOOPS = "loop"
 _NUMBERS = {result.name: result for result in (*SCALARS, *OPTIONAL_SCALARS)}
-_QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS)
-_OF_READINGS = ("file", "noise", "correlation_length", "line")
+_QUANTITIES = (*MEASURED_FIELDS, *_NUMBERS, _LOOPS)
+_OF_READINGS = ("file", "noise", "correlation_length", "line", "force_noise")
 _BODIES = ("indenter", "flat")
 _WEAR = ("wear_coefficient", "energy_wear_coefficient")
 _PARTS_OF_WEAR = ("", *_BODIES, "value", "rim", "core")
@@ -243,18 +244,18 @@ def _as_tuple(given: object) -> object:
 
 @dataclass(frozen=True)
 class Measurement(Part):
-    """One measured profile or number of a test, in SI units."""
+    """One measured profile, loop or number of a test, in SI units."""
 
     quantity: Annotated[
         Literal[_QUANTITIES],  # type: ignore[valid-type]
         Plain("", "measured quantity", "wear_depth_flat"),
-        "A field along a line, or a scalar.",
+        "A field along a line, a scalar, or loop: force against displacement.",
     ]
     file: Annotated[
         Source | None,
         SourceFile("", "file", "scar.csv"),
-        "Its profile: a text with columns and their units above them, or a line scan or map of an "
-        "instrument.",
+        "Its profile or loop: a text with columns and their units above them, or a line scan or "
+        "map of an instrument.",
     ] = None
     cycle: Annotated[
         int | None,
@@ -281,6 +282,11 @@ class Measurement(Part):
         float | None,
         Quantity("m", "", "correlation length", "um", "10 um", ge=0.0),
         "Distance over which the noise is correlated; by default as measured beside the scar.",
+    ] = None
+    force_noise: Annotated[
+        FloatWithUnit | None,
+        Quantity("N", "", "noise of forces", "N", "0.2 N", gt=0.0),
+        "Standard deviation of the forces of a loop.",
     ] = None
     baseline: Annotated[
         tuple[Literal[BASELINE], ...],  # type: ignore[valid-type]
@@ -317,7 +323,7 @@ class Measurement(Part):
     def __post_init__(self) -> None:
         """Read the file or the number, which depend on each other's keys."""
         about, given = _NUMBERS.get(self.quantity), vars(self)
-        needed = ("value", "error") if about else ("file",)
+        needed = ("value", "error") if about else ("file", "force_noise")[: 1 + self.is_loop]
         foreign = _OF_READINGS if about else ("value", "error")
         wrong = [(n, None, QuantityError("is missing")) for n in needed if given[n] is None]
         rule = f"does not apply to {self.quantity}"
@@ -334,10 +340,14 @@ class Measurement(Part):
 
     @cached_property
     def readings(self) -> tuple[Array, Array] | None:
-        """Positions and depths of a profile; else None."""
+        """Positions and depths of a profile, displacements and forces of a loop; else None."""
         if self.file is None:
             return None
         layout = Layout(self.columns, self.units, self.skip, self.decimal, self.encoding)
+        if self.is_loop:
+            assert self.force_noise is not None
+            recording = recording_of(Path(self.file.path), layout, self.force_noise.si_unit)
+            return last_loop(*recording)
         x, depth = profile_of(self.file, layout, self.unit, self.along, self.line)
         if not np.ptp(depth) and self.noise is None:
             rule = "is flat: it shows no wear"
@@ -348,6 +358,11 @@ class Measurement(Part):
     def is_profile(self) -> bool:
         """Whether it is measured along a line."""
         return self.quantity in MEASURED_FIELDS
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it is force against displacement."""
+        return bool(self.quantity == _LOOPS)
 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
@@ -416,12 +431,14 @@ class FitRequest(StudySection):
                 rule = "is of one body, but the wear coefficient is one for both together"
                 remedy = "write wear_coefficient: [indenter, flat] under base"
                 problems.add(f"{place}.quantity", datum.quantity, rule, remedy)
-            about = _NUMBERS.get(datum.quantity)
-            if about and datum.value.si_unit != (unit := about.in_frame(case.frame).si_unit):
-                rule = f"must have the unit of a {case.frame.name} contact"
-                problems.add(f"{place}.value", datum.value, rule, f"in SI {unit}")
-            across = datum.along == Y.name or (about is not None and about.across)
-            if across and Y.name not in case.frame.axes:
+            about = _NUMBERS.get(datum.quantity, LOOP[0])
+            unit = about.in_frame(case.frame).si_unit
+            for key in ("value", "force_noise"):
+                given = getattr(datum, key)
+                if given is not None and given.si_unit != unit:
+                    rule = f"must have the unit of a {case.frame.name} contact"
+                    problems.add(f"{place}.{key}", given, rule, f"in SI {unit}")
+            if (datum.along == Y.name or about.across) and Y.name not in case.frame.axes:
                 problems.add(place, None, "lies along y, which a line contact lacks")
 
 

@@ -24,12 +24,13 @@ def predicted(case: Case, profiles: Iterable[tuple[str, str]]) -> xr.Dataset:
     """Run a case; `profiles` are the fields that are measured and their directions.
 
     The dataset has what measurements are compared with, at snapshots ``cycle``: scalars and their
-    errors, and fields along lines, such as ``wear_depth_x``.
+    errors, fields along lines, such as ``wear_depth_x``, and force and displacement of loops.
     """
-    dataset = run(case).dataset
+    result = run(case)
+    dataset = result.dataset
     names = [scalar.name for scalar in (*scalars_of(case.frame), *OPTIONAL_SCALARS)]
     scalars = [n for name in names for n in (name, f"{name}_error") if n in dataset]
-    parts = [dataset[scalars]]
+    parts = [dataset[scalars], result.loops]
     for name, along in profiles:
         field = mirrored(dataset[[name]])[name].astype(float)
         if along == Y.name:

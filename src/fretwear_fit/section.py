@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,9 +27,12 @@ _HEIGHT = 80.0
 def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
     """Yield the section on the fit beside a folder of case files, if there is one."""
     path = cases.parent / "fit.json"
-    if not path.exists():
-        return
-    record = json.loads(path.read_bytes())
+    if path.exists():
+        yield Section("fit", "Fit to measurements", _body(json.loads(path.read_bytes())))
+
+
+def _body(record: Mapping[str, Any]) -> Markup:
+    """The section, of the content of ``fit.json``."""
     body = Markup("<p>χ² is {:.4g} with {} degrees of freedom, p = {:.2g}; {} runs.</p>").format(
         record["chi_square"], record["degrees_of_freedom"], record["p_value"], record["runs"]
     )
@@ -38,11 +42,11 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
         body += Markup("<h3>Correlations</h3>") + table_html(correlation, index=True)
     items = Markup("").join(Markup("<li>{}</li>").format(told) for told in record["warnings"])
     body += Markup("<h3>What the data leave open</h3><ul>{}</ul>").format(items) if items else ""
-    yield Section("fit", "Fit to measurements", body)
+    return body
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
-    """Yield a figure for each profile that a fit beside a folder of cases was made to."""
+    """Yield a figure for each profile and loop that a fit beside a folder of cases was made to."""
     path = cases.parent / "fit.nc"
     for name, figure in plots_of_file(path) if path.exists() else ():
         words = figure.caption if isinstance(figure, JournalFigure) else ""
@@ -50,7 +54,7 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # n
 
 
 def plots_of_file(path: Path) -> Iterator[tuple[str, Figure]]:
-    """Yield name and figure of each profile of a file of a fit; none of another file."""
+    """Yield name and figure of each profile and loop of a file of a fit; none of another file."""
     try:
         data, predicted = (
             open_group(path, group, "Fit again").load()
@@ -66,25 +70,31 @@ def plots_of_file(path: Path) -> Iterator[tuple[str, Figure]]:
 
 @styled
 def fit_figure(measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataArray) -> Figure:
-    """A measured profile, the fit with its interval of 95 %, and the residuals.
+    """A measured profile or loop, the fit with its interval of 95 %, and the residuals.
 
     The arrays are those of the groups ``observed_data`` and ``posterior_predictive`` of a fit.
     """
     draws = predicted.values.reshape(-1, measured.size)
     mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)
-    along, unit = readable_unit(places.values, "m"), readable_unit(measured.values, "m")
-    x, readings = along.of(places.values), unit.of(measured.values)
+    si_unit = str(measured.attrs["units"])
+    along, unit = readable_unit(places.values, "m"), readable_unit(measured.values, si_unit)
+    x, readings, is_profile = along.of(places.values), unit.of(measured.values), si_unit == "m"
     figure = JournalFigure(1, _HEIGHT)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     upper.plot(x, readings, ".", ms=2.5, color=MUTED, label="measured")
-    upper.fill_between(x, unit.of(low), unit.of(high), color=CATEGORICAL[0], alpha=0.2, lw=0)
-    upper.invert_yaxis()
-    upper.plot(x, unit.of(mean), color=CATEGORICAL[0], label="fitted, 95 %")
-    upper.set_ylabel(f"Depth ({unit.name})")
+    ends = unit.of(low), unit.of(high)
+    if is_profile:
+        upper.fill_between(x, *ends, color=CATEGORICAL[0], alpha=0.2, lw=0)
+        upper.invert_yaxis()
+    else:
+        upper.vlines(x, *ends, color=CATEGORICAL[0], alpha=0.2)
+    line = "-" if is_profile else "_"
+    upper.plot(x, unit.of(mean), line, ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
+    upper.set_ylabel(f"{'Depth' if is_profile else 'Force'} ({unit.name})")
     upper.legend()
     lower.axhline(0.0, lw=0.6, color=MUTED)
     lower.plot(x, readings - unit.of(mean), ".", ms=2.5, color=MUTED)
-    lower.set_xlabel(f"Position ({along.name})")
+    lower.set_xlabel(f"{'Position' if is_profile else 'Displacement'} ({along.name})")
     lower.set_ylabel(f"Residual ({unit.name})")
     title = str(measured.attrs["long_name"])
     caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")

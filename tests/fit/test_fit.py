@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.run.simulate import run
+from fretwear.study.case import Case
 from fretwear.study.reading import load_study
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.request import Measurement
@@ -11,7 +13,7 @@ from fretwear_fit.runs import predicted
 from fretwear_fit.search import fit
 from fretwear_fit.section import fit_figures, fit_sections
 
-from ..studies import TITANIUM, near, write_study
+from ..studies import TITANIUM, base, near, write_study
 
 pytestmark = pytest.mark.slow
 
@@ -135,6 +137,54 @@ def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_p
     assert found.runs <= 60
 
 
+SLIDING = {
+    **base(tangential_ratio=None, displacement_amplitude="4 um", friction=0.6),
+    **{"rig_stiffness": "30 N/um", "cycles": 1},
+}
+
+
+def loop_file(folder, case, noise, unit=1.0):
+    """A loop of a case at cycle 0, off the center, whose readings scatter."""
+    loops, generator = run(case).loops.isel(cycle=0), np.random.default_rng(1)
+    force, where = loops["force"].values / unit, loops["displacement"].values * 1e6
+    places = np.linspace(0, where.size - 1, 90)
+    force, where = (np.interp(places, np.arange(where.size), each) for each in (force, where))
+    force += noise * generator.normal(size=90) + 1.0
+    where += 0.02 * generator.normal(size=90) - 0.1
+    rows = (f"{a},{b}" for a, b in zip(where, force, strict=True))
+    name = "N" if unit == 1.0 else "N/mm"
+    (folder / "loop.csv").write_text("\n".join([f"displacement (um),force ({name})", *rows]))
+
+
+def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
+    """A sphere slides as a whole; the center of the loop is fitted too."""
+    loop_file(tmp_path, Case(**SLIDING, error_estimate=False), 0.3)
+    data = {"file": "loop.csv", "quantity": "loop", "cycle": 0, "force_noise": "0.3 N"}
+    free = {"friction": [0.3, 1.0], "rig_stiffness": ["5 N/um", "400 N/um"]}
+    content = {"base": SLIDING | {"friction": 0.4, "rig_stiffness": "60 N/um"}}
+    content |= {"fit": {"free": free, "data": [data | {"noise": "0.02 um"}]}}
+    content |= {"output": {"cycles": [0]}}
+    found = fit(write_study(tmp_path / "loop.yaml", content))
+    for name, true, width in (("friction", 0.6, 0.01), ("rig_stiffness", 30e6, 1e6)):
+        low, high = found.interval(name, 0.95)
+        assert low < true < high < low + width
+    assert found.p_value > 0.05
+    ((comparison, _, nuisances),) = found.measurements
+    assert dict(zip(comparison.names, nuisances, strict=True)) == {
+        "offset": pytest.approx(1.0, abs=0.15),
+        "shift": pytest.approx(-1e-7, abs=2e-8),
+    }
+    found.write(tmp_path / "fit.nc")
+    (figure,) = fit_figures(xr.Dataset(), tmp_path / "cases")
+    axes, residuals = figure.figure.axes
+    assert residuals.get_xlabel() == "Displacement (µm)"
+    assert axes.get_ylabel() == "Force (N)"
+    measured, curve = axes.get_lines()
+    off = curve.get_ydata() - measured.get_ydata()
+    x = measured.get_xdata()
+    assert np.abs(off[np.abs(x) < 0.9 * x.max()]).max() < 4 * 0.3 + 0.1
+
+
 FORCE = {"quantity": "tangential_force", "value": "640 N/mm", "error": "2 %"}
 
 
@@ -149,18 +199,24 @@ def test_estimated_errors_of_runs_enter_the_interval(tmp_path):
     assert np.log(high / low) / 2 == pytest.approx(np.hypot(1e-3, error), rel=0.05)
 
 
-def test_numbers_that_contradict_each_other_widen_the_interval_by_birges_ratio(tmp_path):
-    """Volumes 10 % apart, each known to 1 %: their mean to 5 %, not to 0.7 %."""
-    true = 4 * 2e-13 * 1066e3 * 75e-6 * 500
-    numbers = [
-        {"quantity": "wear_volume", "value": f"{share * true * 1e6} mm^2", "error": "1 %"}
-        for share in (0.95, 1.05)
-    ]
-    free = {"wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"]}
-    found = fit(study_of(tmp_path, free, *numbers, error_estimate=False))
-    low, high = found.interval("wear_coefficient", 0.68)
-    assert np.log(high / low) / 2 == pytest.approx(0.05, rel=0.05)
-    assert any("does not explain the data" in warning for warning in found.warnings)
+def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
+    """A loop as wide as the scatter lies nearer to them than the true one does."""
+    turn = np.linspace(0.0, 2 * np.pi, 240, endpoint=False)
+    x = np.cos(turn)
+    force = x - 0.05 * np.sin(turn) + np.random.default_rng(1).normal(scale=0.1, size=240)
+    keys = {"noise": 1e-3, "force_noise": 0.1, "baseline": ()}
+    measured = Measurement.unchecked(quantity="loop", **keys)
+    vars(measured)["readings"] = x, force
+    comparison = Comparison(measured, 0, None)
+    around = np.linspace(0.0, 2 * np.pi, 257)
+
+    def misfit(width):
+        loop = np.concatenate([np.cos(around), np.cos(around) - width * np.sin(around)])
+        return comparison.misfit(loop, np.zeros(0))
+
+    widths = np.linspace(0.0, 0.15, 16)
+    assert widths[np.argmin([misfit(width) for width in widths])] == pytest.approx(0.05, abs=0.021)
+    assert misfit(0.05) == pytest.approx(240, rel=0.2)
 
 
 def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(tmp_path):

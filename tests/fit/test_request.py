@@ -129,3 +129,22 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
     places, read = line(file="scan.nc")
     assert places == pytest.approx(1e-6 * x, abs=1e-12)
     assert read == pytest.approx(1e-6 * depth[:, 10], abs=1e-12)
+
+
+def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_path):
+    turn = np.linspace(0.0, 2 * np.pi, 20, endpoint=False)
+    x, force, head = np.cos(turn), -2 * np.sin(turn), "displacement (um),force (kN)"
+    scar, loop = text(x, force, head), {"quantity": "loop", "force_noise": "0.2 N"}
+    (measured,) = study(tmp_path, scar, **loop).added["fit"].data
+    assert measured.readings[0] == near(1e-6 * x)
+    assert measured.readings[1] == near(1e3 * force)
+    for order in (np.roll(np.arange(20), 7), np.arange(20)[::-1]):
+        (other,) = study(tmp_path, text(x[order], force[order], head), **loop).added["fit"].data
+        for each, first in zip(other.readings, measured.readings, strict=True):
+            assert each == pytest.approx(first, abs=1e-9 * np.ptp(first))
+    order = np.random.default_rng(1).permutation(20)
+    assert "is not one loop" in refusal(tmp_path, text(x[order], force[order], head), **loop)
+    assert "fit.data[0].force_noise" in refusal(tmp_path, scar, quantity="loop")
+    assert "displacement and depth, not force" in refusal(
+        tmp_path, scar.replace("force (kN)", "depth (um)"), **loop
+    )
