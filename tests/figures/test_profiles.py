@@ -104,12 +104,10 @@ def test_scars_of_very_different_depths_are_seen_on_one_scale(smooth):
 
 @pytest.mark.slow
 def test_all_of_a_case_on_one_page(smooth_run, check_texts):
-    figure = figures.overview(smooth_run.dataset, smooth_run.history)
+    figure = figures.overview(smooth_run.dataset)
     zones = figure.axes[5]
     contact, stick = zones.get_lines()
-    width = 1e6 * smooth_run.history["contact_half_width_x"].values
-    if "contact_radius" in smooth_run.history:
-        width = 1e6 * smooth_run.history["contact_radius"].values
+    width = 1e6 * smooth_run.dataset["contact_radius"].values
     np.testing.assert_allclose(contact.get_ydata(), width)
     assert (stick.get_ydata() < contact.get_ydata()).all()
     check_texts(figure)

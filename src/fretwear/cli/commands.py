@@ -271,6 +271,6 @@ def plot(
         return
     if file.suffix in (".yaml", ".yml"):
         raise CommandError(f"{file} has no measured surface: plot the file of a case")
-    with opened(file) as (case, history):
-        save_as(overview(case, history), path)
+    with opened(file) as (case, _):
+        save_as(overview(case), path)
     say(str(path))

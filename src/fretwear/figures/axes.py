@@ -10,13 +10,13 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.ticker import LogLocator, NullLocator, SymmetricalLogLocator
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
@@ -52,12 +52,12 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     first, last = 10.0 ** math.floor(math.log10(positive.min())), float(positive.max())
     if (values < first).any():
         axes.set_xscale("symlog", linthresh=first, linscale=0.5)
-        axes.xaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=first))
+        axes.xaxis.set_major_locator(ticker.SymmetricalLogLocator(base=10.0, linthresh=first))
         axes.set_xlim(-0.1 * first, 1.3 * last)
     else:
         axes.set_xscale("log")
         axes.set_xlim(first / 1.1, 1.3 * last)
-    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_locator(ticker.NullLocator())
 
 
 class ValueAxis:
@@ -95,8 +95,10 @@ class ValueAxis:
         if self.is_logarithmic:
             axes.set_yscale("log", nonpositive="mask")
             subs = (1.0,) if self._high > 100.0 * self._least else (1.0, 2.0, 5.0)
-            axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=8))
-            axes.yaxis.set_minor_locator(NullLocator())
+            axes.yaxis.set_major_locator(ticker.LogLocator(subs=subs, numticks=8))
+            every = ticker.LogFormatterSciNotation(minor_thresholds=(math.inf, math.inf))
+            axes.yaxis.set_major_formatter(every)
+            axes.yaxis.set_minor_locator(ticker.NullLocator())
             axes.set_ylim(max(0.6 * self._least, _DEEPEST * self._high), 1.7 * self._high)
         elif self._from_zero:
             room = 1.25 if self._is_constant else 1.06

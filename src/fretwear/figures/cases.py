@@ -53,13 +53,10 @@ _COMPARED = ("pressure", "shear_traction", "wear_depth", "wear_rate")
 
 
 @styled
-def overview(
-    dataset: xr.Dataset, history: xr.Dataset | None = None, cycles: Cycles = None
-) -> Figure:
+def overview(dataset: xr.Dataset, cycles: Cycles = None) -> Figure:
     """Draw pressure, shear, gap and wear along x, a map of the scar, and the zones over the cycles.
 
     The map shows the last snapshot of the case; a line contact has the slip along x in its place.
-    The zones come from the `history` of the case, by default that of its file.
     """
     panels = [profiles_of(dataset, name, cycles) for name in _PANELS]
     colors, is_filled = cycle_colours(panels[0].cycles), panels[0].is_rough
@@ -81,7 +78,7 @@ def overview(
             draw_filled(axes, profiles)
         else:
             draw_profiles(axes, profiles, colors)
-    _draw_zone_widths(zones, history_of(dataset) if history is None else history)
+    _draw_zone_widths(zones, history_of(dataset))
     zones.legend()
     figure.suptitle(_headline(dataset), fontsize=8, x=0.005, ha="left")
     if is_filled:
