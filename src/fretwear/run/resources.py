@@ -68,7 +68,9 @@ def grouped(plan: Plan) -> list[Job]:
     machine that sent the job.
     """
     alone = {n: cost.seconds - SECONDS_TO_START for n, cost in plan.estimates.items()}
-    longest = min(max(math.fsum(alone.values()) / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
+    total = math.fsum(alone.values())
+    longest = min(max(total / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
+    longest = total / math.ceil(total / longest)  # so that the last job is as long as the others
     groups, most = list[list[str]](), plan.study.batch
     for case_id in alone:
         last = groups[-1] if groups else []
