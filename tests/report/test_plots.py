@@ -37,11 +37,11 @@ def test_a_cell_has_the_mean_factor_its_range_and_a_mark_where_directions_differ
 
 def test_a_curve_runs_through_the_values_of_each_level(crossing):
     figure = curve(*crossing, "wear_volume", "load")
-    assert [trace.name for trace in figure.data] == ["0.3  ×8.00", "0.6  ×0.13"]
-    for trace, power in zip(figure.data, (1.0, -1.0), strict=True):
-        assert trace.x == (10.0, 20.0, 80.0)
-        assert trace.y == pytest.approx(LOADS**power, rel=1e-3)
-    assert figure.layout.xaxis.title.text == "normal load (N)"
+    assert [trace["name"] for trace in figure["data"]] == ["0.3  ×8.00", "0.6  ×0.13"]
+    for trace, power in zip(figure["data"], (1.0, -1.0), strict=True):
+        assert trace["x"] == [10.0, 20.0, 80.0]
+        assert trace["y"] == pytest.approx(LOADS**power, rel=1e-3)
+    assert figure["layout"]["xaxis"]["title"]["text"] == "normal load (N)"
 
 
 def test_a_sampled_study_has_shares_of_the_variance_and_dots():
@@ -53,9 +53,9 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     assert (load.text, friction.text) == ("80\xa0%", "20\xa0%")
     assert load.grows
     assert not friction.grows
-    (dots,) = curve(points, effects_table(points), "wear_volume", "load").data
-    assert len(dots.x) == 64
-    assert dots.mode == "markers"
+    (dots,) = curve(points, effects_table(points), "wear_volume", "load")["data"]
+    assert len(dots["x"]) == 64
+    assert dots["mode"] == "markers"
 
 
 def test_the_explorer_has_profiles_of_every_case_and_cycle(finished):

@@ -15,6 +15,7 @@ import matplotlib.colors
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -122,12 +123,22 @@ def save_figure(
     """Write a figure once per format, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
 
     `stem` is folder and name of the files without their endings. Each file appears only when it is
-    complete. The layout, which takes half of the time, is made for the first format.
+    complete. The layout is made once, and each format drawn once: `Figure.savefig` draws it twice.
     """
-    layout, files = figure.get_layout_engine(), list[Path]()
-    for ending in formats:
-        files.append(save_as(figure, f"{fspath(stem)}.{ending}"))
-        figure.set_layout_engine("none")
+    layout, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
+    files = [Path(f"{fspath(stem)}.{ending}") for ending in formats]
+    with style_context():
+        figure.dpi = matplotlib.rcParams["savefig.dpi"]
+        if layout is not None:
+            layout.execute(figure)
+            figure.set_layout_engine("none")
+        for ending, path in zip(formats, files, strict=True):
+            options = {"metadata": {"Date": None}} if ending == "svg" else {}
+            printing = get_registered_canvas_class(ending)(figure)
+            with atomic_path(path) as temporary:
+                getattr(printing, f"print_{ending}")(temporary, **options)
+    figure.dpi = dpi
+    figure.set_canvas(canvas)
     figure.set_layout_engine(layout)
     return files
 

@@ -113,7 +113,7 @@ def build_report(
     effects = effects_table(points)
     matrix = build_matrix(points, effects)
     plots = {
-        cell.curve: curve(points, effects, *cell.curve.split("/")).to_plotly_json()
+        cell.curve: curve(points, effects, *cell.curve.split("/"))
         for row in matrix.rows
         for cell in row.cells
     }

@@ -44,7 +44,7 @@ _LAYOUT: dict[str, Any] = {
 }
 
 
-_AXIS = {
+_AXIS: dict[str, Any] = {
     "showgrid": False, "zeroline": False, "showline": True, "linecolor": "#5b6570", "linewidth": 1,
     "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power",
     "automargin": True, "title": {"font": {"size": 13}},
@@ -74,11 +74,11 @@ def _is_wide(values: Array) -> bool:
     return bool(values.size and values.min() > 0.0 and values.max() > _WIDE * values.min())
 
 
-def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.Figure:
-    """Draw a final result over a parameter, with a colour for each level of a second parameter.
+def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict[str, Any]:
+    """A final result over a parameter, with a colour for each level of a second parameter.
 
     Thin lines are all combinations of the others, thick ones their geometric mean; the points of a
-    sample are dots.
+    sample are dots. The figure is the JSON of plotly, which takes longer to check it than to draw.
     """
     about, values = points.variables[result], points.results[result]
     unit = about.unit or readable_unit(values, about.si_unit)
@@ -87,17 +87,20 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
     others = [other for other in points.levels if other not in (name, SEED)]
     second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
     x, ticks = _places(points, name)
-    figure = go.Figure(layout={**_LAYOUT, "xaxis": _AXIS, "yaxis": _AXIS})
+    traces: list[dict[str, Any]] = []
     table = points.table.assign(x=x[points.place(name)], y=unit.of(values)).dropna(subset="y")
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
         if second and not any(isinstance(level, str) for level in points.levels[second]):
             of_second = parameter(second).unit.of(points.values(second))[np.isfinite(values)]
             title = {"text": axis_label(parameter(second).words, parameter(second).unit)}
-            marker |= {"color": of_second, "colorscale": "Cividis", "colorbar": {"title": title}}
-        figure.add_scatter(
-            x=rounded(table["x"]), y=rounded(table["y"]), mode="markers", marker=marker
-        )
+            marker |= {
+                "color": rounded(of_second),
+                "colorscale": "Cividis",
+                "colorbar": {"title": title},
+            }
+        xs, ys = rounded(table["x"]), rounded(table["y"])
+        traces.append({"x": xs, "y": ys, "mode": "markers", "marker": marker})
     else:
         levels = points.levels[second] if second else ("",)
         factors = {next(iter(row["where"].values())): row for _, row in parts.iterrows()}
@@ -111,47 +114,55 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> go.F
             # None breaks the line between two combinations.
             thin = [pair for line in lines[:_MOST_LINES] for pair in (*_line(line), (None, None))]
             if len(lines) > 1:
-                figure.add_scatter(
-                    x=[pair[0] for pair in thin],
-                    y=[pair[1] for pair in thin],
-                    mode="lines+markers",
-                    line={"color": color, "width": 1},
-                    marker={"size": 4},
-                    opacity=0.35,
-                    showlegend=False,
+                traces.append(
+                    {
+                        "x": [pair[0] for pair in thin],
+                        "y": [pair[1] for pair in thin],
+                        "mode": "lines+markers",
+                        "line": {"color": color, "width": 1},
+                        "marker": {"size": 4},
+                        "opacity": 0.35,
+                        "showlegend": False,
+                    }
                 )
             middle = here.groupby("x", as_index=False)["y"].agg(_mean)
-            figure.add_scatter(
-                x=rounded(middle["x"]),
-                y=rounded(middle["y"]),
-                name=label,
-                mode="lines+markers",
-                line={"color": color, "width": 3},
-                marker={"size": 8},
+            traces.append(
+                {
+                    "x": rounded(middle["x"]),
+                    "y": rounded(middle["y"]),
+                    "name": label,
+                    "mode": "lines+markers",
+                    "line": {"color": color, "width": 3},
+                    "marker": {"size": 8},
+                }
             )
-    figure.update_layout(
-        height=390,
-        showlegend=bool(second) and not points.drawn,
-        legend={
+    label = parameter(name).words + (f" ({ticks})" if isinstance(ticks, str) and ticks else "")
+    of_x: dict[str, Any] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
+    if not isinstance(ticks, str):
+        span = [-0.2, x[-1] + 0.2]
+        of_x |= {"tickvals": x.tolist(), "ticktext": list(ticks), "range": span}
+    elif _is_wide(x):
+        of_x |= _log_ticks(x)
+    of_y: dict[str, Any] = {**_AXIS, "rangemode": "tozero"}
+    if _is_wide(y := table["y"].to_numpy()):
+        of_y |= _log_ticks(y)
+    layout = {
+        **_LAYOUT,
+        "height": 390,
+        "showlegend": bool(second) and not points.drawn,
+        "legend": {
             "title": {"text": parameter(second).words if second else "", "side": "top"},
             "font": {"size": 12},
             "orientation": "h", "y": -0.24, "yanchor": "top", "x": 0,
         },
-        title={
+        "title": {
             "text": axis_label(about.words, unit), "x": 0, "xref": "paper",
             "font": {"size": 15},
         },
-    )  # fmt: skip
-    label = parameter(name).words + (f" ({ticks})" if isinstance(ticks, str) and ticks else "")
-    figure.update_xaxes(title_text=label)
-    if not isinstance(ticks, str):
-        figure.update_xaxes(tickvals=x.tolist(), ticktext=list(ticks), range=[-0.2, x[-1] + 0.2])
-    elif _is_wide(x):
-        figure.update_xaxes(_log_ticks(x))
-    figure.update_yaxes(rangemode="tozero")
-    if _is_wide(y := table["y"].to_numpy()):
-        figure.update_yaxes(_log_ticks(y))
-    return figure
+        "xaxis": of_x,
+        "yaxis": of_y,
+    }  # fmt: skip
+    return {"data": [{"type": "scatter", **trace} for trace in traces], "layout": layout}
 
 
 def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:

@@ -139,7 +139,8 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
 def halved(field: Array) -> Array:
     """Means of a field over blocks of two by two cells."""
     nx, ny = field.shape
-    return field.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
+    means: Array = field.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
+    return means
 
 
 class ActiveSet:
