@@ -19,7 +19,7 @@ _CERTAIN = 1.25
 
 # A job of many small cases takes at most this time, s, and at least what makes its start, and the
 # queue of a cluster, worth while; between these a study has about a number of jobs.
-_LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 10.0, 64
+_LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 5.0, 64
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
 SECONDS_AFTER, SECONDS_PER_CASE_DRAWN, SECONDS_PER_CASE_MERGED = 18.0, 0.12, 0.02

@@ -16,7 +16,6 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
@@ -377,6 +376,8 @@ def fast_shape(
     extent: tuple[float, float], spacing: tuple[float, float], even: Even = (True, True)
 ) -> tuple[int, int]:
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
+    from scipy.fft import next_fast_len
+
     shape = []
     for half, cell, is_even in zip(extent, spacing, even, strict=True):
         count = next_fast_len(max(4, math.ceil(half / cell - 1e-9)), real=True)

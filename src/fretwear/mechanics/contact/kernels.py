@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.fft
 
 from fretwear.arrays import Array, Real, Single
 
 try:
     import ducc0
 except ImportError:
+    import scipy.fft  # takes half a second
+
     ducc0 = None
 
 # Columns that are transformed together stay in a core's cache.
