@@ -211,7 +211,7 @@ def _wears_most_in_the_middle(case: StudyCase) -> Finding:
         "place of the deepest wear after the last cycle": short(places[case.last]),
     }
     begins, ends = start <= first <= end, start <= places[case.last] <= end
-    return Finding.graded(begins and ends, begins or ends, numbers)
+    return Finding.graded(begins and ends, begins or bool(middle), numbers)
 
 
 def _even_wear(case: StudyCase) -> Finding:
