@@ -32,8 +32,8 @@ _ZONES, _OF_OTHERS = ("contact", "stick", "scar"), 0.7
 # standard deviation due to steps, over the tolerance: volumes and energies on rings, strips and
 # grids differ from runs at a tenth of the tolerance by 0.03 to 0.14 of it.
 _OF_STEPS, _STEPPING = ("wear", "plastic", "energy", "sliding"), 0.05
-# Sums over the contact err less, over the difference of two runs, than edges and largest values.
-_OF_SUMS = 0.65
+# These err less, over the difference of two runs, than edges and largest values.
+_SUMS, _OF_SUMS = ("wear_volume", "dissipated_energy"), 0.65
 
 
 # Results that an accuracy is asked for, where a case has them.
@@ -222,12 +222,11 @@ def estimated_errors(
         usual.update((name, max(usual[name], float(typical))) for name in of_edges)
     part = _part(times)
     estimates = {n: part * np.maximum(apart[n], usual[n] * sizes[n]) for n in apart}
-    steps = [name for name in estimates if any(word in name for word in _OF_STEPS)]
-    for name in steps:
-        estimates[name] *= 1.0 if "maximum" in name else _OF_SUMS
+    for name in (name for name in estimates if name.startswith(_SUMS)):
+        estimates[name] *= _OF_SUMS
     for name, deviations in spread.items():
         estimates[name] = np.maximum(estimates[name], _DEVIATIONS * deviations)
-    for name in steps:
+    for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
         least = _DEVIATIONS * _STEPPING * tolerance * np.abs(scalars[name][1:])
         estimates[name][1:] = np.maximum(estimates[name][1:], least)
     for name, errors in estimates.items():
