@@ -28,7 +28,6 @@ from fretwear_fit.request import Unknown
 _PREDICTED = 200  # draws whose predictions are stored
 UNLIKELY = 0.01
 """p value below which the noise does not explain the residuals."""
-_OF_PATH = {"cycles", "sliding_amplitude", "displacement_amplitude", "sliding_distance"}
 
 
 @dataclass(frozen=True)
@@ -110,16 +109,6 @@ class Fit:
         for name in self.names:
             if (ends := self.is_open(name)) in words:
                 yield words[ends].format(name)
-        sought = {unknown.parameter for unknown in self.unknowns}
-        if any(unknown.is_of_wear for unknown in self.unknowns) and not _OF_PATH & sought:
-            yield (
-                "only the product of wear coefficient, cycles and slip counts: relative errors of "
-                "cycles and slip add to that of the coefficient"
-            )
-        yield from self._of_correlations()
-
-    def _of_correlations(self) -> Iterator[str]:
-        """Parameters that the data determine together only."""
         names, deviations = self.names, np.sqrt(np.diag(self.covariance))
         for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
             if abs(correlation := self.correlation[i, j]) > TOGETHER:
