@@ -192,6 +192,7 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
     [
         ({"cycles": 30000}, False),
         ({"plastic_limit": "3000 MPa"}, False),
+        ({"plastic_limit": "3000 MPa", "cycles": 30000}, True),
         ({"plastic_limit": "6000 MPa", "tangential_ratio": 0.5}, False),
         ({"plastic_limit": "6000 MPa", "tangential_ratio": 0.5, "cycles": 20000}, True),
         ({"tangential_ratio": 0.99999}, True),

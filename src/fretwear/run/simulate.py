@@ -264,7 +264,8 @@ def _run_on_cells(
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
     if errors:
-        errors["maximum_wear_depth"] += error_of_directions(case) * scalars["maximum_wear_depth"]
+        of_directions = [error_of_directions(case, cycle) for cycle in case.output_cycles]
+        errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, trouble)
 

@@ -20,7 +20,8 @@ SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
 # Slip along y of an unworn sphere over its mean, less one, over κ − 1: 0.64 to 0.88 for Q/µP of 0.8
 # to 0.2 (Coulomb friction as a vector). The deepest wear is too small by as much, and less later.
-_OF_DIRECTION = 0.75
+# Against grids, for limits of 3 to 6 p0: less than half of it is left at a wear β N p_lim of 20.
+_OF_DIRECTION, _FORGOTTEN = 0.75, 20.0
 
 _Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
 
@@ -90,11 +91,12 @@ def _of_band(case: Case) -> _Words:
         yield f"{what}plastic volume is wrong, and its wear may be", _lengths(ring=ring, cell=cell)
 
 
-def error_of_directions(case: Case) -> float:
+def error_of_directions(case: Case, cycle: float = 0.0) -> float:
     """Return by which part the deepest wear may be too small where slip has no direction."""
     if not (issubclass(case.geometry, Rings) and case.slip_varies):
         return 0.0
-    return _OF_DIRECTION * abs(case.coupling - 1.0)
+    worn = case.folds * cycle / case.cycles
+    return _OF_DIRECTION * abs(case.coupling - 1.0) / (1.0 + worn / _FORGOTTEN)
 
 
 def _of_slip(case: Case) -> _Words:

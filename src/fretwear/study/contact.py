@@ -29,6 +29,9 @@ for _kinds in plugins("fretwear.parts").values():
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
+# Wear β N p_lim from which a grid takes many steps, and slip in the mean over directions costs the
+# deepest wear 1 to 4 %.
+_LONG = 40.0
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
@@ -138,8 +141,9 @@ class FrettingContact(Setup):
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
 
-        Rings remain under a pulsating load and where a grid would not resolve the slip annulus, the
-        stick zone or the ring at its edge that yields; slip is then the mean over all directions.
+        Rings remain under a pulsating load, where a grid would not resolve the slip annulus, the
+        stick zone or the ring at its edge that yields, and where yielding bodies wear so long that
+        the direction hardly counts at last; slip is then the mean over all directions.
         """
         if self.frame is LINE_CONTACT:
             return Row if self.bulk_stress else Strips
@@ -149,13 +153,19 @@ class FrettingContact(Setup):
         is_narrow = not _NARROW < self.stick_radius / self.hertz_radius < 1.0 - _NARROW
         cell = self.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
         is_narrow |= self.edge_yields and self.yielding_ring < cell
-        fits = self.normal.pulsating_load == 1.0 and not is_narrow
+        fits = self.normal.pulsating_load == 1.0 and not (is_narrow or self.folds > _LONG)
         return Grid if self.slip_varies and fits else Rings
 
     @property
     def slip_varies(self) -> bool:
         """Whether slip depends on the direction from the middle of a round contact."""
         return isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
+
+    @cached_property
+    def folds(self) -> float:
+        """Wear β N p_lim: how often a contact at the plastic limit wears e-fold; 0 if elastic."""
+        limit = self.slip_limit
+        return 0.0 if math.isinf(limit) else self.cycles * self.wear_growth * limit
 
     @cached_property
     def edge_yields(self) -> bool:
