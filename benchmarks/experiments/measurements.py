@@ -12,8 +12,9 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
 import fretwear
-from fretwear.figures.style import CATEGORICAL, MARKERS, MUTED
+from fretwear.figures.style import CATEGORICAL, MUTED
 
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 STUDIES = ROOT / "studies" / "experiments"
 REPEATS = 0.2  # relative scatter of volumes of one test done again: Fouvry et al. (2017)
 

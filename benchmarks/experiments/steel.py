@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from benchmarks.experiments.measurements import (
+    MARKERS,
     column,
     comparison,
     point,
@@ -18,7 +19,7 @@ from benchmarks.experiments.measurements import (
 from benchmarks.pages import Data, Section, table
 from matplotlib.figure import Figure
 
-from fretwear.figures.style import CATEGORICAL, MARKERS, MUTED
+from fretwear.figures.style import CATEGORICAL, MUTED
 
 
 def measure_cruzado() -> Data:
