@@ -127,19 +127,21 @@ def save_figure(
     """
     layout, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
     files = [Path(f"{fspath(stem)}.{ending}") for ending in formats]
-    with style_context():
-        figure.dpi = matplotlib.rcParams["savefig.dpi"]
-        if layout is not None:
-            layout.execute(figure)
-            figure.set_layout_engine("none")
-        for ending, path in zip(formats, files, strict=True):
-            options = {"metadata": {"Date": None}} if ending == "svg" else {}
-            printing = get_registered_canvas_class(ending)(figure)
-            with atomic_path(path) as temporary:
-                getattr(printing, f"print_{ending}")(temporary, **options)
-    figure.dpi = dpi
-    figure.set_canvas(canvas)
-    figure.set_layout_engine(layout)
+    try:
+        with style_context():
+            figure.dpi = matplotlib.rcParams["savefig.dpi"]
+            if layout is not None:
+                layout.execute(figure)
+                figure.set_layout_engine("none")
+            for ending, path in zip(formats, files, strict=True):
+                options = {"metadata": {"Date": None}} if ending == "svg" else {}
+                printing = get_registered_canvas_class(ending)(figure)
+                with atomic_path(path) as temporary:
+                    getattr(printing, f"print_{ending}")(temporary, **options)
+    finally:
+        figure.dpi = dpi
+        figure.set_canvas(canvas)
+        figure.set_layout_engine(layout)
     return files
 
 

@@ -70,7 +70,8 @@ def grouped(plan: Plan) -> list[Job]:
     alone = {n: cost.seconds - SECONDS_TO_START for n, cost in plan.estimates.items()}
     total = math.fsum(alone.values())
     longest = min(max(total / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
-    longest = total / math.ceil(total / longest)  # so that the last job is as long as the others
+    # So that the last job is as long as the others.
+    longest = total / max(1, math.ceil(total / longest))
     groups, most = list[list[str]](), plan.study.batch
     for case_id in alone:
         last = groups[-1] if groups else []

@@ -67,7 +67,7 @@ class FrettingContact(Setup):
     error_estimate: Annotated[
         bool,
         Plain("", "estimate of errors", "false"),
-        "Whether a run on cells twice as wide estimates the error of every result.",
+        "Whether a run on wider cells estimates the error of every result.",
     ] = True
     accuracy: Annotated[
         float,

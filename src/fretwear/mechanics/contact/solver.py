@@ -119,8 +119,8 @@ def solve_by_active_sets(
 
 def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Array, int]:
     """A pressure to start from, Pa, and the convolutions spent on it: from wider cells, if any."""
-    coarser, limit, layer = bodies.coarser, problem.limit, problem.layer
-    if coarser is not None and layer is None:
+    limit = problem.limit
+    if problem.layer is None and (coarser := bodies.coarser) is not None:
         if isinstance(limit, np.ndarray):
             limit = halved(limit)
         wider = replace(problem, half_space=coarser, shape=halved(problem.shape), limit=limit)
