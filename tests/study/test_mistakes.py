@@ -146,6 +146,14 @@ def test_a_wrong_value_hides_no_broken_rule_that_does_not_need_it(
     assert len(problems) == 4, message
 
 
+def test_a_misspelt_key_is_not_told_again_as_one_too_much(studies, content):
+    content["base"]["amplitud"] = 3  # nearest to sliding_amplitude, beside tangential_ratio
+    with pytest.raises(StudyError) as caught:
+        studies.load(content)
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.rule) == ("base.amplitud", "is not known")
+
+
 def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studies, content):
     del content["base"]["tangential_ratio"]
     content["base"]["tangential_load"] = "12 N"

@@ -185,10 +185,14 @@ class Keys:
         return members
 
     def unread(self, given: Set[str], known: Set[str]) -> set[str]:
-        """Return the keys that are given but not known; a misspelt name stands for the nearest."""
+        """Return the keys that are given but not known.
+
+        A misspelt name stands for the nearest, unless that would replace a given key.
+        """
         given = {*given, *(PROPERTIES if MATERIAL in given else ())} - {MATERIAL}
-        names = {name if name in self._own else nearest(name, self._own) for name in given}
-        return names - known - {""}
+        meant = {nearest(name, self._own) for name in given if name not in self._own} - {""}
+        meant = {name for name in meant if not self.replaced_by(name) & given}
+        return (given & self._own.keys() | meant) - known
 
     def unknown(self, members: Mapping[str, Any], unread: Set[str]) -> set[str]:
         """Return the attributes of a case that follow from values that are not known."""
