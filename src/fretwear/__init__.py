@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.stack import open_study
     from fretwear.mechanics.surfaces.roughness import WavyRoughness
-    from fretwear.run.simulate import DoubtfulResultWarning, simulate
+    from fretwear.run.simulate import ResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.reading import load_study
 
 __all__ = [
     "Case",
-    "DoubtfulResultWarning",
+    "ResultWarning",
     "WavyRoughness",
     "__version__",
     "figures",
@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "DoubtfulResultWarning": "fretwear.run.simulate",
+    "ResultWarning": "fretwear.run.simulate",
     "Case": "fretwear.study.case",
     "WavyRoughness": "fretwear.mechanics.surfaces.roughness",
     "load_study": "fretwear.study.reading",

@@ -65,7 +65,7 @@ def test_the_constants_are_those_of_the_flat(worn):
     xr.testing.assert_equal(fretwear.stress(unlike, **place), fretwear.stress(worn, **place))
 
 
-@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+@pytest.mark.filterwarnings("ignore::fretwear.ResultWarning")
 def test_a_rough_contact_that_is_not_even():
     rough = {**SELF_AFFINE, "rms_height": "0.03 um", "shortest_wavelength": "40 um", "seed": 7}
     ds = fretwear.simulate(

@@ -87,7 +87,7 @@ def test_the_traction_of_a_line_contact_over_half_a_loop():
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+@pytest.mark.filterwarnings("ignore::fretwear.ResultWarning")
 def test_the_loop_of_a_rough_contact_has_the_influence_of_tractions_along_x():
     """Masing's loop ends in −q(+Q), and its work is the dissipated energy of the run.
 

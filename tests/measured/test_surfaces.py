@@ -176,7 +176,7 @@ def test_a_picture_shows_contact_holes_and_spikes(written):
     assert (*spike.get_xdata(), *spike.get_ydata()) == near((-0.5, -4.5), rel=1e-6)
 
 
-def test_doubtful_maps_are_told(library, tmp_path):
+def test_unsuitable_maps_have_warnings(library, tmp_path):
     at = (np.arange(120) - 59.5) * 5.0  # µm
     ball = -(at[:, None] ** 2 + at**2) / 20e3 + 0.02 * np.sin(at)
     hole = np.ma.masked_where(np.hypot(at[:, None], at) < 100.0, 0.05 * np.sin(at + at[:, None]))

@@ -14,7 +14,7 @@ from fretwear.mechanics.wear.measures import measure, next_tips
 from fretwear.results import ContactState
 from fretwear.run.accuracy import GridRun, estimated_errors, without_jumps
 from fretwear.run.simulate import (
-    DoubtfulResultWarning,
+    ResultWarning,
     Step,
     run,
     simulate,
@@ -98,9 +98,7 @@ def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name):
 def test_shear_of_the_smooth_contact_is_cut_to_what_friction_bears(surface):
     """And whoever runs it is told, but not where the smooth contact is elastic."""
     simple = {"slip_model": "cattaneo_mindlin", "cycles": 10, "output_cycles": (), "cell": "2 um"}
-    with pytest.warns(
-        DoubtfulResultWarning, match=r"is cut to it \(in [\d.]+ % of the stick zone\)"
-    ):
+    with pytest.warns(ResultWarning, match=r"is cut to it \(in [\d.]+ % of the stick zone\)"):
         ds = simulate(make_case(**simple, **surface), quarter=True)
     shear, bound = ds.shear_traction.astype(float), float(ds.friction) * ds.pressure.astype(float)
     assert (np.abs(shear) <= bound * (1 + 1e-6)).all()
@@ -245,7 +243,7 @@ class SlipOnNarrowCells(Jaeger):
 
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     alone = simulate(make(error_estimate=False, slip_model="jaeger"))
-    with pytest.warns(DoubtfulResultWarning, match="no estimated errors.*no reduced"):
+    with pytest.warns(ResultWarning, match="no estimated errors.*no reduced"):
         dataset = simulate(make(slip_model=SlipOnNarrowCells()))
     assert "no reduced contact: residual 1.0e+00" in dataset.attrs["warnings"]
     assert "wear_volume_error" not in dataset

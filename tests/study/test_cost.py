@@ -9,7 +9,7 @@ from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
-from fretwear.run.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
+from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
@@ -244,7 +244,7 @@ def test_dundurs_constant_is_that_of_the_closed_form():
 
 def test_a_simulation_warns_and_its_dataset_remembers():
     case = steel(cycles=1, cell=18e-6, roughness=LONG)
-    with pytest.warns(DoubtfulResultWarning, match="estimated errors exceed 5 %"):
+    with pytest.warns(ResultWarning, match="estimated errors exceed 5 %"):
         dataset = simulate(case)
     (told,) = dataset.attrs["warnings"].splitlines()
     assert "estimated errors exceed 5 %" in told

@@ -244,7 +244,7 @@ def test_a_pair_may_hold_a_law_for_one_body():
     assert found == [4e-14, 0.0, 4e-14, 4e-14]
 
 
-@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
+@pytest.mark.filterwarnings("ignore::fretwear.ResultWarning")
 def test_new_kinds_run_from_a_study_file(studies, content):
     content["base"] |= {
         "plastic_limit": "4500 MPa",

@@ -48,7 +48,7 @@ def simulate_to_file(
             [checkpoint, show],
             record=checkpoint.record,
             command=command,
-            warn=lambda doubt: tell(f"warning: {doubt}"),
+            warn=lambda warning: tell(f"warning: {warning}"),
         )
         write_case(result.dataset, result.history, path, result.loops, attributes)
     checkpoint.path.unlink(missing_ok=True)

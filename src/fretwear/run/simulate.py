@@ -100,8 +100,8 @@ class RunRecord:
         self.snapshots, self.history, self.last = [], [], None
 
 
-class DoubtfulResultWarning(UserWarning):
-    """The results of a case are doubtful."""
+class ResultWarning(UserWarning):
+    """Results of a case are less accurate than usual, or outside the model."""
 
 
 class Result(NamedTuple):
@@ -133,13 +133,13 @@ def simulate(
     coordinate.
 
     A WearError or a ContactError says that the solution does not converge, a MemoryError that the
-    case certainly does not fit in the memory, and each `DoubtfulResultWarning` a reason to doubt
-    the results, known beforehand or found by the run.
+    case certainly does not fit in the memory, and each `ResultWarning` what is less
+    accurate or outside the model.
     """
     require_memory(case)
 
     def warn(text: str) -> None:
-        warnings.warn(text, DoubtfulResultWarning, stacklevel=4)
+        warnings.warn(text, ResultWarning, stacklevel=4)
 
     with progress_bar(case) if progress else nullcontext(lambda _: None) as show:
         dataset = run(case, [*observers, show], warn=warn).dataset
@@ -166,8 +166,8 @@ def run(
     """Run a case as `simulate` does, and keep its history too.
 
     Every step is added to the record; a run resumes at the end of a record that an earlier run has
-    left, with the same result to the last bit. The command is an attribute of the dataset. Reasons
-    to doubt the results are passed to `warn`.
+    left, with the same result to the last bit. The command is an attribute of the dataset. Warnings
+    are passed to `warn`.
 
     A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
     checkpoints: a resumed run starts its twin anew.

@@ -15,7 +15,7 @@ from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
 
-# Relative errors of results: above the first, results are marked; above the second, doubtful.
+# Relative errors of results: above the first, results are marked; above the second, named.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
 # Slip along y of an unworn sphere over its mean, less one, over κ − 1: 0.64 to 0.88 for Q/µP of 0.8
@@ -28,7 +28,7 @@ _Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, a
 
 @dataclass(frozen=True)
 class CaseWarning:
-    """Why the results of a case that can be run are doubtful."""
+    """What is less accurate in a case that can be run, or outside the model."""
 
     what: str  # a sentence whose subject is the contact; the same for every case of a kind
     detail: str  # the numbers of this case
@@ -46,7 +46,7 @@ def case_warnings(
     *,
     measured: bool = False,
 ) -> tuple[CaseWarning, ...]:
-    """Return what makes the results of a valid case doubtful; usually nothing.
+    """Return what is less accurate in a valid case, or outside the model; usually nothing.
 
     Findings of a run are included: the largest estimated relative error of each result, by its
     words, or why errors could not be estimated, the share of the stick zone in which friction

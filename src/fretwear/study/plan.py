@@ -35,13 +35,12 @@ STEPS_PER_ROOT_OF_SLIP_AND_WEAR, STEPS_PER_SNAPSHOT, STEPS_PER_YIELDING_TIME = 1
 TIGHTER_ON_RINGS = 4.0
 
 WINDOW_MARGIN = 1.15
-MEMORY_TO_START, MEMORY_OF_GRADED = 110_000_000, 72 * 500**2
+MEMORY_TO_START, MEMORY_OF_GRADED = 165_000_000, 72 * 500**2
 MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
 MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
 
 USUAL_BUDGET = 10.0
 MOST_MEMORY = 2 * 1024**3
-_WORK_BY_WIDTH = 2.5  # power of the inverse width of cells by which work grows
 _WIDTHS = [LEAST_COARSENESS * 2.0 ** (n / 4.0) for n in range(13)]
 
 
@@ -68,16 +67,12 @@ def estimate(case: Case) -> Estimate:
     end with default cells.
     """
     usual, widths = _run(case, 1.0), [1.0]
-    if accuracy := case.asked_accuracy:
+    if case.asked_accuracy:
         widths += [case.first_width]
     elif case.error_estimate:
         widths += [case.times_coarser]
     runs = [_run(case, width) for width in widths]
     memory = sum(run.memory_bytes - MEMORY_TO_START for run in runs) + MEMORY_TO_START
-    if accuracy:
-        budget = case.budget or USUAL_BUDGET
-        narrowest = max(affordable_width(case), budget ** (-1.0 / _WORK_BY_WIDTH))
-        memory = _run(case, narrowest).memory_bytes
     seconds = SECONDS_TO_START + SECONDS_PER_CASE + sum(run.seconds for run in runs)
     return usual._replace(seconds=seconds, memory_bytes=memory)
 
@@ -187,7 +182,7 @@ class Plan:
 
     @cached_property
     def warnings(self) -> Mapping[str, Mapping[str, str]]:
-        """What makes results doubtful, with the numbers of each case by id."""
+        """What is less accurate or outside the model, with the numbers of each case by id."""
         warnings: dict[str, dict[str, str]] = {}
         for case_id, case in self.study.cases().items():
             for warning in case_warnings(case):

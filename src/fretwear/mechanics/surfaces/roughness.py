@@ -60,9 +60,9 @@ class Roughness(Part):
         raise NotImplementedError
 
     def warnings(self, radius: float, curvature: float) -> Iterable[tuple[str, str]]:  # noqa: ARG002
-        """What makes heights doubtful under a contact of some radius, m: what, and its numbers.
+        """Warnings about heights under a contact of some radius, m: a sentence and its numbers.
 
-        `curvature` is that of the indenter, 1/m.
+        `curvature`, 1/m, belongs to the indenter.
         """
         return ()
 
