@@ -103,10 +103,11 @@ rule figures:
             category="Figures",
             labels={"figure": "{figure}"},
         ),
+    threads: 2
     params:
         version=__version__,
     shell:
-        "{FRETWEAR} figures {STUDY:q}"
+        "{FRETWEAR} figures {STUDY:q} --processes {threads}"
 
 
 rule report:

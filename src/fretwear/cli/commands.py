@@ -16,6 +16,7 @@ from fretwear.cli.common import (
     CaseFile,
     CommandError,
     KeepOlder,
+    Processes,
     Results,
     Status,
     StudyFile,
@@ -221,7 +222,7 @@ def merge(
     say(f"{summary}: {tally.done} points done, {tally.failed} failed, {tally.invalid} invalid")
 
 
-def figures(file: StudyFile, results: Results = None) -> None:
+def figures(file: StudyFile, results: Results = None, processes: Processes = 1) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     study, folder = study_and_results(file, results)
 
@@ -234,7 +235,7 @@ def figures(file: StudyFile, results: Results = None) -> None:
     with open_summary(merged) as summary:
         check_belongs(summary, study)
         extra: Iterator[StudyFigure] = added("fretwear.figures", summary, cases)
-        entries = write_study_figures(summary, cases, drawn, extra)
+        entries = write_study_figures(summary, cases, drawn, extra, processes)
     say(f"{drawn}: {len(entries)} figures")
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
 from fretwear.data.atomic import DataFileError, atomic_path
@@ -72,16 +73,12 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     fixed length: strings of variable length have neither checksum nor compression. `DataFileError`
     if the disk is full or the folder, created if necessary, cannot be written to.
     """
-    with atomic_path(path) as temporary:
-        for number, (name, content) in enumerate(groups.items()):
+    with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
+        for name, content in groups.items():
+            # One open file for all groups; `to_netcdf` opens it again for each.
+            store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]
             encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
-            content.drop_encoding().to_netcdf(
-                temporary,
-                "a" if number else "w",
-                group=name if number else None,
-                engine="netcdf4",
-                encoding=encoding,
-            )
+            content.drop_encoding().dump_to_store(store, encoding=encoding)
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
@@ -143,9 +140,9 @@ def open_group(
         dataset = xr.open_dataset(
             path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
         )
-        for name, variable in dataset.variables.items():
-            if variable.dtype.kind == "O":
-                dataset[name] = variable.copy(data=variable.to_numpy().astype(str))
+        close = dataset.close
+        texts = {n: v for n, v in dataset.variables.items() if v.dtype.kind == "O"}
+        dataset = dataset.assign({n: v.copy(data=v.values.astype(str)) for n, v in texts.items()})
     except (OSError, RuntimeError, ValueError) as cause:
         problem = "it is damaged, or not a netCDF-4 file of fretwear"
         if not Path(path).is_file():
@@ -153,9 +150,8 @@ def open_group(
         raise DataFileError(Path(path), f"{problem} ({cause})", remedy) from cause
     # The first format called the normal load by the name of a method of datasets.
     if "load" in {*dataset.variables, *dataset.dims}:
-        close = dataset.close
         dataset = dataset.rename(load="normal_load")
-        dataset.set_close(close)
+    dataset.set_close(close)
     return dataset
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +16,7 @@ from matplotlib.figure import Figure
 
 from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
-from fretwear.figures.datasets import width_names
+from fretwear.figures.datasets import history_of, width_names
 from fretwear.figures.history import is_constant, representative_cases, scalar_history
 from fretwear.figures.maps import WAYS, fretting_map, wear_map
 from fretwear.figures.profiles import field_profiles, fretting_loops
@@ -50,10 +53,11 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     # The tangential force is a result if a displacement is given.
     is_moved = "tangential_load" not in summary.coords and "tangential_load" not in summary
     results = [*width_names(summary), "wear_volume", "dissipated_energy"]
+    history = history_of(summary).load()
     for result in (*results, *(_OF_DISPLACEMENT if is_moved else ())):
         if result in summary and not is_constant(summary, result):
             name = result.removesuffix("_x")
-            yield _described(name, scalar_history(summary, result))
+            yield _described(name, scalar_history(summary, result, history))
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
@@ -88,15 +92,21 @@ def write_study_figures(
     cases: Path,
     folder: Path,
     extra: Iterable[StudyFigure] = (),
+    processes: int = 1,
 ) -> list[dict[str, str]]:
     """Write every figure of `study_figures`, then `extra` ones, as SVG and PNG, and an index.
 
-    Returns the entries of the index, ``index.json``, which is written last: name and caption.
+    Several processes write while this one draws. Returns the entries of the index, ``index.json``,
+    which is written last: name and caption.
     """
-    entries = []
-    for figures in (study_figures(summary.load(), cases), extra):
-        for name, caption, figure in figures:
-            save_figure(figure, folder / name)
-            entries.append({"name": name, "caption": caption})
+    figures = chain(study_figures(summary.load(), cases), extra)
+    with ProcessPoolExecutor(processes) as pool:
+        each = pool.map if processes > 1 else map
+        entries = [*each(partial(_write, folder), figures)]
     write_text(folder / "index.json", f"{json.dumps(entries, indent=1, ensure_ascii=False)}\n")
     return entries
+
+
+def _write(folder: Path, drawn: StudyFigure) -> dict[str, str]:
+    save_figure(drawn.figure, folder / drawn.name)
+    return {"name": drawn.name, "caption": drawn.caption}

@@ -12,11 +12,10 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
@@ -37,6 +36,9 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
 from fretwear.mechanics.protocols import FrettingProblem, WornContact
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -313,6 +315,9 @@ def _beyond(
     starts = np.append(0, np.cumsum(count))
     cut = np.arange(starts[-1]) - np.repeat(starts[:-1] - first, count)
     row, column = np.divmod(np.repeat(np.arange(count.size), count), plane.shape[1])
+
+    from scipy.sparse import csr_matrix  # takes half a second
+
     within = kind.within(x, y, np.asarray(radii), (row, column, cut))
     return first, csr_matrix((1.0 - within, cut, starts), (count.size, len(radii)))
 
