@@ -105,7 +105,8 @@ class Page:
     name
         Name of the page, and of the module that measures it: ``python -m benchmarks.NAME``.
     introduction
-        Text above the sections, with ``{names}`` of these and ``{minutes}`` that they took.
+        Text above the sections, with their ``{names}``, the ``{minutes}`` that they took and the
+        ``{versions}`` of libraries.
     sections
         What it is made of.
     front
@@ -144,7 +145,7 @@ class Page:
 
     def render(self, entries: Data) -> str:
         """The page in Markdown."""
-        parts, seconds = [], 0
+        parts, seconds, versions = [], 0, dict[str, None]()
         for section in self.sections:
             if section.name not in entries:
                 continue
@@ -156,11 +157,11 @@ class Page:
                 return f"![{section.title}](images/{self.name}/{stem}.svg)"
 
             body = re.sub(r"\{figure(?::(\w+))?\}", image, section.text(entry["data"])).rstrip()
-            versions = ", ".join(f"{name} {number}" for name, number in entry["versions"].items())
-            footer = f"*{entry['seconds']} s of one core; {versions}*"
-            parts.append(f"## {section.title}\n\n{body}\n\n{footer}\n")
+            versions |= {f"{name} {number}": None for name, number in entry["versions"].items()}
+            parts.append(f"## {section.title}\n\n{body}\n")
         head = self.introduction.format(
             minutes=-(-seconds // 60),
+            versions=", ".join(versions),
             names=", ".join(f"`{section.name}`" for section in self.sections),
         )
         return "\n".join([head, *parts])

@@ -28,8 +28,8 @@ CASES: dict[str, dict[str, Any]] = {
 INTRODUCTION = """\
 # Performance
 
-Processor seconds on one thread. `python -m benchmarks.performance` measures them, in about
-{minutes} minutes with the package's extra `bench` installed, and writes this page.
+Processor seconds on one thread. `python -m benchmarks.performance` repeats the measurements in about {minutes} minutes (extra `bench`;
+{versions}).
 
 """
 
@@ -80,9 +80,8 @@ def cases_text(data: Data) -> str:
     ]  # fmt: skip
     header = ["case", "cycles", "processor, s", "memory, MB", "largest printed error"]
     return f"""\
-The contact of the source study with the default settings: the cells that an accuracy of 2 % takes, within ten times the work on the default
-cells, and the twin that estimates errors. Memory is what the run adds to the 90 MB of the
-libraries; errors are those of wear volume and contact area at the last cycle.
+The contact of the [source study](paper.md) with default settings: an accuracy of 2 %, within ten times the work on the default cells, and estimated
+errors. Memory is without 90 MB of libraries; the error is the larger one of wear volume and contact area at the last cycle.
 
 {{figure}}
 
@@ -112,9 +111,8 @@ def peers_text(data: Data) -> str:
 
 {data.get("note", "")}
 
-The first loading of a smooth sphere on {CELLS}² cells, from the shape to the pressure. The residual
-is computed by the same code for all, from the pressure alone; each program has the largest
-tolerance that reaches it on {contacts.TUNING_CELLS}² cells.
+Solution of the first loading of a smooth sphere on {CELLS}² cells. The same code computes all residuals from the pressure; each program has the
+largest tolerance that reaches this residual on {contacts.TUNING_CELLS}² cells.
 
 {table(["", "processor, s", "residual"], solves)}
 """

@@ -25,7 +25,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "numpydoc",
     "sphinx_copybutton",
-    "accessible",
     "mathml",
     "pictures",
     "generated_reference",

@@ -47,8 +47,7 @@ def text_together(data: Data) -> str:
     ratios = [each["computed"] / each["measured"] for each in every]
     near = sum(1 / 1.3 <= ratio <= 1.3 for ratio in ratios)
     return f"""\
-Measured against computed, with the scatter of measurements where repeats show it; the band is ±30
-%. {near} of the {len(every)} numbers to which nothing was fitted are within the band.
+The band is ±30 %; error bars show the scatter of repeats. {near} of the {len(every)} predicted numbers are within the band.
 
 {{figure}}
 """
@@ -59,7 +58,9 @@ SECTIONS = (
     *titanium.SECTIONS,
     *flat_on_flat.SECTIONS,
     *coating.SECTIONS,
-    Section("together", "All of them", measure_together, text_together, figures=figures_together),
+    Section(
+        "together", "All experiments", measure_together, text_together, figures=figures_together
+    ),
     *proposed.SECTIONS,
 )
 
@@ -67,9 +68,8 @@ SECTIONS = (
 INTRODUCTION = """\
 # Published experiments
 
-What published experiments measured, against what fretwear computes: what was fitted, what was predicted, what
-fails. `python -m benchmarks.experiments` runs all of it in about {minutes} min of one core and writes this page;
-the studies are `studies/experiments/*.yaml`, with the measurements beside them, most of them digitised by others.
+Published measurements against results of fretwear. `python -m benchmarks.experiments` repeats the comparison in about {minutes} minutes of one core
+({versions}) from the studies `studies/experiments/*.yaml` and the measurements beside them, most of them digitised by others.
 
 """
 

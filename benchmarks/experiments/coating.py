@@ -43,8 +43,8 @@ def text_fouvry2007(data: Data) -> str:
     return f"""\
 Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on 1.6 µm of TiC on
 steel, 100 N, until the coating spalled. Volumes follow the authors' 415 µm³/J with an rms of
-{100 * data["rms"]:.0f} %; predicted is the depth of the largest volume. Depths scatter by {100 * data["scatter"]:.0f} %. The coating is not represented in the
-elasticity.
+{100 * data["rms"]:.0f} %; the depth of the largest volume is predicted. Depths scatter by {100 * data["scatter"]:.0f} %. The elasticity
+neglects the coating.
 
 {comparison(data["points"])}
 """

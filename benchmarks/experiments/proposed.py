@@ -39,15 +39,17 @@ def text_proposed(data: Data) -> str:
         "stick radius, µm",
     ]
     return f"""\
-No published experiment in partial slip was found that states geometry, load, friction, cycles and the profile of a scar in
-numbers. One that would decide: a ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N,
-±20 N, 30 000 cycles, with loops and the annular scars of both bodies. Predicted at µ = 0.5
+No published experiment in partial slip was found that states geometry, load, friction, cycles and a scar profile in numbers. A suitable test: a
+ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N, ±20 N, 30 000 cycles, with loops and the annular
+scars of both bodies. Predictions at µ = 0.5
 (`studies/experiments/partial_slip.yaml`):
 
 {table(titles, lines)}
 
-The coefficient is the only unknown: it sets when a depth is reached, not the profile at that depth.
+The coefficient, the only unknown, determines when a depth is reached, not the profile at that depth.
 """
 
 
-SECTIONS = (Section("proposed", "What is missing, and a test", measure_proposed, text_proposed),)
+SECTIONS = (
+    Section("proposed", "A proposed test in partial slip", measure_proposed, text_proposed),
+)

@@ -92,10 +92,9 @@ def text_laws(data: Data) -> str:
     ]
     titles = ["law", "numbers", "", "debris fraction", "rms of the seven"]
     return f"""\
-Ti-6Al-4V wears seven times more per energy in slow motion than in fast motion. Two laws describe it: a coefficient that
-falls with the mean density of friction power, and a rim that oxygen reaches with a core inside. Their coefficients are
-fitted to seven volumes of Fouvry, Arnaud, Mignot and Neubauer (2017), which hardly determine the four numbers of rim and
-core; the debris fractions come from [two profiles](#u-and-w-scars-arnaud-2021).
+Ti-6Al-4V wears seven times more per energy in slow motion than in fast motion. Two laws describe this: a coefficient that falls with the mean
+density of friction power, or a rim that oxygen reaches, around a core. They are fitted to seven volumes of Fouvry, Arnaud, Mignot and Neubauer
+(2017), which poorly determine the four numbers of rim and core; the debris fractions come from [two profiles](#u-and-w-scars-arnaud-2021).
 
 {table(titles, lines)}
 """
@@ -169,8 +168,8 @@ frequencies, radii (R) and loads (P). Friction follows from the measured energy.
 
 {table(titles, lines)}
 
-**Neither law describes the R and P series**, of smaller radii and loads: a contact of 133 N/mm wears less per energy than
-one of 1066 N/mm at the same power.
+**Neither law describes the R and P series** of smaller radii and loads: at the same power, a contact of 133 N/mm wears less per energy than a
+contact of 1066 N/mm.
 
 {{figure}}
 """
@@ -199,7 +198,7 @@ def text_vanpeteghem(data: Data) -> str:
     lines = [[name, f"{100 * deviation(points):.0f} %"] for name, points in data["laws"].items()]
     return f"""\
 Van Peteghem, Fouvry and Petit (Wear 271, 2011): the same contact in another campaign, ±35 to ±88 µm, 1000 to 15 000
-cycles, 0.11 to 5 Hz. Nothing is fitted here. Test 7 is left out, by the authors too.
+cycles, 0.11 to 5 Hz. All volumes are predicted. Test 7 is left out, as by the authors.
 
 {table(["law", "rms of nine volumes"], lines)}
 
@@ -229,8 +228,7 @@ def text_pulsating(data: Data) -> str:
     ]
     return f"""\
 The load of 23 tests of both campaigns rose and fell in phase with the motion, from its largest value to R_P times it; in
-three the contact opened once a cycle. Nothing is fitted here. RP_f_16 wore less than a third of what RP_f_21 did in twice
-its cycles.
+three the contact opened once a cycle. All volumes are predicted. RP_f_16 wore less than a third of RP_f_21 in twice as many cycles.
 
 {table(["law", "rms", "within 30 %", "farthest off"], lines)}
 
@@ -299,14 +297,13 @@ def text_arnaud(data: Data) -> str:
     u = data["shapes"]["U"]
     of_u = u["computed"]["0.9"]["deepest"] / u["deepest"] - 1.0
     return f"""\
-Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of the contact above after 5000 cycles, both bodies
-together, digitised by others to ±5 µm. Coefficients and debris fraction of the U (0.94) follow from its profile; the W
-has the rim and core fitted to volumes, and a debris fraction (0.9) chosen with both profiles in view. Half-widths are where a scar is
-deeper than 10 µm.
+Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of the contact above after 5000 cycles, sum of both bodies, digitised by others to ±5 µm. Coefficients and debris fraction of the U (0.94)
+are fitted to its profile; rim and core of the W are fitted to volumes, and its debris fraction (0.9) is chosen for both profiles. Half-widths are measured
+at a depth of 10 µm.
 
 {comparison(data["points"])}
 
-With a debris fraction of 0.9 the depth of the U is {percent(of_u)} off.
+With a debris fraction of 0.9 the depth of the U deviates by {percent(of_u)}.
 
 {{figure:u}}
 

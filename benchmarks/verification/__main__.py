@@ -29,14 +29,13 @@ PARTS = (
 INTRODUCTION = """\
 # Verification in detail
 
-The tables behind [Verification](verification.md). `python -m benchmarks.verification` repeats them in about {minutes} minutes
-of one core (extras `test` and `bench`) and keeps them in `verification.json`; names of sections ({names}) run only
-those, and `--render` only writes the pages.
+`python -m benchmarks.verification` repeats these checks in about {minutes} minutes of one core (extras `test` and `bench`; {versions}); names of
+sections ({names}) run only those.
 
-Unless a section says otherwise the contact is that of the [source study](paper.md) with `slip_model: jaeger`, for which there are closed
-forms: steel on steel, R = 10 mm, P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, so that a = 148.6 µm and p0 = 1081 MPa.
-X = Q/µP is the load ratio, τ = 4 K_w µ κ p0 N the dimensionless number of cycles (τ = 55 is 30000 cycles). Spacings are fractions
-of a; "capped" is p ≤ 4500 MPa. Deviations are signed: computed over reference, minus one.
+Unless stated otherwise, the contact is the [source study's](paper.md) with `slip_model: jaeger`, which has closed forms: steel on steel, R = 10 mm,
+P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, hence a = 148.6 µm and p0 = 1081 MPa. X = Q/µP is the load ratio, τ = 4 K_w µ κ p0 N
+the dimensionless number of cycles (τ = 55 is 30000 cycles). Spacings are fractions of a; "capped" means p ≤ 4500 MPa. Deviations are
+computed over reference, minus one.
 """
 
 

@@ -92,8 +92,8 @@ def text(data: Data) -> str:
     )
     ratios = ", ".join(f"{row['ratio']}" for row in data["ratios"])
     return f"""\
-The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949) at X = {RATIO}; the last column is the
-largest deviation at a/{REQUIRED_AT} for X = {ratios}. Slip is compared in every cell between stick and contact radius.
+The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949) at X = {RATIO}; the last column has the largest
+deviation at a/{REQUIRED_AT} for X = {ratios}. Slip is compared in every cell of the slip annulus.
 
 {found}
 """

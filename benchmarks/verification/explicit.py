@@ -90,7 +90,7 @@ def text(data: Data) -> str:
     ]
     return f"""\
 Archard's law in {STEPS} and {2 * STEPS} explicit steps, extrapolated (`tests/mechanics/oracles.py`), at X = 0.8, a/{CELLS} and
-{CYCLES:.0f} cycles, with low plastic limits (1.5 p0 smooth, 1.8 p0 rough) so that the bodies yield early.
+{CYCLES:.0f} cycles, with plastic limits of 1.5 p0 (smooth) and 1.8 p0 (rough).
 
 {table(["", "steps", "wear volume", "wear depth, L1", "plastic volume"], rows)}
 """

@@ -129,8 +129,8 @@ A smooth elastic sphere after 30000 cycles, against the closed forms of the limi
 
 {main}
 
-At X = {NARROW} the worn annulus is 12 cells of a/110 wide, and the result depends on where the edge of the stick zone falls
-within a cell. Moving it through one cell gives the least and the largest deviation:
+At X = {NARROW} the worn annulus is 12 cells of a/110 wide, and results depend on the position of the stick edge within a cell.
+Least and largest deviation as the edge moves through one cell:
 
 {scatter}
 """

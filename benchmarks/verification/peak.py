@@ -39,7 +39,7 @@ def text(data: Data) -> str:
         for index in (0, 2)
     ]
     return f"""\
-In a worn elastic contact the pressure tends to infinity at the edge of the stick zone; a grid of spacing h cuts it off as
+In a worn elastic contact the pressure tends to infinity at the edge of the stick zone; on a grid of spacing h its peak grows as
 h^−½. X = 0.8:
 
 {table(["", *(f"a/{row['cells']}" for row in shown), "exponent of h"], rows)}

@@ -97,8 +97,7 @@ def text(data: Data) -> str:
     versions = " and ".join(f"{name} {number}" for name, number in data["versions"].items())
     nx, ny = CELLS
     return f"""\
-The first loading by {versions} on the same {nx} × {ny} cells of the whole contact, with their own solvers (Polonsky and
-Keer's method).
+The first loading by {versions} on the same {nx} × {ny} cells, by Polonsky and Keer's method.
 
 {table(["", "pressure, L1", "pressure, largest", "loaded cells"], rows)}
 """

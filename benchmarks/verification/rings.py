@@ -100,12 +100,12 @@ def text(data: Data) -> str:
     ]
     return f"""\
 Runs on grids against an independent solution on concentric rings, with dense matrices and small backward steps
-(`benchmarks/verification/reference_rings.py`), known to 0.3 % or better. Largest deviation from τ = 0.5 to 20:
+(`benchmarks/verification/reference_rings.py`), accurate to 0.3 %. Largest deviation from τ = 0.5 to 20:
 
-{table(["", *NAMES.values(), "cells across the band that yields"], rows)}
+{table(["", *NAMES.values(), "cells across the yielding band"], rows)}
 
-Bodies yield in a narrow band at the edge of the stick zone. A grid whose cells are wider than this band (X = 0.2 and 0.5)
-stays too close to the elastic result; by default smooth spheres that yield are computed on rings, which resolve it.
+Bodies yield in a narrow band at the edge of the stick zone. A grid with cells wider than this band (X = 0.2 and 0.5) stays too close to the
+elastic result; by default such spheres are computed on rings, which resolve the band.
 """
 
 

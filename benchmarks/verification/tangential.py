@@ -101,7 +101,7 @@ def text(data: Data) -> str:
     ]
     nx, ny = data["cells"]
     return f"""\
-Slip s = µκ g* against a dense solution of the tangential problem with one component (`tests/mechanics/oracles.py`), from 0
+Slip s = µκ g* against a dense solution of the tangential problem along x (`tests/mechanics/oracles.py`), from 0
 to +Q, to −Q and back, on {nx} × {ny} cells, at X = {", ".join(map(str, RATIOS))}. Largest differences over the largest value:
 
 {table(["", *names.values()], rows)}

@@ -75,25 +75,22 @@ def text(entries: Data) -> str:
 
 ## Theory
 
-After very many cycles a smooth elastic contact stops wearing: the stick zone carries the whole
-load, and pressure and scar have closed forms. Points are computed, after 30000 cycles from an
-unworn sphere; lines are theory. At the edge of the stick zone the theoretical pressure is infinite;
-the axis ends at 3 p₀.
+After very many cycles a smooth elastic contact stops wearing: the stick zone carries the whole load, and pressure and scar have closed forms
+(lines). Points are computed after 30000 cycles. At the edge of the stick zone the theoretical pressure is infinite.
 
 ![Pressure and wear depth along x: points on lines](images/verification/front_theory.svg)
 
 ## Other programs
 
-The largest deviations from programs and methods that solve the same equations in another way.
+Largest deviations from independent solutions of the same equations.
 
 ![Largest deviations from other programs](images/verification/front_programs.svg)
 
 ## Experiments
 
-Volumes, depths and widths of scars, measured by others; the band is ±30 %. Numerical errors are
-far smaller: what is left comes from wear laws, friction and the scatter of wear itself. [Published
-experiments](experiments.md) says what was fitted and what was predicted, and which experiments the
-model fails to describe.
+Volumes, depths and widths of scars in published experiments; the band is ±30 %. Numerical errors are far smaller: deviations come from wear laws,
+friction and the scatter of wear. [Published experiments](experiments.md) lists fitted and predicted numbers, and experiments that the model
+fails to describe.
 
 ![Measured against computed scars of published experiments](images/experiments/together.svg)
 
@@ -101,8 +98,7 @@ model fails to describe.
 
 {table(["what", "against", "largest"], rows, left=2)}
 
-[All checks](checks.md) has the tables, and `python -m benchmarks.verification` repeats them. [What the model leaves
-out](explanation/limits.md) is another matter.
+[Verification in detail](checks.md) has all tables. These errors are numerical; [limits](explanation/limits.md) lists what the model leaves out.
 
 ```{{toctree}}
 :hidden:

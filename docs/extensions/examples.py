@@ -23,18 +23,14 @@ import argparse
 import contextlib
 import io
 import math
-import multiprocessing
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -43,12 +39,6 @@ import yaml
 REPOSITORY = Path(__file__).resolve().parents[2]
 NEEDED = ("Snakefile", "profiles", "studies")
 
-COMMANDS = {"fretwear": "fretwear.cli", "snakemake": "snakemake.cli"}
-"""Modules of the commands that a line of bash may consist of, each with a function `main`.
-
-Such a line runs in a fork, which need not import again what this process has imported.
-"""
-_OF_A_SHELL = re.compile(r"[|&;<>$`*?\\]")
 _BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^>]*) -->\n+)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
@@ -63,25 +53,13 @@ class ExampleError(AssertionError):
 
 @dataclass(frozen=True)
 class Block:
-    """One fenced block of a page.
-
-    Attributes
-    ----------
-    language, text : str
-        Language of the fence, and what stands in it.
-    note : str
-        The comment above it.
-    line : int
-        Number of its first line in the page.
-    start, end : int
-        Where its text stands in the page.
-    """
+    """One fenced block of a page."""
 
     language: str
     text: str
-    note: str
-    line: int
-    start: int
+    note: str  # the comment above it
+    line: int  # of its first line in the page
+    start: int  # of its text in the page
     end: int
 
     @property
@@ -142,32 +120,22 @@ class Session:
         # Commands come from the Python that runs this, whether or not its environment is active.
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         environment = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
-        calls = [shlex.split(line, comments=True) for line in block.text.splitlines()]
-        is_plain = all(call[:1] and call[0] in COMMANDS for call in calls)
-        with tempfile.NamedTemporaryFile("w+", encoding="utf-8") as output:
-            if is_plain and not _OF_A_SHELL.search(block.text):
-                status = 0
-                for call in calls:
-                    arguments = call, self.folder, environment, output.name
-                    status = status or _forked(_called, *arguments)
-            else:
-                status = subprocess.run(
-                    ["bash", "-euo", "pipefail", "-c", block.text],
-                    cwd=self.folder,
-                    env=environment,
-                    stdin=subprocess.DEVNULL,
-                    stdout=output,
-                    stderr=subprocess.STDOUT,
-                    check=False,
-                ).returncode
-            output.seek(0)
-            printed = output.read()
-        if status != block.status:
+        done = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", block.text],
+            cwd=self.folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        if done.returncode != block.status:
             raise ExampleError(
-                f"line {block.line}: exit status {status} instead of {block.status} "
-                f"of\n{block.text}\n{printed}"
+                f"line {block.line}: exit status {done.returncode} instead of {block.status} "
+                f"of\n{block.text}\n{done.stdout}"
             )
-        return printed
+        return done.stdout
 
     def _python(self, block: Block) -> str:
         printed = io.StringIO()
@@ -198,25 +166,6 @@ class Session:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
         return ""
-
-
-def _forked(function: Callable[..., object], *arguments: object) -> int:
-    """Call a function in a fork, which has imported what this process has; return its status."""
-    process = multiprocessing.get_context("fork").Process(target=function, args=arguments)
-    process.start()
-    process.join()
-    return process.exitcode or 0
-
-
-def _called(call: list[str], folder: Path, environment: dict[str, str], output: str) -> None:
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    for stream in (1, 2):
-        os.dup2(os.open(output, os.O_WRONLY | os.O_APPEND), stream)
-    sys.argv = call
-    sys.exit(import_module(COMMANDS[call[0]]).main())
 
 
 def _updated(old: Any, new: Any) -> Any:
@@ -295,16 +244,14 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="write what is printed into the page")
     parser.add_argument("pages", nargs="+", type=Path)
     arguments = parser.parse_args()
-    # What most commands and pages import takes longer than many of them.
-    for name in (
-        "fretwear.cli.program",
-        "fretwear.data.merge",
-        "matplotlib.pyplot",
-        "snakemake.cli",
-    ):
-        import_module(name)
-    run = partial(run_page, write=arguments.write)
-    sys.exit(max(_forked(run, file) for file in arguments.pages))
+    status = 0
+    for file in arguments.pages:
+        try:
+            run_page(file, write=arguments.write)
+        except ExampleError as error:
+            print(f"{file}: {error}", file=sys.stderr)
+            status = 1
+    sys.exit(status)
 
 
 if __name__ == "__main__":

@@ -17,50 +17,21 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
-from pictures import refresh
-from PIL import Image
+from examples import REPOSITORY
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from fretwear.data.files import write_case
-from fretwear.data.merge import merge_study
 from fretwear.figures import save_as
-from fretwear.run.simulate import run
-from fretwear.study.reading import load_study
 
 logger = logging.getLogger(__name__)
-# The study whose report the start page shows.
-REPORTED = "gallery"
-THUMBNAIL = (240, 150)
 
 
-def run_study(file: Path, results: Path) -> None:
-    """Run every case of a study and merge them, as the workflow does."""
-    study = load_study(file)
-    for case_id, case in study.cases().items():
-        result = run(case)
-        write_case(
-            result.dataset, result.history, results / "cases" / f"{case_id}.nc", result.loops
-        )
-    merge_study(study, results / "cases", results / "summary.nc")
-
-
-def draw(script: Path, place: Path, folder: Path) -> None:
-    """Run a script in a folder with the results of its study, and keep its picture."""
-    source = script.read_text(encoding="utf-8")
-    before = Path.cwd()
-    os.chdir(place)
-    try:
-        names: dict[str, Any] = {}
-        exec(compile(source, script, "exec"), names)
-    finally:
-        os.chdir(before)
-    small = folder / f"{script.stem}.png"
+def draw(script: Path, folder: Path) -> None:
+    """Run a script in the current folder, and keep its figure and a small picture of it."""
+    names: dict[str, Any] = {}
+    exec(compile(script.read_text(encoding="utf-8"), script, "exec"), names)
     save_as(names["figure"], folder / f"{script.stem}.svg")
-    names["figure"].savefig(small, dpi=100)
-    picture = Image.open(small).convert("RGB")
-    picture.thumbnail(THUMBNAIL)
-    picture.save(small, optimize=True)
+    names["figure"].savefig(folder / f"{script.stem}.png", dpi=50)
     plt.close("all")
 
 
@@ -102,23 +73,25 @@ def write_all(source: Path, *, with_pictures: bool) -> None:
     small = f'<div class="thumbnails">\n\n{small}\n</div>\n'
     (folder.parent / "thumbnails.md").write_text(small, encoding="utf-8")
     if with_pictures:
-        studies = sorted((source / "gallery").glob("*.yaml"))
-        refresh(folder, [*scripts, *studies], lambda: draw_all(source, folder))
+        draw_all(source, folder)
 
 
 def draw_all(source: Path, folder: Path) -> None:
-    """Run the studies of the gallery, draw its pictures and make the report."""
+    """Run the studies of the gallery, draw its pictures and keep the report of its first study."""
+    before = Path.cwd()
     with tempfile.TemporaryDirectory() as place:
         for study in sorted((source / "gallery").glob("*.yaml")):
-            run_study(study, Path(place, "results", study.stem))
-        for script in sorted((source / "gallery").glob("*.py")):
-            logger.info("drawing %s", script.name)
-            draw(script, Path(place), folder)
-        results = Path(place, "results", REPORTED)
-        for command in ("figures", "report"):
-            call = [sys.executable, "-m", "fretwear", command, f"{REPORTED}.yaml"]
-            subprocess.run([*call, "--results", results], cwd=source / "gallery", check=True)
-        shutil.copy(results / "report.html", folder.parent)
+            call = [sys.executable, "-m", "snakemake", "--quiet", "all", "--cores", "2"]
+            call += ["--snakefile", REPOSITORY / "Snakefile", "--config", f"study={study}"]
+            subprocess.run(call, cwd=place, check=True)
+        shutil.copy(Path(place, "results", "gallery", "report.html"), folder.parent)
+        os.chdir(place)
+        try:
+            for script in sorted((source / "gallery").glob("*.py")):
+                logger.info("drawing %s", script.name)
+                draw(script, folder)
+        finally:
+            os.chdir(before)
 
 
 def copy_report(app: Sphinx, error: Exception | None) -> None:

@@ -138,22 +138,13 @@ def sections() -> str:
     return table(("key", "value", "default", "meaning"), rows)
 
 
-def stress_output() -> str:
-    """Write the table of the keys of ``output.stress`` in a study file."""
-    schema = study_schema()["properties"]["output"]["properties"]["stress"]
-    rows = [
-        (f"`{name}`", part.get("description", "")) for name, part in schema["properties"].items()
-    ]
-    return table(("key", "meaning"), rows)
-
-
-def measurements() -> str:
-    """Write the table of the keys of a measurement in the section ``fit`` of a study file."""
+def keys_of(*path: str) -> str:
+    """Write the table of the keys at a place in the schema of a study file."""
     schema: Any = study_schema()
-    keys = schema["properties"]["fit"]["properties"]["data"]["items"]["properties"]
-    return table(
-        ("key", "meaning"), [(f"`{n}`", about["description"]) for n, about in keys.items()]
-    )
+    for key in path:
+        schema = schema[key] if key == "items" else schema["properties"][key]
+    rows = [(f"`{name}`", part["description"]) for name, part in schema["properties"].items()]
+    return table(("key", "meaning"), rows)
 
 
 def _kinds(part: Mapping[str, Any]) -> str:
@@ -297,8 +288,8 @@ def write_all(folder: Path) -> None:
         "materials": materials(),
         "notation": notation_table(),
         "sections": sections(),
-        "stress_output": stress_output(),
-        "measurements": measurements(),
+        "stress_output": keys_of("output", "stress"),
+        "measurements": keys_of("fit", "data", "items"),
         "coordinates": variables((CYCLE, X, Y)),
         "fields": variables(FIELDS),
         "stresses": variables((*STRESSES, *EDGE_STRESSES, *CRACKS)),

@@ -2,27 +2,20 @@
 
 A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own commands
 leave in their folder (`examples.Session`). It is made when the pages are built; a page that does
-not run, or prints something else than it shows, stops the build. What was made from the same page,
-package and extensions before is kept.
+not run, or prints something else than it shows, stops the build.
 """
 
 from __future__ import annotations
 
-import hashlib
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable
-from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from examples import NEEDED, REPOSITORY, ExampleError, Session, check
+from examples import ExampleError, Session, check
 from sphinx.application import Sphinx
 from sphinx.util import logging
-
-import fretwear
 
 logger = logging.getLogger(__name__)
 
@@ -31,23 +24,6 @@ def pictures_of(page: Path) -> list[str]:
     """Files that the blocks of a page must make."""
     pattern = rf"generated/{re.escape(page.stem)}/([^)>\s]+)[)>]"
     return re.findall(pattern, page.read_text(encoding="utf-8"))
-
-
-def refresh(folder: Path, made_from: Iterable[Path], make: Callable[[], None]) -> None:
-    """Fill a folder, unless neither these files nor the package changed since it was filled."""
-    places = [Path(fretwear.__file__).parent, Path(__file__).parent]
-    places += [REPOSITORY / name for name in NEEDED]
-    files = chain(
-        made_from, *(sorted(place.rglob("*")) if place.is_dir() else [place] for place in places)
-    )
-    digest = hashlib.sha256()
-    for file in files:
-        if file.is_file() and file.suffix not in (".pyc", ".so"):
-            digest.update(file.read_bytes())
-    stamp = folder / ".made_from"
-    if not stamp.exists() or stamp.read_text() != digest.hexdigest():
-        make()
-        stamp.write_text(digest.hexdigest())
 
 
 def make(page: Path, folder: Path) -> None:
@@ -68,9 +44,8 @@ def _make_all(app: Sphinx) -> None:
     for page in sorted(source.rglob("*.md")):
         if page.is_relative_to(source / "generated") or not pictures_of(page):
             continue
-        folder = source / "generated" / page.stem
         try:
-            refresh(folder, [page], partial(make, page, folder))
+            make(page, source / "generated" / page.stem)
         except (ExampleError, OSError) as error:
             logger.warning("%s: %s", page, error)
 
