@@ -1,27 +1,24 @@
-"""The section of a report on a fit, and its figures: data with fit, interval and residuals."""
+"""The section of a report on a fit, and its figures."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group
-from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.report import Section, table_html
-from fretwear.units import readable_unit
 from fretwear_fit.results import parameter_table
 
-_HEIGHT = 80.0
+if TYPE_CHECKING:
+    from fretwear.figures.study import StudyFigure
+    from fretwear.figures.style import JournalFigure
 
 
 def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
@@ -47,13 +44,14 @@ def _body(record: Mapping[str, Any]) -> Markup:
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
     """Yield a figure for each profile and loop that a fit beside a folder of cases was made to."""
+    from fretwear.figures.study import StudyFigure
+
     path = cases.parent / "fit.nc"
     for name, figure in plots_of_file(path) if path.exists() else ():
-        words = figure.caption if isinstance(figure, JournalFigure) else ""
-        yield StudyFigure(name, words, figure)
+        yield StudyFigure(name, figure.caption, figure)
 
 
-def plots_of_file(path: Path) -> Iterator[tuple[str, Figure]]:
+def plots_of_file(path: Path) -> Iterator[tuple[str, JournalFigure]]:
     """Yield name and figure of each profile and loop of a file of a fit; none of another file."""
     try:
         data, predicted = (
@@ -62,40 +60,10 @@ def plots_of_file(path: Path) -> Iterator[tuple[str, Figure]]:
         )
     except DataFileError:
         return
+    # Reports have the section, and do not wait for matplotlib.
+    from fretwear_fit.figures import fit_figure
+
     for name in map(str, data.data_vars):
         number = name.removeprefix("data_")
         if (places := data.coords.get(f"position_{number}")) is not None:
             yield f"fit_{number}", fit_figure(data[name], predicted[name], places)
-
-
-@styled
-def fit_figure(measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataArray) -> Figure:
-    """A measured profile or loop, the fit with its interval of 95 %, and the residuals.
-
-    The arrays are those of the groups ``observed_data`` and ``posterior_predictive`` of a fit.
-    """
-    draws = predicted.values.reshape(-1, measured.size)
-    mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)
-    si_unit = str(measured.attrs["units"])
-    along, unit = readable_unit(places.values, "m"), readable_unit(measured.values, si_unit)
-    x, readings, is_profile = along.of(places.values), unit.of(measured.values), si_unit == "m"
-    figure = JournalFigure(1, _HEIGHT)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    upper.plot(x, readings, ".", ms=2.5, color=MUTED, label="measured")
-    ends = unit.of(low), unit.of(high)
-    if is_profile:
-        upper.fill_between(x, *ends, color=CATEGORICAL[0], alpha=0.2, lw=0)
-        upper.invert_yaxis()
-    else:
-        upper.vlines(x, *ends, color=CATEGORICAL[0], alpha=0.2)
-    line = "-" if is_profile else "_"
-    upper.plot(x, unit.of(mean), line, ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
-    upper.set_ylabel(f"{'Depth' if is_profile else 'Force'} ({unit.name})")
-    upper.legend()
-    lower.axhline(0.0, lw=0.6, color=MUTED)
-    lower.plot(x, readings - unit.of(mean), ".", ms=2.5, color=MUTED)
-    lower.set_xlabel(f"{'Position' if is_profile else 'Displacement'} ({along.name})")
-    lower.set_ylabel(f"Residual ({unit.name})")
-    title = str(measured.attrs["long_name"])
-    caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")
-    return figure

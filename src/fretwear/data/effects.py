@@ -100,7 +100,8 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     last = (stored * xr.Variable(CYCLE.name, np.arange(stored.sizes[CYCLE.name]))).argmax(
         CYCLE.name
     )
-    return {str(name): about.isel({CYCLE.name: last}).values for name, about in table.items()}
+    at = last.values[..., None]
+    return {str(n): np.take_along_axis(about.values, at, -1)[..., 0] for n, about in table.items()}
 
 
 def points_table(summary: xr.Dataset) -> pd.DataFrame:

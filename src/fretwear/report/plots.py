@@ -88,7 +88,8 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
     x, ticks = _places(points, name)
     traces: list[dict[str, Any]] = []
-    table = points.table.assign(x=x[points.place(name)], y=unit.of(values)).dropna(subset="y")
+    table = points.table[[*points.levels]].assign(x=x[points.place(name)], y=unit.of(values))
+    table = table.dropna(subset="y")
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
         if second and not any(isinstance(level, str) for level in points.levels[second]):
@@ -102,6 +103,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
         xs, ys = rounded(table["x"]), rounded(table["y"])
         traces.append({"x": xs, "y": ys, "mode": "markers", "marker": marker})
     else:
+        table = table.sort_values("x", kind="stable")
         levels = points.levels[second] if second else ("",)
         factors = {next(iter(row["where"].values())): row for _, row in parts.iterrows()}
         for place, (level, color) in enumerate(zip(levels, _colours(len(levels)), strict=True)):
@@ -180,8 +182,7 @@ def _mean(values: pd.Series[float]) -> float:
 
 
 def _line(line: pd.DataFrame) -> list[tuple[float | None, float | None]]:
-    ordered = line.sort_values("x")
-    return list(zip(rounded(ordered["x"]), rounded(ordered["y"]), strict=True))
+    return list(zip(rounded(line["x"]), rounded(line["y"]), strict=True))
 
 
 def _colours(count: int) -> Sequence[str]:

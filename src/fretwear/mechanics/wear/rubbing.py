@@ -17,10 +17,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import ceil, inf
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from fretwear.arrays import Array, Mask, Places
 from fretwear.mechanics.contact.cells import ContactError, Geometry
@@ -30,6 +29,9 @@ from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 # Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
 # rounded edge of a line contact and per wave.
@@ -133,6 +135,8 @@ class Rubbing:
         both = problem.roughness, problem.counterface
         if None in both:
             both = problem.rough, None
+        from scipy.sparse import csr_matrix  # takes half a second
+
         # One row for each cell; one column for each value of the flat's wear, then the indenter's.
         self.shapes: list[Array] = []
         self.worn: list[csr_matrix] = []
