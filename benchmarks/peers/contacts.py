@@ -114,7 +114,7 @@ class ContactMechanics(Peer):
         surface = Topography(-shape, tuple(self.lengths), periodic=False)
         result = NonSmoothContactSystem(self._bodies, surface).minimize_proxy(
             external_force=load,
-            # As the forces, that of one cell, N.
+            # Of one cell, N, like the forces.
             hardness=limit * self.window.unit_area if limit < math.inf else None,
             pentol=self.tolerance * float(np.ptp(shape)),
             forcetol=1e-9 * load,

@@ -6,6 +6,7 @@ the parameters and sections of a study file, the variables of a dataset, the com
 
 from __future__ import annotations
 
+import html
 import math
 import re
 import subprocess
@@ -260,10 +261,11 @@ def command_line() -> str:
         capture_output=True,
         text=True,
     )
-    text = done.stdout.replace("&#x27;", "'").replace("&quot;", '"')
+    text = html.unescape(done.stdout)
     text = re.sub(r"^# `fretwear`\n", "", text, flags=re.MULTILINE)
     example = r"Example:\n\n```bash\n\1\n```"
-    text = re.sub(r"^\[dim\]Example:\[/dim\] (.*)$", example, text, flags=re.MULTILINE)
+    text = re.sub(r"\[/?dim\]", "", text)
+    text = re.sub(r"^Example: (.*)$", example, text, flags=re.MULTILINE)
     text = re.sub(
         r"^\$ (.*)$", lambda match: re.sub(r"[{}]", "", match[1]), text, flags=re.MULTILINE
     )

@@ -242,7 +242,7 @@ _SCALARS = variables(
 approach                | m  | $δ$   | µm | | | of the bodies
 tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
 normal_force            | N  | $P$   |    | | | of the whole contact
-tangential_force        | N  | $Q$   |    | tangential force amplitude | | as it comes out
+tangential_force        | N  | $Q$   |    | tangential force amplitude | | given or computed
 regime                  | 1  |       | 1  | sliding regime | | 0 partial slip, 1 gross slip
 sliding_ratio           | 1  | $A$   | 1  | | none |
     dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one
@@ -289,7 +289,7 @@ mean_slip_friction | 1 | $\bar{µ}$ | 1 | mean coefficient of friction in the sl
 """
 )
 SCALARS, OPTIONAL_SCALARS = _SCALARS[:-3], _SCALARS[-3:]
-"""Scalars of every case, those of each body and of friction that follows slip, and the latter."""
+"""Scalars of all cases, and of some: wear of each body, friction that follows slip."""
 
 AT_SNAPSHOTS = ("sliding_criterion",)
 """Scalars absent from the history of all steps, because each value takes a contact solution."""

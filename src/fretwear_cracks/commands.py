@@ -49,7 +49,7 @@ def stress_below(
 ) -> None:
     """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
 
-    Prints where each is largest.
+    Prints the largest value of each with its place.
     """
     from fretwear_cracks import results
 
@@ -80,8 +80,8 @@ def fatigue_of(
     """Report where a crack is expected at each snapshot, and whether wear or the crack comes first.
 
     Prints the largest Smith-Watson-Topper parameter with its place and plane. With the fatigue
-    constants of a material it also prints lives, and Miner's sum of points that wear uncovers and
-    then removes.
+    constants of a material it also prints lives, and Miner's sum at points that
+    wear uncovers and removes.
     """
     from fretwear_cracks import fatigue
 

@@ -148,7 +148,7 @@ def fatigue(
 def stored_fatigue(
     case: Path, cycles: Iterable[int] | None, depth: float | None, constants: Mapping[str, Any]
 ) -> xr.Dataset:
-    """The fatigue of a case file, from the folder ``fatigue`` beside that of the cases.
+    """The fatigue of a case file, from the folder ``fatigue`` beside the folder of cases.
 
     It is computed where it is missing, or of another case file, request or code. `StressError` if
     stresses of the case are not known, `DataFileError` if a file cannot be read or written.

@@ -124,7 +124,7 @@ class LoadedSurface:
         return shears
 
     def reduced(self, part: float, start: Array) -> ReducedContact:
-        """The reduced contact after part of the way from +Q to −Q; at 1 it is that of +Q itself."""
+        """The reduced contact after part of the way from +Q to −Q; 1 gives the one at +Q."""
         geometry, full = self.half_space.geometry, self.ratio * self.pressure
         load = geometry.integral(full - self.shear / self.friction * part)
         shape = self.gap - self.sheared.displacement(full)

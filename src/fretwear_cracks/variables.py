@@ -41,7 +41,7 @@ crossland           | Pa | | MPa | Crossland parameter | free |
     root of the second invariant of the amplitude of the deviator plus the weighed largest mean
     stress
 ruiz                | Pa2 m | | | Ruiz parameter | |
-    of the surface: largest stress along x, if it is tension, times shear traction at +Q and slip
+    at the surface: largest tension along x times shear traction at +Q and slip
     amplitude
 """
 )
@@ -58,10 +58,10 @@ crack_depth | m | | µm | depth of the largest parameter | | below the surface o
 crack_angle | degree | | | angle of the worst plane | free | from +x downwards
 life        | 1 | $N_f$ | | fatigue life at the stresses of the snapshot | log |
     to a crack, in cycles; infinite where nothing is in tension
-largest_damage | 1 | $D$ | 1 | largest fatigue damage of what is left | | Miner's sum since
-    cycle 0 of points that keep their place in the material; 1 is a crack
-crack_cycle | 1 | | | cycle of the first crack | none | by Miner's sum, also of points that
-    wear has removed since; NaN if there is none
+largest_damage | 1 | $D$ | 1 | largest fatigue damage of the remaining material |
+    | Miner's sum since cycle 0 at fixed points of the material; 1 is a crack
+crack_cycle | 1 | | | cycle of the first crack | none | by Miner's sum, also at
+    points removed by wear since; NaN if there is none
 fatigue_outcome | 1 | | 1 | outcome of fatigue and wear | | 0 no crack, with or without wear;
     1 wear wins: a crack would be there without it, or was worn away; 2 a crack wins
 """

@@ -70,7 +70,7 @@ def split_loops(
 ) -> None:
     """Split a recording into cycles: friction, displacement and energy over the cycles.
 
-    The last line printed is the friction as the base of a study takes it.
+    The last line is the friction in the form for the base of a study.
     """
     from fretwear.data.atomic import write_text
     from fretwear_fit.loops import friction_text, loop_history

@@ -233,8 +233,8 @@ class Comparison:
     def settled(self, signal: Array, start: Array | None = None) -> Array:
         """The nuisances with the least sum of squares for a signal.
 
-        Without a start, those of a loop are sought from its middle on, and the shift of a profile
-        over the whole width.
+        Without a start, a loop is searched from its middle on, and the shift of a profile over the
+        whole width.
         """
         from scipy.optimize import least_squares
 
@@ -322,7 +322,7 @@ class Comparison:
         return np.column_stack([*by_signal, self.slopes(signal, nuisances)])
 
     def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
-        """The same derivatives, not yet whitened: those of residuals of a profile are in m."""
+        """The same derivatives, not yet whitened: for residuals of a profile in m."""
         blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
         return blank.derivatives(signal, nuisances, changes)
 

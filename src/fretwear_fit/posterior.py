@@ -12,8 +12,8 @@ from fretwear_fit.emulator import Emulator
 from fretwear_fit.estimate import Fitter, Profile
 
 CHAINS, DRAWS = 4, 1000
-TOGETHER = 0.95  # correlation beyond which intervals are those of the draws
-_LOPSIDED = 2.0  # so they are where one half of an interval is this many times the other
+TOGETHER = 0.95  # correlation above which intervals come from the draws
+_LOPSIDED = 2.0  # ratio of the halves of an interval above which they do
 _LEVEL = 0.9
 _WALKERS, _BURN_IN, _THIN = 200, 300, 40
 _SCALES = 32  # values of the variance of the noise
@@ -30,7 +30,7 @@ class Posterior:
     """
 
     draws: Array  # in the coordinates in which parameters are sought, shape (4, 1000, p)
-    reason: str = ""  # why intervals are those of the draws; empty where the profiles do
+    reason: str = ""  # why intervals come from the draws; empty if from profiles
     missed: float = 0.0  # largest error of χ² at the last runs that checked the emulator
 
     @property

@@ -291,7 +291,7 @@ class Measurement(Part):
     baseline: Annotated[
         tuple[Literal[BASELINE], ...],  # type: ignore[valid-type]
         BeforeValidator(_as_tuple),
-        Field(description="What of the base line is free; none: nothing."),
+        Field(description="Free parts of the base line; none: no part."),
     ] = BASELINE
     value: Annotated[Any, Field(description="A measured number.", json_schema_extra=_TEXT)] = None
     error: Annotated[
@@ -304,7 +304,7 @@ class Measurement(Part):
     units: Annotated[
         tuple[str, ...] | None,
         BeforeValidator(_as_tuple),
-        Field(description="Their units, where the file does not say them: [mm, um]."),
+        Field(description="Their units, if the file lacks them: [mm, um]."),
     ] = None
     skip: Annotated[
         int, Field(description="Lines before the names of the columns.", ge=0, le=10**6)
@@ -317,7 +317,7 @@ class Measurement(Part):
     )
     unit: Annotated[
         str | None,
-        Field(description="Unit of lengths in the file of an instrument that does not say it."),
+        Field(description="Unit of lengths, if the file of an instrument lacks it."),
     ] = None
 
     def __post_init__(self) -> None:

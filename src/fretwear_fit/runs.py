@@ -50,7 +50,7 @@ class Runs:
         folder: Path | None = None,
         each: Callable[..., Iterator[xr.Dataset]] = map,
     ) -> None:
-        """Begin; `each` maps a function to cases, such as that of a pool of processes."""
+        """Begin; `each` maps a function to cases, such as the map of a pool of processes."""
         self.profiles, self.folder, self.each = sorted(profiles), folder, each
         self.done: dict[str, xr.Dataset] = {}
         self.computed = 0  # runs that were made

@@ -195,7 +195,7 @@ class MeasuredRoughness(FromFile, Roughness):
     body: Annotated[
         Literal["flat", "indenter"],
         Plain("body", "body of the surface", like="flat"),
-        "The body that has this surface.",
+        "Body with this surface.",
     ] = "flat"
     form: Annotated[
         str,

@@ -1,8 +1,8 @@
 """Tables of numbers in text files, as instruments, recorders and spreadsheets write them.
 
 The line before the first numbers names the columns, with units in brackets, behind a slash or in a
-line of their own. Its separator is that of the table; a comma within numbers is then a decimal
-comma. What a file does not say, keys beside its name say (`Layout`).
+line of their own. Its separator is also the table's; other commas are decimal commas.
+Keys beside the name of a file set what the file lacks (`Layout`).
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def read_text_table(path: Path, layout: Layout = Layout()) -> Table:
     if decimal is None:
         written = [cell for row in cells for cell in row]
         comma = any("," in cell for cell in written) and not any("." in cell for cell in written)
-        decimal = "," if comma else "."  # those of a table with commas between cells are quoted
+        decimal = "," if comma else "."  # cells with such a comma are quoted
     count = len(names) or max(map(len, cells))
     values = np.full((len(cells), count), np.nan)
     for place, ((number, line), row) in enumerate(zip(rows[first:], cells, strict=True)):
@@ -132,7 +132,7 @@ def read_text_table(path: Path, layout: Layout = Layout()) -> Table:
 
 
 def _text(path: Path, encoding: str | None) -> str:
-    """The text of a file in its encoding: given, by its first bytes, UTF-8, or that of Windows."""
+    """The text of a file in its encoding: given, by its first bytes, UTF-8 or Windows'."""
     try:
         content = path.read_bytes()
     except OSError as error:

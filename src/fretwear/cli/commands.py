@@ -40,7 +40,7 @@ _FIGURE = "File to write: .png, .svg or .pdf."
 _FOLDER = typer.Argument(
     metavar="[FOLDER]", help="Folder, created if necessary.", show_default="here"
 )
-_STUDY_NAME = "Study to begin with; a wrong name is answered by all."
+_STUDY_NAME = "Study to begin with; a wrong name lists all names."
 
 _SNAKEFILE = """\
 # The workflow that comes with fretwear, from study files to datasets, figures and reports:

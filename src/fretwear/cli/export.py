@@ -18,7 +18,7 @@ from fretwear.cli.common import (
 )
 
 _TO = "Format of the files."
-_OUTPUT = "File to write; the names of several begin as this one does."
+_OUTPUT = "File to write; several files share the beginning of this name."
 _CYCLE = "Snapshot to write."
 
 
@@ -35,7 +35,7 @@ def export(
     """Write a case or its stresses in a format that other programs read.
 
     vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them,
-    x3p its heights for programs that read surfaces.
+    x3p its heights for surface software.
     """
     from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle

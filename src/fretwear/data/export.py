@@ -147,8 +147,8 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
 def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
     """Write the heights of the worn flat, m, as programs for measured surfaces read them.
 
-    They are minus the wear depth at the last snapshot, upwards, of both bodies together if that of
-    the flat is not known. It takes the library SurfaceTopography; `ExportError` without it, or if
+    They are minus the wear depth at the last snapshot, upwards, of both bodies together if the wear
+    of the flat is unknown. The library SurfaceTopography is needed; `ExportError` without it, or if
     the dataset has no map of wear.
     """
     try:

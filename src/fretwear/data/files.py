@@ -177,7 +177,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     ------
     DataFileError
         If the file is missing, damaged, incomplete or not the file of one case, or if units or axes
-        are not those of a case.
+        are wrong.
     """
     dataset = open_group(path)
     try:
@@ -193,7 +193,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
 def _check_case(
     path: Path, attributes: Mapping[Any, Any], variables: Mapping[Any, xr.Variable]
 ) -> None:
-    """Raise a `DataFileError` unless a file with these contents is that of one case."""
+    """Raise a `DataFileError` unless these are the contents of a file of one case."""
     if CASE_ID.name not in attributes or STATUS.name in variables:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
     # Only datasets of the first format, saved by xarray, may lack the attribute.

@@ -120,7 +120,7 @@ def compare_cases(
     """Superimpose two cases: profiles along x, widths and wear volume over the cycles.
 
     The key gives the titles of the cases. Profiles belong to the last snapshot that both have.
-    `histories` by the same titles are by default those of the files of the cases.
+    `histories` by the same titles come by default from the files of the cases.
     """
     first, second = cases.values()
     cycles = compared_cycles(first, second)

@@ -143,8 +143,8 @@ def scalar_history(
 ) -> Figure:
     """Draw any scalar result, such as ``wear_volume``, against the cycles.
 
-    Lines go through every step of the `history`, by default that of the file from which the dataset
-    was opened, or else through the snapshots. The parameter with the most values has colours, the
+    Lines go through every step of the `history`, by default from the file of the dataset,
+    or else through the snapshots. The parameter with the most values has colours, the
     next one line styles; the others have panels. Points of a study that are not done (NaN) are left
     out; three seeds or more are drawn by their mean and standard deviation. Values that span more
     than a factor of 30 have a logarithmic axis if the result allows one. Raises a `ValueError` if

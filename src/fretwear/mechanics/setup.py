@@ -90,10 +90,10 @@ class Setup:
             like="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
             is_second=True,
         ),
-        "Roughness of the other body's surface, where both are rough.",
+        "Roughness of the other body, if both are rough.",
     ] = None
     slip_model: Annotated[
-        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "How slip is computed."
+        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "Model of slip."
     ] = _USUAL_SLIP
     frequency: Annotated[
         float | None,
@@ -103,13 +103,12 @@ class Setup:
     debris_fraction: Annotated[
         float,
         Quantity("1", "$γ$", "debris fraction", like="0.85", ge=0.0, le=1.0),
-        "Part γ of the worn material that stays between the bodies and carries load.",
+        "Fraction γ of the worn material that stays between the bodies and carries load.",
     ] = 0.0
     wear_threshold: Annotated[
         float,
         Quantity("J m-2", "$e_t$", "wear threshold", "mJ/mm^2", like="2 mJ/mm^2", ge=0.0),
-        "Energy per area and cycle up to which friction wears nothing; what a place dissipates "
-        "beyond it wears.",
+        "Energy per area and cycle below which nothing wears; only the energy above it wears.",
     ] = 0.0
     bulk_stress: Annotated[
         float,

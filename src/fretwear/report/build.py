@@ -39,7 +39,7 @@ _TRACE = 0.01  # share of the largest value below which a relative error means n
 _MOST_ROWS = 2000
 _LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedded
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
-# Figures by the order in which they are read; those of other quantities are behind a fold.
+# Figures in reading order; other figures are behind a fold.
 _FIRST = ("fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles")
 _OF_ROUGH = ("gap_profiles", "wear_rate_profiles")
 
@@ -59,7 +59,7 @@ class Image(NamedTuple):
     name: str
     caption: str
     uri: str  # its data
-    share: float = 1.0  # its width over that of a page, so that text has one size in all figures
+    share: float = 1.0  # its width over the page's, so that text has one size in all figures
 
 
 def environment(package: str = "fretwear.report") -> Environment:

@@ -65,8 +65,8 @@ def progress_bar(case: Case, tell: Callable[[str], None] | None = None) -> Itera
 def _share(step: Step) -> float:
     """Share of the time of a run that has passed, 0 to 1.
 
-    Steps grow over a run, yet more slowly than in proportion to the cycle that is reached: the
-    share lies between that of the cycles and that of their logarithm.
+    Steps grow over a run, but more slowly than the cycle: the share lies between the shares of the
+    cycles and of their logarithm.
     """
     cycle, last = step.state.cycle, step.last_cycle
     return math.sqrt(cycle / last * math.log1p(cycle) / math.log1p(last))

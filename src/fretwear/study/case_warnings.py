@@ -87,8 +87,8 @@ def _of_band(case: Case) -> _Words:
         cell = case.coarseness * narrowest_cell(case)
     ring, follows = case.yielding_ring, case.slip_model.follows_shape
     if 0.0 < ring < cell and case.edge_yields and follows and not zones_of_tip(case):
-        what = "yields in a ring around the stick zone that is narrower than a cell, so that its "
-        yield f"{what}plastic volume is wrong, and its wear may be", _lengths(ring=ring, cell=cell)
+        what = "yields in a ring narrower than a cell, so plastic volume and wear are less accurate"
+        yield what, _lengths(ring=ring, cell=cell)
 
 
 def error_of_directions(case: Case, cycle: float = 0.0) -> float:

@@ -60,9 +60,8 @@ class FrettingContact(Setup):
             "blocks of loading",
             "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
         ),
-        "Successive blocks of loading, instead of cycles. Each gives its cycles and "
-        "may change load, displacement or force, and friction; base may leave out what the "
-        "first block gives.",
+        "Successive blocks of loading, instead of cycles. Each has its cycles and may change load, "
+        "displacement or force, and friction; base may omit parameters of the first block.",
     ] = ()
     error_estimate: Annotated[
         bool,
@@ -80,15 +79,13 @@ class FrettingContact(Setup):
             le=0.2,
             infinite="as on default cells",
         ),
-        "Largest relative error of wear, contact and stick zone, and energy. Runs on ever narrower "
-        "cells find the cell and the tolerance that it needs; none: default cells, whatever the "
-        "error. A written cell overrules it.",
+        "Largest relative error of wear, contact, stick zone and energy, reached by runs on ever "
+        "narrower cells; none: default cells. A given cell takes precedence.",
     ] = 0.02
     budget: Annotated[
         float | None,
         Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
-        "How many times longer than on default cells a case may take to reach its accuracy; 10 "
-        "unless given.",
+        "Largest work to reach the accuracy, over the work on default cells; 10 by default.",
     ] = None
     output_cycles: tuple[int, ...] = ()
 

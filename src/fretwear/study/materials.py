@@ -37,7 +37,7 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
 
 
 def row_of(name: object) -> Mapping[str, str] | None:
-    """The row of a material by its name, or by that of another standard; None if there is none."""
+    """The row of a material by its name in any standard; None if there is none."""
     names = {row.casefold(): row for row in material_table()} | _ALSO
     return material_table().get(names.get(str(name).casefold(), ""))
 

@@ -67,8 +67,8 @@ class Problems(list[Problem]):
     ) -> Any:
         """Read a mapping without its wrong entries, each of which becomes a problem.
 
-        Where a nested key holds a mapping, only the wrong entries of this are left out. The nearest
-        names of unknown keys are those of the JSON Schema.
+        If a nested key holds a mapping, only its wrong entries are left out. Names near unknown
+        keys come from the JSON Schema.
         """
         try:
             return form.validate_python(given, context=folder)

@@ -25,7 +25,7 @@ _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
 class Output(BaseModel):
-    """What is written beside the results."""
+    """Snapshots, stresses and lives to write."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -40,7 +40,7 @@ class Sections(BaseModel):
     title: Annotated[
         str,
         StringConstraints(strip_whitespace=True, min_length=1, max_length=MAX_TITLE),
-        Field(description="For people; the study takes its name from the file."),
+        Field(description="Title for readers; the file names the study."),
     ] = ""
     base: Annotated[
         dict[str, Any], Field(description="One value for every parameter that is not varied.")
@@ -62,9 +62,9 @@ class Sections(BaseModel):
         Field(json_schema_extra={"default": "auto"}),
     ] = None
     output: Output = Output()
-    creator: Annotated[_Text, Field(description="Who made the study, for its datasets.")] = ""
+    creator: Annotated[_Text, Field(description="Author of the study, for its datasets.")] = ""
     license: Annotated[_Text, Field(description="License of the results.")] = ""
-    institution: Annotated[_Text, Field(description="Where the study was made.")] = ""
+    institution: Annotated[_Text, Field(description="Institution of the author.")] = ""
     references: Annotated[_Text, Field(description="Publications about the study.")] = ""
 
 
@@ -111,7 +111,7 @@ class StudySection:
 
 
 def study_sections() -> Iterator[tuple[str, type[StudySection]]]:
-    """The sections that study files may have beside those of the core, with their places."""
+    """The sections of study files that packages beside the core define, with their places."""
     for place, entry in plugins("fretwear.study_sections").items():
         yield place, entry.load()
 

@@ -419,7 +419,7 @@ class GridHalfSpace(ConvolvedBodies):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. The
-    composite modulus E* is in Pa; ``weights`` are those of the `influence_coefficients`.
+    composite modulus E* is in Pa; ``weights`` come from `influence_coefficients`.
     """
 
     def __init__(

@@ -174,8 +174,8 @@ class SlidingAmplitude(GrossSliding):
     sliding_amplitude: Annotated[
         float,
         Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", gt=0.0),
-        "Sliding amplitude, half the stroke, of a contact that slides as a whole; "
-        "the elasticity of bodies and rig takes up none of it.",
+        "Sliding amplitude, half the stroke, of a contact in gross slip, without the elastic "
+        "displacement of bodies and rig.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
     letter: ClassVar[str] = "s"
@@ -196,8 +196,8 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
-        "Distance slid by a contact that slides as a whole in one direction and stays in one "
-        "place, such as a block on a ring; cycles, 1000 by default, are equal parts of it.",
+        "Sliding distance in one direction of a contact that stays in place, such as a block on a "
+        "ring, divided into cycles, 1000 by default.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0

@@ -298,7 +298,7 @@ class Coupled(Jaeger):
     ) -> ReducedContact:
         """Solve the tangential contact under the force or displacement of a setup.
 
-        Its slip, unused friction, displacement and force are stated as those of a normal contact.
+        Slip, unused friction, displacement and force are stated as in a normal contact.
         """
         geometry, pressure = pressed.half_space.geometry, pressed.pressure
         if geometry.plane_strain:

@@ -176,7 +176,7 @@ _HalfWidth = Annotated[
         infinite="no end",
         omitted_value=math.inf,
     ),
-    "Where the punch ends: no contact becomes wider. Default: none, edges that go on.",
+    "Half-width of the punch, which limits the contact. Default: none, edges without end.",
 ]
 
 

@@ -154,7 +154,7 @@ class Coulomb(Friction):
         ),
         "Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
         "linear between these cycles; or {start: 0.2, end: 0.8, energy: 0.5 J/mm^2}, following the "
-        "energy dissipated at each place.",
+        "energy dissipated at each point.",
     ]
     kind: Literal["coulomb"] = "coulomb"
 

@@ -266,7 +266,7 @@ class SelfAffineRoughness(Roughness):
     shortest_wavelength: Annotated[
         float,
         Quantity("m", r"$λ_\mathrm{s}$", "shortest wavelength", "um", like="8 um", gt=0.0),
-        "Where the spectrum ends; the default grid spacing is an eighth of it.",
+        "End of the spectrum; the default grid spacing is an eighth of it.",
     ]
     seed: Annotated[
         int,
@@ -276,7 +276,7 @@ class SelfAffineRoughness(Roughness):
     anisotropy: Annotated[
         float,
         Quantity("1", "$λ_x/λ_y$", "anisotropy of the roughness", like="1", ge=1e-2, le=1e2),
-        "Wavelengths along x over those along y; given ones are the shorter.",
+        "Wavelengths along x over wavelengths along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
 

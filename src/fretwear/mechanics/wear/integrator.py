@@ -40,7 +40,7 @@ class _Tableau:
     explicit = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
     #: Length of the second stage over the first, to extrapolate a change that continues.
     beyond = (1.0 - middle) / middle
-    #: Weights of the rates at the start, in between and at the end, and those of third order.
+    #: Weights of the rates at the start, in between and at the end, of second and third order.
     weights = explicit, explicit, implicit
     embedded = (1.0 - explicit) / 3.0, (3.0 * explicit + 1.0) / 3.0, implicit / 3.0
     difference = tuple(e - w for e, w in zip(embedded, weights, strict=True))
@@ -67,7 +67,7 @@ _LARGEST_SWEEPS, _RELOADED = 60, 6
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
-# Weight of the error of friction beside that of wear.
+# Weight of the error of friction over the weight of the error of wear.
 _OF_FRICTION = 2.0
 
 
@@ -297,8 +297,8 @@ def first_loading(
 class _FrictionOverStep:
     """The energy per area that friction follows, at the end of the stages of a step.
 
-    ``energy``, J/m², is that of the next stage, extrapolated by the rates so far; the whole is of
-    second order. It is None where friction does not follow slip.
+    ``energy``, J/m², belongs to the next stage, extrapolated by the rates so far, to second order.
+    It is None if friction does not follow slip.
     """
 
     def __init__(self, base: State, now: WearProblem, step: float) -> None:

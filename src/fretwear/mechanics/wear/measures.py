@@ -44,7 +44,7 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
     """The scalars of a state in SI units, of the whole contact, by their names in `results`.
 
     A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
-    the mean of both sides if the contact is not even. A radius is that of a disc as large as all
+    the mean of both sides if the contact is not even. A radius belongs to the disc with the area
     within the outline of a zone; in a line contact it is the half-width.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
@@ -117,7 +117,7 @@ def half_widths(state: State, lines: Lines) -> tuple[float, float]:
 
 
 def scar_half_widths(state: State) -> tuple[float, float]:
-    """Half the extents of the scar along x and y, m; those of rings and strips are the same."""
+    """Half the extents of the scar along x and y, m; equal on rings and strips."""
     geometry, depth = state.geometry, state.wear
     along_x = half_extent(geometry.x, depth.max(axis=1), is_even=geometry.even[0])
     if not isinstance(geometry, Grid) or geometry.plane_strain:
@@ -128,7 +128,7 @@ def scar_half_widths(state: State) -> tuple[float, float]:
 def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> float:
     """Radius of a zone of an area, m², on cells that are no finer at its edge, or its half-width.
 
-    The area within its outline is that of the zone and of the open cells within it.
+    The area within its outline includes open cells in the zone.
     """
     if not isinstance(geometry, Grid) or geometry.plane_strain:
         return half_width
