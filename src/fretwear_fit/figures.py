@@ -17,7 +17,7 @@ def fit_figure(
 ) -> JournalFigure:
     """A measured profile or loop, the fit with its interval of 95 %, and the residuals.
 
-    The arrays are those of the groups ``observed_data`` and ``posterior_predictive`` of a fit.
+    The arrays come from the groups ``observed_data`` and ``posterior_predictive`` of a fit.
     """
     draws = predicted.values.reshape(-1, measured.size)
     mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)

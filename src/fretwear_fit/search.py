@@ -154,7 +154,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     fitter.comparisons = [c.with_noise_beside(s, n).with_place(s) for c, s, n in parts]
     warnings = [
         f"{c.measurement.quantity} has too few readings beside the scar to estimate its noise: "
-        "that of the residuals was taken"
+        "the noise of the residuals is used"
         for c in fitter.comparisons
         if c.evidence is not None and not c.evidence.is_beside
     ]
@@ -182,7 +182,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     reason = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
     posterior = sampled(fitter, emulator, spread, seed, reason)
     if reason:
-        warnings.append(f"{reason}: intervals are those of draws from the posterior")
+        warnings.append(f"{reason}: intervals are quantiles of draws from the posterior")
     if not posterior.is_checked:
         warnings.append(f"the emulator of χ² misses runs at its draws by {posterior.missed:.2g}")
     return Fit(
