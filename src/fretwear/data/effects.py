@@ -93,15 +93,12 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     """
     dims = (*point_dims(summary), CYCLE.name)
     names = [name for name, about in summary.variables.items() if {*about.dims} == {*dims}]
-    table = summary[names].reset_coords(drop=True).transpose(*dims)
+    tables = {str(name): summary.variables[name].transpose(*dims).values for name in names}
     # A snapshot is stored if any result is defined in it; some, such as the mean stick pressure,
     # may not be.
-    stored = table.notnull().to_dataarray().any("variable").variable
-    last = (stored * xr.Variable(CYCLE.name, np.arange(stored.sizes[CYCLE.name]))).argmax(
-        CYCLE.name
-    )
-    at = last.values[..., None]
-    return {str(n): np.take_along_axis(about.values, at, -1)[..., 0] for n, about in table.items()}
+    stored = np.any([pd.notna(values) for values in tables.values()], axis=0)
+    last = (stored * np.arange(stored.shape[-1])).argmax(axis=-1)[..., None]
+    return {name: np.take_along_axis(values, last, -1)[..., 0] for name, values in tables.items()}
 
 
 def points_table(summary: xr.Dataset) -> pd.DataFrame:

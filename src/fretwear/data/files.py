@@ -61,7 +61,7 @@ _FILTERS: Mapping[str, Any] = {
 }  # fmt: skip
 _FIRST_CHUNKED = 256
 _OF_ENCODING = {"coordinates", "_FillValue"}  # attributes that xarray writes
-_RUN_AGAIN = "Remove the file and run the case again"
+RUN_AGAIN = "Remove the file and run the case again"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 
 
@@ -117,7 +117,7 @@ def write_case(
 
 
 @contextmanager
-def reading(path: str | os.PathLike[str], remedy: str = _RUN_AGAIN) -> Iterator[None]:
+def reading(path: str | os.PathLike[str], remedy: str = RUN_AGAIN) -> Iterator[None]:
     """Turn errors of the netCDF library on a damaged file into a `DataFileError` with its name."""
     try:
         yield
@@ -198,11 +198,11 @@ def _check_case(
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
     # Only datasets of the first format, saved by xarray, may lack the attribute.
     if attributes.get("complete", 0 if "format_version" in attributes else 1) != 1:
-        raise DataFileError(path, "the run that wrote it did not finish", _RUN_AGAIN)
+        raise DataFileError(path, "the run that wrote it did not finish", RUN_AGAIN)
     if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in variables]:
-        raise DataFileError(path, f"it lacks {', '.join(lacking)}", _RUN_AGAIN)
+        raise DataFileError(path, f"it lacks {', '.join(lacking)}", RUN_AGAIN)
     if attributes.get("symmetry") not in SYMMETRIES:
-        raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", _RUN_AGAIN)
+        raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", RUN_AGAIN)
     _check_axes_and_units(path, variables)
 
 
@@ -210,12 +210,12 @@ def _check_axes_and_units(path: Path, variables: Mapping[Any, xr.Variable]) -> N
     for axis in {CYCLE.name, X.name, Y.name} & variables.keys():
         values = variables[axis].values
         if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
-            raise DataFileError(path, f"{axis} does not increase from value to value", _RUN_AGAIN)
+            raise DataFileError(path, f"{axis} does not increase from value to value", RUN_AGAIN)
     for name in RESULTS.keys() & variables.keys():
         units = variables[name].attrs.get("units", "")
         if units != (expected := RESULTS[name].in_units(units).si_unit):
             problem = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
-            raise DataFileError(path, problem, _RUN_AGAIN)
+            raise DataFileError(path, problem, RUN_AGAIN)
 
 
 def read_case(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Variables, Variables]:

@@ -19,6 +19,7 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
     MERGED_PROFILES,
+    RUN_AGAIN,
     Variables,
     read_case,
     write_groups,
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from fretwear.study.study import Study
 
 _MOST_SOURCES = 10
-_RUN_AGAIN = "Remove the file and run the case again"
 
 
 class Tally(NamedTuple):
@@ -160,11 +160,11 @@ def _read_case(
     """Read a case at its snapshots; `DataFileError` if it cannot be used."""
     attributes, results, history = read_case(path)
     if (other := attributes[CASE_ID.name]) != case.case_id:
-        raise DataFileError(path, f"it holds another case, {other}", _RUN_AGAIN)
+        raise DataFileError(path, f"it holds another case, {other}", RUN_AGAIN)
     cycles, asked = results[CYCLE.name].values, np.array(case.output_cycles, np.float64)
     if lacking := sorted({*asked} - {*cycles}):
         numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-        raise DataFileError(path, f"it has no snapshot at cycle {numbers}", _RUN_AGAIN)
+        raise DataFileError(path, f"it has no snapshot at cycle {numbers}", RUN_AGAIN)
     if attributes.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
         problem = "it was computed by another version of the code (its code_digest differs)"
         raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")

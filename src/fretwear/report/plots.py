@@ -113,13 +113,16 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
                 label += f"  ×{factor_text(factors[level]['factor'])}"
             rest = [other for other in points.levels if other not in (name, second)]
             lines = [group for _, group in here.groupby(rest)] if rest else [here]
+            shown = lines[:_MOST_LINES]
             # None breaks the line between two combinations.
-            thin = [pair for line in lines[:_MOST_LINES] for pair in (*_line(line), (None, None))]
+            thin = {
+                along: [place for line in shown for place in (*rounded(line[along]), None)]
+                for along in ("x", "y")
+            }
             if len(lines) > 1:
                 traces.append(
                     {
-                        "x": [pair[0] for pair in thin],
-                        "y": [pair[1] for pair in thin],
+                        **thin,
                         "mode": "lines+markers",
                         "line": {"color": color, "width": 1},
                         "marker": {"size": 4},
@@ -179,10 +182,6 @@ def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:
 def _mean(values: pd.Series[float]) -> float:
     """Return the geometric mean, in agreement with factors; the mean if a value is zero."""
     return float(np.exp(np.log(values).mean()) if (values > 0.0).all() else values.mean())
-
-
-def _line(line: pd.DataFrame) -> list[tuple[float | None, float | None]]:
-    return list(zip(rounded(line["x"]), rounded(line["y"]), strict=True))
 
 
 def _colours(count: int) -> Sequence[str]:

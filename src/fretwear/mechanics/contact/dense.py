@@ -12,7 +12,7 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +36,6 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
 from fretwear.mechanics.protocols import FrettingProblem, WornContact
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -299,13 +296,11 @@ class DenseCells(Geometry):
 
 
 @lru_cache(maxsize=4)
-def _beyond(
-    kind: type[DenseCells], radii: tuple[float, ...], plane: Grid
-) -> tuple[Places, csr_matrix]:
+def _beyond(kind: type[DenseCells], radii: tuple[float, ...], plane: Grid) -> tuple[Places, Any]:
     """How distances from the origin, m, cut the cells of a grid.
 
     Of each cell, the number of distances that reach no farther than its nearest corner, and the
-    part of its area that lies beyond each other one, shape (cells, distances).
+    part of its area that lies beyond each other one, a sparse matrix (cells, distances).
     """
     x, y = (np.arange(n + 1.0) * d for n, d in zip(plane.shape, plane.spacing, strict=True))
     distance = kind.distance(x[:, None], y[None, :])

@@ -31,7 +31,7 @@ from fretwear.mechanics.contact.cells import (
     Zone,
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
-from fretwear.mechanics.contact.kernels import scaled
+from fretwear.mechanics.contact.kernels import fast_length, scaled
 from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
 from fretwear.mechanics.protocols import FrettingProblem, WornContact
 
@@ -376,11 +376,9 @@ def fast_shape(
     extent: tuple[float, float], spacing: tuple[float, float], even: Even = (True, True)
 ) -> tuple[int, int]:
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
-    from scipy.fft import next_fast_len
-
     shape = []
     for half, cell, is_even in zip(extent, spacing, even, strict=True):
-        count = next_fast_len(max(4, math.ceil(half / cell - 1e-9)), real=True)
+        count = fast_length(max(4, math.ceil(half / cell - 1e-9)))
         shape.append(count if is_even else 2 * count)
     return shape[0], shape[1]
 

@@ -67,6 +67,13 @@ def dst(kind: int, field: Array, axes: tuple[int, ...]) -> Array:
     return np.asarray(scipy.fft.dstn(field, type=kind, axes=axes))
 
 
+def fast_length(least: int) -> int:
+    """Smallest length, not below the least one, at which real transforms are fast."""
+    if ducc0 is not None:
+        return int(ducc0.fft.good_size(least, True))
+    return int(scipy.fft.next_fast_len(least, real=True))
+
+
 def whole_spectrum(spectrum: Real, *, odd: bool = False) -> Real:
     """Factors of `filtered` by a real spectrum for frequencies from zero up, along both axes.
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import ceil, inf
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,6 @@ from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
 
 # Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
 # rounded edge of a line contact and per wave.
@@ -84,7 +81,7 @@ class Response(NamedTuple):
 
     free: Places  # cells between the bounds
     inverse: Array  # their pressure, of no load, by their displacement, Pa/m
-    worn: csr_matrix  # their part of the wear at each value of flat and indenter
+    worn: Any  # sparse matrix of their part of the wear at each value of flat and indenter
     pressure: Array  # pressure of all cells if nothing wears, Pa
 
 
@@ -139,7 +136,7 @@ class Rubbing:
 
         # One row for each cell; one column for each value of the flat's wear, then the indenter's.
         self.shapes: list[Array] = []
-        self.worn: list[csr_matrix] = []
+        self.worn: list[Any] = []
         at, across = self.x[:, None], self.y[None, :]
         along, row = np.divmod(np.arange(self.cells), self.rows)
         x = np.asarray(self.x[along], np.float64)
