@@ -205,10 +205,10 @@ shear_traction | Pa | $q$ | MPa | | |
     along x at the tangential load +Q; at -Q it has the opposite sign
 slip           | m  | $s$ |     | slip amplitude | |
     from zero tangential load to +Q; the path of a whole cycle is four times this
-wear_depth     | m  | $w$ | µm  | | | of both bodies together since cycle 0
+wear_depth     | m  | $w$ |     | | | of both bodies together since cycle 0
 wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that begins here
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
-gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P; NaN
+gap            | m  | $g$ |     | | nan | between the surfaces at the load P; NaN
                             beyond the end of a punch
 contact_state  |    |     |     | state of the contact | flags |
     of whole cells: sums over these differ from areas and mean pressures, whose edges lie within a
@@ -220,8 +220,8 @@ contact_fraction | 1 |    | 1   | | |
 stick_fraction | 1  |     | 1   | | |
     part of a cell that sticks; its sum over the whole contact times the area of a cell is
     stick_area
-wear_depth_indenter | m | $w_1$ | µm | wear depth of the indenter || since cycle 0
-wear_depth_flat | m | $w_2$ | µm | wear depth of the flat || since cycle 0
+wear_depth_indenter | m | $w_1$ | | wear depth of the indenter || since cycle 0
+wear_depth_flat | m | $w_2$ | | wear depth of the flat || since cycle 0
 slip_x | m | $s_x$ | | slip amplitude along x || from zero tangential load to +Q
 slip_y | m | $s_y$ | | slip amplitude along y | odd | from zero tangential load to +Q
 shear_traction_y | Pa | $q_y$ | MPa | shear traction along y | odd | at the tangential load +Q; at

@@ -11,6 +11,7 @@ import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.results import CYCLE
+from fretwear.units import cycle_text
 from fretwear_fit.noise import Noise, NoiseEvidence
 from fretwear_fit.request import BASELINE, Measurement
 
@@ -102,7 +103,7 @@ class Comparison:
     def title(self) -> str:
         """Quantity, cycle and test."""
         of = self.measurement
-        return f"{of.quantity} at cycle {self.cycle:.0f}, test {of.test}"
+        return f"{of.quantity.replace('_', ' ')} at cycle {cycle_text(self.cycle)}, test {of.test}"
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -211,7 +212,10 @@ def parameter_table(record: Mapping[str, Any]) -> pd.DataFrame:
     for name, about in record["parameters"].items():
         rows[name] = {"value": quantity_text(about["value"], about["unit"])}
         for level, ends in about["intervals"].items():
-            texts = [quantity_text(end, about["unit"], 3) for end in ends]
+            # Two digits of the width of an interval, and three of each end or more.
+            narrow = abs(about["value"]) / ((ends[1] - ends[0]) or 1.0)
+            digits = max(3, 2 + math.floor(math.log10(narrow or 1.0)))
+            texts = [quantity_text(end, about["unit"], digits) for end in ends]
             rows[name][f"{100 * float(level):.0f} %"] = " to ".join(texts)
     return pd.DataFrame.from_dict(rows, "index")
 

@@ -25,7 +25,9 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa
     """Yield the section on the fit beside a folder of case files, if there is one."""
     path = cases.parent / "fit.json"
     if path.exists():
-        yield Section("fit", "Fit to measurements", _body(json.loads(path.read_bytes())))
+        body = _body(json.loads(path.read_bytes()))
+        drawn = sorted(file.stem for file in (cases.parent / "figures").glob("fit_*.svg"))
+        yield Section("fit", "Fit to measurements", body, (*drawn,), is_first=True)
 
 
 def _body(record: Mapping[str, Any]) -> Markup:
@@ -39,7 +41,7 @@ def _body(record: Mapping[str, Any]) -> Markup:
         body += Markup("<h3>Correlations</h3>") + table_html(correlation, index=True)
     items = Markup("").join(Markup("<li>{}</li>").format(told) for told in record["warnings"])
     body += Markup("<h3>What the data leave open</h3><ul>{}</ul>").format(items) if items else ""
-    return body
+    return body + Markup("<p>Further results are those of the values where the fit began.</p>")
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all

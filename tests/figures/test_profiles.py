@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 import fretwear
 from fretwear import figures
@@ -141,4 +142,5 @@ def test_a_file_that_cannot_be_written_leaves_nothing(smooth, tmp_path):
     with pytest.raises(DataFileError):
         figures.save_as(figure, tmp_path / "figure.png")
     assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
-    assert fretwear.figures.save_figure(figure, tmp_path / "a", ("svg",)) == [tmp_path / "a.svg"]
+    _, bitmap = fretwear.figures.save_figure(figure, tmp_path / "a")
+    assert imread(bitmap).shape[1] == int(90.0 / 25.4 * 300.0)

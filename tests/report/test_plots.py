@@ -25,7 +25,7 @@ def test_a_cell_has_the_mean_factor_its_range_and_a_mark_where_directions_differ
     matrix = build_matrix(*crossing)
     (row,) = matrix.rows
     load, friction = row.cells
-    assert matrix.columns[0] == ("normal load", "10 N → 80 N")
+    assert matrix.columns[0] == ("Normal load", "10 N → 80 N")
     assert (load.text, load.spread, load.is_opposed, load.shade) == ("×1.00", "0.12–8.00", True, 0)
     # P⁻² of 10, 20 and 80 N: 1/100, 1/400 and 1/6400.
     assert (friction.text, friction.spread) == ("×0.0016", "0.00016–0.01")
@@ -41,7 +41,7 @@ def test_a_curve_runs_through_the_values_of_each_level(crossing):
     for trace, power in zip(figure["data"], (1.0, -1.0), strict=True):
         assert trace["x"] == [10.0, 20.0, 80.0]
         assert trace["y"] == pytest.approx(LOADS**power, rel=1e-3)
-    assert figure["layout"]["xaxis"]["title"]["text"] == "normal load (N)"
+    assert figure["layout"]["xaxis"]["title"]["text"] == "Normal load (N)"
 
 
 def test_a_sampled_study_has_shares_of_the_variance_and_dots():

@@ -279,7 +279,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     for name in contrasts:
         values = summary[name].values
         sizes = np.arange(values.size) if values.dtype.kind in "OUS" else values
-        extremes[name] = [int(np.argmin(sizes)), int(np.argmax(sizes))]
+        extremes[name] = sorted([int(np.argmin(sizes)), int(np.argmax(sizes))])
     corners = done.isel(extremes)
     others = {n: range(summary.sizes[n] - 1, -1, -1) for n in dims if n not in contrasts}
     best = max(

@@ -55,7 +55,6 @@ _SHARE_OF_FIRST_GAP = 0.3
 _WORN = 0.01
 _UNEQUAL = 5.0
 _STRIP = 0.05
-_LEAST_NUMBER = 0.01  # on an axis in the usual unit of a field
 _FIRST_WIDTH, _LAST_WIDTH = 0.6, 0.7
 _FILL = "#d9d9d9"
 
@@ -168,9 +167,7 @@ def frame_of(panels: Sequence[Profiles]) -> Frame:
         if at_edge(field):  # the bodies approach each other, so that the first gap is the largest
             top = max(float(np.nanmax(shown[-1])), _SHARE_OF_FIRST_GAP * top)
         tops.append(min(top, panel.ceiling))
-    unit = field.unit
-    if unit is None or unit.of(max(tops)) < _LEAST_NUMBER:
-        unit = readable_unit(tops, field.si_unit)
+    unit = field.unit or readable_unit(tops, field.si_unit)
     return Frame(left, right, _ABOVE * max(tops) or 1.0, unit)
 
 

@@ -131,11 +131,17 @@ def save_figure(
         with style_context():
             figure.dpi = matplotlib.rcParams["savefig.dpi"]
             if layout is not None:
-                layout.execute(figure)
+                # The first layout moves axes to scale, and the labels beside them.
+                is_to_scale = any(axes.get_aspect() != "auto" for axes in figure.axes)
+                for _ in range(1 + is_to_scale):
+                    layout.execute(figure)
                 figure.set_layout_engine("none")
-            for ending, path in zip(formats, files, strict=True):
+            for ending, path in zip(map(str.lower, formats), files, strict=True):
                 options = {"metadata": {"Date": None}} if ending == "svg" else {}
-                printing = get_registered_canvas_class(ending)(figure)
+                if (canvas_class := get_registered_canvas_class(ending)) is None:
+                    raise ValueError(f"Format {ending!r} is not supported.")
+                figure.dpi = matplotlib.rcParams["savefig.dpi"]  # an SVG leaves 72
+                printing = canvas_class(figure)
                 with atomic_path(path) as temporary:
                     getattr(printing, f"print_{ending}")(temporary, **options)
     finally:
@@ -147,12 +153,8 @@ def save_figure(
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
     """Write a figure to one file; see `save_figure`."""
-    path = Path(path)
-    ending = path.suffix.lower()
-    options: dict[str, Any] = {"metadata": {"Date": None}} if ending == ".svg" else {}
-    with style_context(), atomic_path(path) as temporary:
-        figure.savefig(temporary, format=ending.removeprefix("."), **options)
-    return path
+    stem, _, ending = fspath(path).rpartition(".")
+    return save_figure(figure, stem, (ending,))[0]
 
 
 def sequential_colours(count: int) -> list[str]:

@@ -41,7 +41,7 @@ _LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedd
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
 # Figures in reading order; other figures are behind a fold.
 _FIRST = ("fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles")
-_OF_ROUGH = ("gap_profiles", "wear_rate_profiles")
+_FIRST += ("gap_profiles", "wear_rate_profiles")
 
 
 class Section(NamedTuple):
@@ -51,6 +51,7 @@ class Section(NamedTuple):
     title: str
     body: Markup  # HTML, in which text from outside is escaped
     figures: tuple[str, ...] = ()  # names of figures of the study, shown below the body
+    is_first: bool = False  # whether it is the answer of the study, above all else
 
 
 class Image(NamedTuple):
@@ -125,13 +126,8 @@ def build_report(
     images = _images(folder / "figures")
     added = list(sections)
     placed = {name for section in added for name in section.figures}
-    is_rough = any(
-        case.roughness is not None and case.roughness.kind in ("measured", "self_affine")
-        for case in plan.study.cases().values()
-    )
-    first = (*_FIRST, *_OF_ROUGH) if is_rough else _FIRST
     of_core = [image for image in images if image.name not in placed]
-    shown = [image for start in first for image in of_core if image.name.startswith(start)]
+    shown = [image for start in _FIRST for image in of_core if image.name.startswith(start)]
     if (plot := explorer(summary)) is not None:
         plots["explorer"] = plot.to_plotly_json()
     values = key_results(summary)
@@ -149,7 +145,9 @@ def build_report(
         sections=added,
         images={image.name: image for image in images},
         rest=[image for image in of_core if image not in shown],
-        cases=table_html(values[:_MOST_ROWS]),
+        cases=table_html(values[:_MOST_ROWS])
+        if len(values) > 1
+        else table_html(values.T.set_axis([""], axis=1), index=True),
         count=len(values),
         computation=_computation(plan, summary),
         text=plan.study.file.read_text(encoding="utf-8"),

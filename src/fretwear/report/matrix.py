@@ -13,7 +13,7 @@ from fretwear.arrays import Array
 from fretwear.data.effects import GOOD, SEED, Indices, Points, plain_unit
 from fretwear.results import Variable, headlines
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import in_unit, number_text, with_unit
+from fretwear.units import NO_UNIT, axis_label, in_unit, number_text, with_unit
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""
@@ -53,7 +53,7 @@ class Matrix(NamedTuple):
         """The cell whose curve is shown first: opposite directions, else the strongest."""
         clear = [cell for row in self.rows for cell in row.cells if cell.is_clear]
         first = [cell for row in self.rows[:1] for cell in row.cells if cell.text != "–"]
-        return clear[0] if clear else max(first, key=lambda cell: cell.shade, default=None)
+        return max(clear[:1] or first, key=lambda cell: (cell.is_opposed, cell.shade), default=None)
 
 
 def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
@@ -77,7 +77,7 @@ def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
             ]
         about = points.variables[result]
         rows.append(MatrixRow(about.label, range_text(about, values), cells))
-    columns = [(parameter(name).words, _ends(points, name)) for name in names]
+    columns = [(axis_label(parameter(name).words, NO_UNIT), _ends(points, name)) for name in names]
     return Matrix(columns, rows if names else [], bool(points.drawn))
 
 
@@ -134,7 +134,7 @@ def _sampled_cells(points: Points, result: str) -> list[Cell]:
             alone = f"alone {100.0 * first:.0f}\u00a0%" if total - first > UNCHANGED else ""
             cells.append(Cell(key, text, alone, round(100.0 * total), rank > 0.0))
         elif math.isfinite(rank):
-            text = f"ρ {number_text(rank, 2)}"
+            text = f"ρ {rank:.2f}".replace("-", "−")
             cells.append(Cell(key, text, "", round(100.0 * rank**2), rank > 0.0))
         else:
             cells.append(Cell(key))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,14 +19,15 @@ from fretwear.data.effects import (
     SEED,
     Points,
     levels_of,
+    plain_unit,
     point_dims,
     point_values,
     varied_names,
 )
 from fretwear.report.matrix import factor_text
 from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus
-from fretwear.study.parameters import parameter, value_text
-from fretwear.units import axis_label, cycle_text, number_text, readable_unit
+from fretwear.study.parameters import parameter, symbol_text, value_text
+from fretwear.units import NO_UNIT, Unit, axis_label, cycle_text, number_text, readable_unit
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
@@ -46,7 +48,7 @@ _LAYOUT: dict[str, Any] = {
 
 _AXIS: dict[str, Any] = {
     "showgrid": False, "zeroline": False, "showline": True, "linecolor": "#5b6570", "linewidth": 1,
-    "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power",
+    "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power", "minexponent": 5,
     "automargin": True, "title": {"font": {"size": 13}},
 }  # fmt: skip
 
@@ -66,7 +68,7 @@ def _log_ticks(values: Array) -> dict[str, object]:
         "type": "log",
         "tickangle": 0,
         "tickvals": ticks,
-        "ticktext": [number_text(tick) for tick in ticks],
+        "ticktext": [number_text(tick).removeprefix("1·") for tick in ticks],
     }
 
 
@@ -82,6 +84,8 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     """
     about, values = points.variables[result], points.results[result]
     unit = about.unit or readable_unit(values, about.si_unit)
+    if _is_wide(values[np.isfinite(values)]):
+        unit = plain_unit(about, values)  # a logarithmic axis needs no power of ten in its unit
     of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
     parts = of_cell[of_cell["where"].map(len) > 0]
     others = [other for other in points.levels if other not in (name, SEED)]
@@ -94,11 +98,15 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
         marker = {"size": 7, "color": COLOURS[0]}
         if second and not any(isinstance(level, str) for level in points.levels[second]):
             of_second = parameter(second).unit.of(points.values(second))[np.isfinite(values)]
-            title = {"text": axis_label(parameter(second).words, parameter(second).unit)}
+            title = {
+                "text": axis_label(parameter(second).words, parameter(second).unit),
+                "font": {"size": 13},
+            }
             marker |= {
                 "color": rounded(of_second),
                 "colorscale": "Cividis",
-                "colorbar": {"title": title},
+                "colorbar": {"title": title, "thickness": 12, "orientation": "h", "y": -0.24}
+                | {"yanchor": "top"},
             }
         xs, ys = rounded(table["x"]), rounded(table["y"])
         traces.append({"x": xs, "y": ys, "mode": "markers", "marker": marker})
@@ -141,9 +149,9 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
                     "marker": {"size": 8},
                 }
             )
-    label = parameter(name).words + (f" ({ticks})" if isinstance(ticks, str) and ticks else "")
+    label = axis_label(parameter(name).words, ticks if isinstance(ticks, Unit) else NO_UNIT)
     of_x: dict[str, Any] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
-    if not isinstance(ticks, str):
+    if not isinstance(ticks, Unit):
         span = [-0.2, x[-1] + 0.2]
         of_x |= {"tickvals": x.tolist(), "ticktext": list(ticks), "range": span}
     elif _is_wide(x):
@@ -170,13 +178,19 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     return {"data": [{"type": "scatter", **trace} for trace in traces], "layout": layout}
 
 
-def _places(points: Points, name: str) -> tuple[Array, str | Sequence[str]]:
+def _places(points: Points, name: str) -> tuple[Array, Unit | Sequence[str]]:
     """Return where the levels of a parameter stand, and its unit, or words for levels in words."""
     levels = points.levels[name]
     if name != SEED and all(not isinstance(v, str) and np.isfinite(v) for v in levels):
         unit = parameter(name).in_frame_of(levels[0]).unit
-        return np.array([unit.of(float(level)) for level in levels]), unit.name
+        return np.array([unit.of(float(level)) for level in levels]), unit
     return np.arange(len(levels), dtype=np.float64), [value_text(name, level) for level in levels]
+
+
+def _symbol_html(name: str, value: object) -> str:
+    """Return symbol and value in the HTML of plotly."""
+    text = re.sub(r"_(?:\\mathrm\{(\w+)\}|(\w))", r"<sub>\1\2</sub>", symbol_text(name, value))
+    return text.replace("$", "").replace(r"^\prime", "′")
 
 
 def _mean(values: pd.Series[float]) -> float:
@@ -211,7 +225,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
             curves[name] = [rounded(unit.of(row)) for row in curves[name]]
     sides = [titles[0], titles[-1]][: len(titles)]
     figure = make_subplots(
-        len(EXPLORED), len(sides), shared_xaxes=True, shared_yaxes=True,
+        len(EXPLORED), len(sides), shared_xaxes="all", shared_yaxes=True,
         vertical_spacing=0.04, horizontal_spacing=0.04,
     )  # fmt: skip
     shades = sample_colorscale("Blues", np.linspace(0.35, 1.0, len(cycles)))
@@ -262,7 +276,8 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         "pad": {"t": 50},
     }
     figure.update_layout(
-        _LAYOUT, height=820, hovermode="closest", margin={**_LAYOUT["margin"], "t": 60},
+        _LAYOUT, height=820, hovermode="closest",
+        margin={**_LAYOUT["margin"], "t": 60 if len(titles) > 1 else 10},
         updatemenus=menus if len(titles) > 1 else [], sliders=[slider] if len(steps) > 1 else [],
     )  # fmt: skip
     figure.update_xaxes(_AXIS)
@@ -294,7 +309,7 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
         reach = 1.15 * np.abs(x[touched]).max(initial=0.0)
         inside = np.flatnonzero(np.abs(x) <= reach)
         inside = inside[:: -(-len(inside) // _MOST_PLACES) or 1]
-        words = [value_text(name, values[place]) for name, values in varied.items()]
+        words = [_symbol_html(name, values[place]) for name, values in varied.items()]
         title = ", ".join(words) or str(ids[place])
         title += f" ({place + 1})" if title in cases else ""
         cases[title] = {"x": rounded(x[inside])} | {n: c[:, inside] for n, c in curves.items()}
