@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from fretwear.figures import save_figure
+from fretwear.figures import save_as
 
 ROOT = Path(__file__).resolve().parents[1]
 DIGITS = 6
@@ -174,9 +174,9 @@ class Page:
         for section in self.sections:
             if section.name in entries:
                 for name, figure in section.figures(entries[section.name]["data"]).items():
-                    save_figure(figure, folder / section.stem(name), ("svg",))
+                    save_as(figure, folder / f"{section.stem(name)}.svg")
         for name, figure in self.front.figures(entries).items() if self.front else ():
-            save_figure(figure, folder / f"front_{name}", ("svg",))
+            save_as(figure, folder / f"front_{name}.svg")
         for name, text in self.pages(entries).items():
             (docs / f"{name}.md").write_text(text, encoding="utf-8")
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,7 +30,7 @@ from fretwear.figures.profiles import (
     zone_key,
 )
 from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, LineLook, styled
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
 from fretwear.results import Variable
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear_source_study.cases import RUN_IN, Cases, reference_cases
@@ -238,9 +239,10 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
     return figure, [f"{words} against the number of cycles.", _STEPS]
 
 
-def _style(title: str) -> LineLook:
+def _style(title: str) -> dict[str, Any]:
     """The style of a case: colour shows roughness, line style plasticity."""
-    return LineLook(color=CATEGORICAL["rough" in title], linestyle=LINE_STYLES["plastic" in title])
+    color, linestyle = CATEGORICAL["rough" in title], LINE_STYLES["plastic" in title]
+    return {"color": color, "linestyle": linestyle}
 
 
 _FIGURES: dict[str, Callable[[Cases], Drawn]] = {

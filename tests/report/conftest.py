@@ -7,7 +7,7 @@ from typing import NamedTuple
 import pytest
 import xarray as xr
 
-from fretwear.figures import save_figure, scalar_history
+from fretwear.figures import save_as, scalar_history
 from fretwear.report import build_report
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
@@ -58,7 +58,7 @@ def finished(made_once):
         run_study(study, folder, rest)
         summary = xr.load_dataset(folder / "summary.nc")
         figure = scalar_history(summary, "contact_half_width_x")
-        save_figure(figure, folder / "figures" / "contact_half_width")
+        save_as(figure, folder / "figures" / "contact_half_width.svg")
         entry = {"name": "contact_half_width", "caption": "Half-width < 1. All."}
         (folder / "figures/index.json").write_text(json.dumps([entry]))
         (folder / "cases" / f"{failed}.failed").write_text(REASON)

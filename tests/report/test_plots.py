@@ -29,8 +29,7 @@ def test_a_cell_has_the_mean_factor_its_range_and_a_mark_where_directions_differ
     assert (load.text, load.spread, load.is_opposed, load.shade) == ("×1.00", "0.12–8.00", True, 0)
     # P⁻² of 10, 20 and 80 N: 1/100, 1/400 and 1/6400.
     assert (friction.text, friction.spread) == ("×0.0016", "0.00016–0.01")
-    assert not friction.grows
-    assert not friction.is_opposed
+    assert (friction.grows, friction.is_opposed) == (False, False)
     assert matrix.opening == load
     assert row.values == "0.0125 µm³ to 80 µm³"
 
@@ -51,8 +50,7 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     load, friction = matrix.rows[0].cells
     # The logarithm is a sum with variances 4/12 and 1/12.
     assert (load.text, friction.text) == ("80\xa0%", "20\xa0%")
-    assert load.grows
-    assert not friction.grows
+    assert (load.grows, friction.grows) == (True, False)
     (dots,) = curve(points, effects_table(points), "wear_volume", "load")["data"]
     assert len(dots["x"]) == 64
     assert dots["mode"] == "markers"

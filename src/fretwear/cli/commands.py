@@ -268,7 +268,8 @@ def plot(
     path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
     if figures := dict(added("fretwear.plots", file)):
         for name, figure in figures.items():
-            say(str(save_as(figure, path.with_stem(f"{path.stem}-{name}"))))
+            save_as(figure, one := path.with_stem(f"{path.stem}-{name}"))
+            say(str(one))
         return
     if file.suffix in (".yaml", ".yml"):
         raise CommandError(f"{file} has no measured surface: plot the file of a case")

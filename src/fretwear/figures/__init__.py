@@ -24,7 +24,7 @@ _HOMES = {
     "history": "scalar_history",
     "maps": "fretting_map wear_map",
     "profiles": "field_profiles fretting_loops",
-    "style": "STYLE_SHEET save_as save_figure style_context",
+    "style": "STYLE_SHEET save_as style_context",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -35,7 +36,6 @@ from fretwear.figures.style import (
     INK,
     LINE_STYLES,
     JournalFigure,
-    LineLook,
     styled,
 )
 from fretwear.results import RESULTS
@@ -124,7 +124,8 @@ def compare_cases(
     """
     first, second = cases.values()
     cycles = compared_cycles(first, second)
-    styles = [LineLook(color=CATEGORICAL[n], linestyle=LINE_STYLES[n]) for n in range(2)]
+    styles: list[dict[str, Any]]
+    styles = [{"color": CATEGORICAL[n], "linestyle": LINE_STYLES[n]} for n in range(2)]
     figure = JournalFigure(2, 118.0)
     *profiles, widths, volumes = figure.subplots(2, 3).flat
     for axes, name in zip(profiles, _COMPARED, strict=True):

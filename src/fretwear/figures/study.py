@@ -20,7 +20,7 @@ from fretwear.figures.datasets import history_of, width_names
 from fretwear.figures.history import is_constant, representative_cases, scalar_history
 from fretwear.figures.maps import WAYS, fretting_map, wear_map
 from fretwear.figures.profiles import field_profiles, fretting_loops
-from fretwear.figures.style import JournalFigure, save_figure
+from fretwear.figures.style import JournalFigure, save_as
 from fretwear.results import PointStatus
 
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
@@ -108,5 +108,5 @@ def write_study_figures(
 
 
 def _write(folder: Path, drawn: StudyFigure) -> dict[str, str]:
-    save_figure(drawn.figure, folder / drawn.name)
+    save_as(drawn.figure, folder / f"{drawn.name}.svg", folder / f"{drawn.name}.png")
     return {"name": drawn.name, "caption": drawn.caption}

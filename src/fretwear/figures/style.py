@@ -6,9 +6,9 @@ import io
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import wraps
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, ParamSpec, TypedDict, TypeVar
+from typing import Any, Literal, ParamSpec, TypeVar
 
 import matplotlib
 import matplotlib.colors
@@ -36,15 +36,7 @@ INK = "#1a1a1a"
 CATEGORICAL = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's colours, which people with any colour vision can tell apart."""
 
-LineStyle = Literal["-"] | tuple[float, tuple[float, ...]]
-LINE_STYLES: tuple[LineStyle, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
-
-
-class LineLook(TypedDict):
-    """Colour and style of a line, as matplotlib takes them."""
-
-    color: str
-    linestyle: LineStyle
+LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
 
 
 _MM_PER_INCH = 25.4
@@ -117,16 +109,13 @@ def styled(function: Callable[P, Q]) -> Callable[P, Q]:
     return inside
 
 
-def save_figure(
-    figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
-) -> list[Path]:
-    """Write a figure once per format, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
+def save_as(figure: Figure, *files: str | PathLike[str]) -> None:
+    """Write a figure to files, such as ``.svg``, ``.png`` (300 dots per inch) and ``.pdf``.
 
-    `stem` is folder and name of the files without their endings. Each file appears only when it is
-    complete. The layout is made once, and each format drawn once: `Figure.savefig` draws it twice.
+    Each file appears only when it is complete. The layout is made once, and each format drawn once:
+    `Figure.savefig` draws it twice.
     """
     layout, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
-    files = [Path(f"{fspath(stem)}.{ending}") for ending in formats]
     try:
         with style_context():
             figure.dpi = matplotlib.rcParams["savefig.dpi"]
@@ -136,7 +125,8 @@ def save_figure(
                 for _ in range(1 + is_to_scale):
                     layout.execute(figure)
                 figure.set_layout_engine("none")
-            for ending, path in zip(map(str.lower, formats), files, strict=True):
+            for path in map(Path, files):
+                ending = path.suffix.lower().removeprefix(".")
                 options = {"metadata": {"Date": None}} if ending == "svg" else {}
                 if (canvas_class := get_registered_canvas_class(ending)) is None:
                     raise ValueError(f"Format {ending!r} is not supported.")
@@ -148,13 +138,6 @@ def save_figure(
         figure.dpi = dpi
         figure.set_canvas(canvas)
         figure.set_layout_engine(layout)
-    return files
-
-
-def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
-    """Write a figure to one file; see `save_figure`."""
-    stem, _, ending = fspath(path).rpartition(".")
-    return save_figure(figure, stem, (ending,))[0]
 
 
 def sequential_colours(count: int) -> list[str]:

@@ -40,8 +40,8 @@ _MOST_ROWS = 2000
 _LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedded
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
 # Figures in reading order; other figures are behind a fold.
-_FIRST = ("fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles")
-_FIRST += ("gap_profiles", "wear_rate_profiles")
+_FIRST = ["fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles"]
+_FIRST += ["gap_profiles", "wear_rate_profiles"]
 
 
 class Section(NamedTuple):
@@ -61,12 +61,6 @@ class Image(NamedTuple):
     caption: str
     uri: str  # its data
     share: float = 1.0  # its width over the page's, so that text has one size in all figures
-
-
-def environment(package: str = "fretwear.report") -> Environment:
-    """Return the environment of the templates of a package."""
-    loader = PackageLoader(package, "templates")
-    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
 
 def table_html(frame: pd.DataFrame, *, index: bool = False) -> Markup:
@@ -131,8 +125,13 @@ def build_report(
     if (plot := explorer(summary)) is not None:
         plots["explorer"] = plot.to_plotly_json()
     values = key_results(summary)
-    page = environment().get_template("report.html.j2")
-    html = page.render(
+    templates = Environment(
+        loader=PackageLoader("fretwear.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    html = templates.get_template("report.html.j2").render(
         study=plan.study,
         facts=_facts(plan, summary, points),
         warnings=warnings,

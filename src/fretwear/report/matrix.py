@@ -111,10 +111,8 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
     spread = "–".join(texts) if texts[0] != texts[1] else ""
     shade = round(100.0 * min(1.0, abs(math.log(factor)) / _STRONG))
     opposed = low < 1.0 - UNCHANGED and high > 1.0 + UNCHANGED
-    falls, grows = (
-        parts["highest_factor"] < 1.0 - UNCHANGED,
-        parts["lowest_factor"] > 1.0 + UNCHANGED,
-    )
+    falls = parts["highest_factor"] < 1.0 - UNCHANGED
+    grows = parts["lowest_factor"] > 1.0 + UNCHANGED
     clear = bool(falls.any() and grows.any() and (falls | grows).all())
     is_same = max(abs(low - 1.0), abs(high - 1.0)) < UNCHANGED
     text = "=" if is_same else f"×{factor_text(factor)}"
@@ -143,11 +141,9 @@ def _sampled_cells(points: Points, result: str) -> list[Cell]:
 
 def factor_text(factor: float) -> str:
     """Return a factor with three digits at most, and two decimals at most."""
-    return (
-        number_text(factor, 2 if factor < 0.1 else 3)
-        if not 0.1 <= factor < 10.0
-        else f"{factor:.2f}"
-    )
+    if 0.1 <= factor < 10.0:
+        return f"{factor:.2f}"
+    return number_text(factor, 2 if factor < 0.1 else 3)
 
 
 def range_text(about: Variable, values: Array) -> str:

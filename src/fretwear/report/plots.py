@@ -44,12 +44,10 @@ _LAYOUT: dict[str, Any] = {
     "paper_bgcolor": "rgba(0,0,0,0)",
     "plot_bgcolor": "rgba(0,0,0,0)",
 }
-
-
 _AXIS: dict[str, Any] = {
     "showgrid": False, "zeroline": False, "showline": True, "linecolor": "#5b6570", "linewidth": 1,
-    "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power", "minexponent": 5,
-    "automargin": True, "title": {"font": {"size": 13}},
+    "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power",
+    "minexponent": 5, "automargin": True, "title": {"font": {"size": 13}},
 }  # fmt: skip
 
 
@@ -96,18 +94,6 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     table = table.dropna(subset="y")
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
-        if second and not any(isinstance(level, str) for level in points.levels[second]):
-            of_second = parameter(second).unit.of(points.values(second))[np.isfinite(values)]
-            title = {
-                "text": axis_label(parameter(second).words, parameter(second).unit),
-                "font": {"size": 13},
-            }
-            marker |= {
-                "color": rounded(of_second),
-                "colorscale": "Cividis",
-                "colorbar": {"title": title, "thickness": 12, "orientation": "h", "y": -0.24}
-                | {"yanchor": "top"},
-            }
         xs, ys = rounded(table["x"]), rounded(table["y"])
         traces.append({"x": xs, "y": ys, "mode": "markers", "marker": marker})
     else:
@@ -200,20 +186,19 @@ def _mean(values: pd.Series[float]) -> float:
 
 def _colours(count: int) -> Sequence[str]:
     """Return colours of levels: distinct ones for a few, a scale for many."""
-    few = COLOURS[:count]
-    return (
-        few if count <= len(COLOURS) else sample_colorscale("Cividis", np.linspace(0, 0.95, count))
-    )
+    if count <= len(COLOURS):
+        return COLOURS[:count]
+    return list(sample_colorscale("Cividis", np.linspace(0, 0.95, count)))
 
 
 def explorer(summary: xr.Dataset) -> go.Figure | None:
     """Draw profiles of two cases side by side: menus choose the cases, a slider the cycle.
 
     The cycle chosen is drawn thick and all others thin. At most 36 cases, evenly spread, can be
-    chosen.
+    chosen. A single case has none.
     """
     cases = _profiles(summary)
-    if not cases:
+    if len(cases) < 2:
         return None
     titles, cycles = list(cases), summary["cycle"].values
     labels = {}
@@ -223,7 +208,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         labels[name] = axis_label(about.words, unit)
         for curves in cases.values():
             curves[name] = [rounded(unit.of(row)) for row in curves[name]]
-    sides = [titles[0], titles[-1]][: len(titles)]
+    sides = [titles[0], titles[-1]]
     figure = make_subplots(
         len(EXPLORED), len(sides), shared_xaxes="all", shared_yaxes=True,
         vertical_spacing=0.04, horizontal_spacing=0.04,
@@ -276,9 +261,8 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         "pad": {"t": 50},
     }
     figure.update_layout(
-        _LAYOUT, height=820, hovermode="closest",
-        margin={**_LAYOUT["margin"], "t": 60 if len(titles) > 1 else 10},
-        updatemenus=menus if len(titles) > 1 else [], sliders=[slider] if len(steps) > 1 else [],
+        _LAYOUT, height=820, hovermode="closest", margin={**_LAYOUT["margin"], "t": 60},
+        updatemenus=menus, sliders=[slider] if len(steps) > 1 else [],
     )  # fmt: skip
     figure.update_xaxes(_AXIS)
     figure.update_yaxes(_AXIS)
