@@ -1,4 +1,4 @@
-"""Two cases laid over each other."""
+"""Two cases superimposed."""
 
 import xarray as xr
 

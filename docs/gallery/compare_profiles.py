@@ -1,6 +1,6 @@
 """Profiles of several cases.
 
-One panel for each case, with one key to the cycles.
+One panel per case, with one legend for the cycles.
 """
 
 import xarray as xr

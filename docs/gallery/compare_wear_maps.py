@@ -1,6 +1,6 @@
 """Scars of several cases.
 
-Maps with one scale of depth.
+Maps share one scale of depth.
 """
 
 import xarray as xr

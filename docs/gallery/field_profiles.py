@@ -1,6 +1,6 @@
 """Any field along the direction of slip.
 
-Here the plastic depth: how far the bodies have sunk permanently since the first loading.
+Here the plastic depth, the permanent sinking since the first loading.
 """
 
 import xarray as xr

@@ -1,6 +1,6 @@
 """Fretting loops.
 
-Tangential force against displacement round a cycle, which dissipates the energy enclosed.
+Tangential force against displacement over a cycle; the enclosed area is the dissipated energy.
 """
 
 import xarray as xr

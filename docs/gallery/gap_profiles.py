@@ -1,6 +1,6 @@
 """Gap around the edge of the contact.
 
-The gap between the surfaces. The contact grows outwards as its slip zone wears.
+The contact grows outwards as its slip zone wears.
 """
 
 import xarray as xr

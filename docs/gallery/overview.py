@@ -1,6 +1,6 @@
 """Overview of one case.
 
-The figure of `fretwear plot`: profiles, the scar, and the zones over the cycles.
+The figure of `fretwear plot`: profiles, scar, and zones over the cycles.
 """
 
 import xarray as xr

@@ -1,6 +1,6 @@
 """Panels in a figure of your own.
 
-Every figure of one panel can be drawn into existing axes, and saved as matplotlib saves figures.
+Every single-panel figure can be drawn into existing axes.
 """
 
 import matplotlib.pyplot as plt

@@ -1,6 +1,6 @@
 """Pressure along the direction of slip.
 
-The pressure leaves the slip zone and piles up in the stick zone, which is shaded.
+The pressure moves from the slip zone into the stick zone, which is shaded.
 """
 
 import xarray as xr

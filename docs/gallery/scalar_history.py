@@ -1,6 +1,6 @@
 """Any result over the cycles.
 
-Here the mean pressure in the stick zone, into which the load retreats.
+Here the mean pressure in the stick zone, which carries more and more of the load.
 """
 
 import xarray as xr

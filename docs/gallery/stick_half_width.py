@@ -1,7 +1,6 @@
 """Width of the stick zone.
 
-It shrinks if its edge yields, and stays the same to the last bit if not. This is a part of the
-study, over one column of a journal.
+It shrinks if its edge yields, and hardly changes if not. Part of the study, at the width of one journal column.
 """
 
 import xarray as xr

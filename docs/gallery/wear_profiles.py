@@ -1,7 +1,6 @@
 """Wear depth.
 
-The scar of a rough surface, drawn downwards: as soon as it can be seen, and at the end. The strip
-shows where the surfaces stick and slip.
+The scar of a rough surface, drawn downwards, early and at the end. The strip shows stick and slip.
 """
 
 import xarray as xr
