@@ -1,6 +1,6 @@
 """Width of the stick zone.
 
-It shrinks if its edge yields, and hardly changes if not. Part of the study, at the width of one journal column.
+It shrinks if its edge yields, and hardly changes if not; at the width of one journal column.
 """
 
 import xarray as xr
