@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import netCDF4
@@ -73,12 +74,17 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     fixed length: strings of variable length have neither checksum nor compression. `DataFileError`
     if the disk is full or the folder, created if necessary, cannot be written to.
     """
+    values: list[tuple[Any, Any]] = []
+    writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
+    # `to_netcdf` would open the file for each group, and end definitions for each variable, which
+    # takes three times as long.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
         for name, content in groups.items():
-            # One open file for all groups; `to_netcdf` opens it again for each.
             store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]
             encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
-            content.drop_encoding().dump_to_store(store, encoding=encoding)
+            content.drop_encoding().dump_to_store(store, encoding=encoding, writer=writer)
+        for source, target in values:
+            target[...] = source
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
