@@ -79,9 +79,9 @@ class Pressed(NamedTuple):
     """The contact under the whole load, and the condition on its reduced contact."""
 
     half_space: HalfSpace
-    shape: Array  #: gap at zero load and zero approach, m
+    shape: Array  #: h, gap at zero load and zero approach, m
     pressure: Array  #: p, Pa
-    gap: Array  #: g, m
+    gap: Array  #: g = h + K p − δ, m
     approach: float  #: δ, m
     sliding: Sliding
     tolerance: float = 1e-8  #: of the reduced contact, as in `solve_contact`
@@ -108,16 +108,13 @@ class SlipModel(Part):
         """The bodies under tractions, here as under a pressure."""
         return half_space
 
-    def family(
-        self, setup: FrettingProblem, half_space: HalfSpace, shape: Array, pressure: Array
-    ) -> tuple[HalfSpace, Array]:
+    def family(self, setup: FrettingProblem, pressed: Pressed) -> tuple[HalfSpace, Array]:
         """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
-        bodies, law = self.sheared_bodies(setup, half_space), setup.friction_law
-        if bodies is not half_space:
-            shape = shape + half_space.displacement(pressure)
-            shape -= bodies.displacement(law.ratio * pressure)
-        elif law.follows_slip:
-            shape = shape - half_space.displacement((law.ratio - 1.0) * pressure)
+        half_space, shape, law = pressed.half_space, pressed.shape, setup.friction_law
+        bodies = self.sheared_bodies(setup, half_space)
+        if bodies is not half_space or law.follows_slip:
+            shape = pressed.gap + pressed.approach
+            shape -= bodies.displacement(law.ratio * pressed.pressure)
         if setup.tilt:
             shape = shape + setup.tilt * half_space.geometry.x[:, None]
         return bodies, shape
@@ -199,7 +196,7 @@ class Jaeger(SlipModel):
         gap.
         """
         half_space, law = pressed.half_space, setup.friction_law
-        bodies, changed = self.family(setup, half_space, pressed.shape, pressed.pressure)
+        bodies, changed = self.family(setup, pressed)
         sliding = pressed.sliding
         if law.follows_slip:
             more = half_space.geometry.integral((law.ratio - 1.0) * pressed.pressure)

@@ -261,7 +261,7 @@ def first_loading(
             bodies.half_space,
             bodies.unworn + plastic + opening,
             contact.pressure,
-            contact.gap,
+            contact.gap + contact.penetration,
             contact.approach,
             now.sliding(load, contact.approach),
             accuracy.first_reduced,

@@ -18,7 +18,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.slip.coupled import Sheared
-from fretwear.mechanics.slip.models import ReducedContact, contact_under
+from fretwear.mechanics.slip.models import Pressed, ReducedContact, contact_under
 from fretwear.mechanics.wear.state import Pulse, State, WearProblem, Workspace
 from fretwear.theory import HertzContact
 
@@ -118,7 +118,9 @@ def _curve(
     high = ReducedContact(*slipping, problem.slipping_load(state, geometry))
     bodies = workspace.on(geometry)
     shape = bodies.unworn + state.opening + state.plastic
-    half_space, shape = problem.slip_model.family(problem, bodies.half_space, shape, state.pressure)
+    sliding = problem.sliding(state.load, state.approach)
+    pressed = Pressed(bodies.half_space, shape, state.pressure, state.gap, state.approach, sliding)
+    half_space, shape = problem.slip_model.family(problem, pressed)
     if not low.load > 0.0:
         lowest = float(shape.min())
         low = replace(low, gap=shape - lowest, approach=lowest)

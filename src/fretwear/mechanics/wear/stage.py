@@ -27,6 +27,9 @@ _LARGEST_SWEEPS = 12
 _EXPOSED = 3.0
 # A cell with less than this fraction of the mean pressure counts as unloaded.
 _IDLE = 1e-3
+# Tolerance of a reduced contact over that of a coarse normal contact. Slip is a small part of the
+# displacement.
+_OF_REDUCED = 0.3
 
 
 class Exposure(NamedTuple):
@@ -121,7 +124,7 @@ class ImplicitStage:
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
             if isinstance(layer, WearLayer):
                 drift = replace(drift, shift=layer.shift)
-            stage = self._flow(exposure, contact, layer, reduced)
+            stage = self._flow(exposure, contact, layer, reduced, tolerance)
             pressure, reduced = stage.pressure, stage.reduced
             within = self.accuracy.limit * self.tolerance * stage.load
             settled = limit.suits(contact, reduced, within)
@@ -188,32 +191,38 @@ class ImplicitStage:
         return contact, drift.on(layer).at(contact.approach)
 
     def _flow(
-        self, exposure: Exposure, contact: Contact, layer: Layer, reduced: ReducedContact
+        self,
+        exposure: Exposure,
+        contact: Contact,
+        layer: Layer,
+        reduced: ReducedContact,
+        tolerance: float,
     ) -> Stage:
-        """What follows from a normal contact: wear, plastic flow and the reduced contact.
+        """What follows from a normal contact of a tolerance: wear, plastic flow, reduced contact.
 
         ``reduced`` is a first guess of the latter.
         """
         base, problem = self.base, self.problem
         model, kept, pressure = problem.slip_model, problem.debris_fraction, contact.pressure
         opening = layer.displacement(pressure)
-        gap = np.maximum(contact.gap, 0.0)
+        # As the displacement leaves it, not quite zero in the contact.
+        gap, plastic = contact.gap.copy(), base.plastic
         worn = opening - base.opening
         self._close(contact, opening, worn, gap)
-        plastic, yielded = base.plastic, contact.yields and model.follows_shape
+        yielded = contact.yields and model.follows_shape
         if contact.yields:
-            plastic = plastic + contact.penetration
+            plastic, gap = plastic + contact.penetration, gap + contact.penetration
         load = problem.load_of(self.bodies.geometry, contact)
         if yielded or self._moves:
-            accuracy = self.accuracy
+            between = max(self.accuracy.reduced_between, _OF_REDUCED * tolerance)
             pressed = Pressed(
                 self.bodies.half_space,
                 self.bodies.unworn + opening + plastic,
                 pressure,
-                contact.gap,
+                gap,
                 contact.approach,
                 problem.sliding(load, contact.approach),
-                accuracy.reduced if self.output_step else accuracy.reduced_between,
+                self.accuracy.reduced if self.output_step else between,
             )
             reduced = model.reduced(problem, pressed, reduced)
             self.convolutions += reduced.convolutions
@@ -226,7 +235,7 @@ class ImplicitStage:
             wear = base.wear + all_worn(kept, worn, *gaps, exponent, exposure.withheld)
         return Stage(
             pressure=pressure,
-            gap=gap,
+            gap=np.maximum(gap, 0.0),
             wear=wear,
             opening=opening,
             plastic=plastic,
