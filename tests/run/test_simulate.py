@@ -12,7 +12,7 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure, next_tips
 from fretwear.results import ContactState
-from fretwear.run.accuracy import GridRun, estimated_errors, without_jumps
+from fretwear.run.accuracy import GridRun, Margins, estimated_errors, without_jumps
 from fretwear.run.simulate import (
     ResultWarning,
     Step,
@@ -250,11 +250,15 @@ def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     np.testing.assert_array_equal(dataset.wear_depth, alone.wear_depth)
 
 
+MARGINS = Margins(of_cells=1.0, of_steps=0.1, of_time=0.2)
+
+
 def estimates(deviations, times=2.0, values=None):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
     values = np.array(values or [1.0] * len(deviations))
     twin = values - deviations
-    return estimated_errors({"approach": values}, {"approach": twin}, times, {}, 0.01)["approach"]
+    found = estimated_errors({"approach": values}, {"approach": twin}, times, {}, 0.01, MARGINS)
+    return found["approach"]
 
 
 def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
@@ -302,16 +306,24 @@ def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():
     for apart, spread in ((0.0, 0.1), (0.3, 0.01)):
         twin, least = {"stick_area": np.full(2, 1.0 + apart)}, {"stick_area": np.full(2, spread)}
         (found, again), (alone, _) = (
-            estimated_errors(values, twin, 2.0, each, 0.01)["stick_area"] for each in (least, {})
+            estimated_errors(values, twin, 2.0, each, 0.01, MARGINS)["stick_area"]
+            for each in (least, {})
         )
         assert found == again == max(alone, 2.0 * spread)
 
 
 def test_an_estimate_is_no_less_than_what_steps_leave_open():
     """Cells and steps may err in opposite directions, so that run and twin agree."""
-    energy = {"dissipated_energy": np.array([2.0, 1.0])}
-    first, last = estimated_errors(energy, energy, 3.0, {}, 0.01)["dissipated_energy"]
-    assert (first, last) == (0.0, near(1e-3))
+    volume = {"wear_volume": np.array([1.0, 2.0])}
+    first, last = estimated_errors(volume, volume, 3.0, {}, 0.01, MARGINS)["wear_volume"]
+    assert (first, last) == (0.0, near(2e-3))
+
+
+def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
+    """E = E₀ exp(−N/T) for N = 2T: run and twin agree, and both miss T by a fifth."""
+    energy = {"dissipated_energy": np.array([1.0, 3.0, 3.0 * np.exp(-2.0)])}
+    found = estimated_errors(energy, energy, 3.0, {}, 0.01, MARGINS)["dissipated_energy"]
+    np.testing.assert_allclose(found / energy["dissipated_energy"], [0.0, 1e-3, 0.4])
 
 
 @pytest.mark.slow

@@ -44,6 +44,7 @@ from fretwear.results import (
 )
 from fretwear.run.accuracy import (
     GridRun,
+    Margins,
     columns_of,
     estimated_errors,
     next_width,
@@ -259,7 +260,8 @@ def _run_on_cells(
         deviations, missed = zip(*uncertain, strict=True)
         spread = columns_of(deviations)
         comparable, jumps = without_jumps(finished, wider[-1], problem.wavelengths)
-        errors = estimated_errors(scalars, comparable, times, spread, case.tolerance)
+        margins = Margins.of(case)
+        errors = estimated_errors(scalars, comparable, times, spread, case.tolerance, margins)
         errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))

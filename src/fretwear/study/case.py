@@ -33,6 +33,7 @@ from fretwear.study.spacing import (
     STEPS_PER_ACCURACY,
     WIDEST,
     default_spacing,
+    narrowest_cell,
     usual_spacing,
 )
 
@@ -141,6 +142,13 @@ class Case(FrettingContact):
         ratio = min(dx / usual_x, dy / usual_y)
         # The default is rounded down, and means the same if it is written.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
+
+    @property
+    def width_at_edges(self) -> float:
+        """Width of the cells where contact and stick zone end, m."""
+        if self.is_graded:
+            return self.coarseness * narrowest_cell(self)
+        return math.sqrt(math.prod(self.grid_spacing))
 
     @cached_property
     def asked_accuracy(self) -> float | None:

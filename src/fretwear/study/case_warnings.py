@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.slip.loading import Displacement
 from fretwear.study.case import Case
-from fretwear.study.spacing import narrowest_cell, zones_of_tip
+from fretwear.study.spacing import zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
@@ -82,10 +82,7 @@ def _lengths(**lengths: float) -> str:
 
 def _of_band(case: Case) -> _Words:
     """Cells show the band that yields at the edge of stick, once wear has brought it there."""
-    cell = math.sqrt(math.prod(case.grid_spacing))
-    if case.is_graded:
-        cell = case.coarseness * narrowest_cell(case)
-    ring, follows = case.yielding_ring, case.slip_model.follows_shape
+    cell, ring, follows = case.width_at_edges, case.yielding_ring, case.slip_model.follows_shape
     if 0.0 < ring < cell and case.edge_yields and follows and not zones_of_tip(case):
         what = "yields in a ring narrower than a cell, so plastic volume and wear are less accurate"
         yield what, _lengths(ring=ring, cell=cell)

@@ -214,7 +214,9 @@ def scatter(state: State) -> dict[str, float]:
             width = geometry.spacing[axis]
         else:
             width = float(np.interp(extent, geometry.x, np.ravel(geometry.widths)))
-        deviations[f"scar_half_width_{'xy'[axis]}"] = WITHIN_A_CELL * width * (extent > 0.0)
+        # The end of a scar is interpolated between the depths of two cells.
+        within = 0.5 * WITHIN_A_CELL * width
+        deviations[f"scar_half_width_{'xy'[axis]}"] = within * (extent > 0.0)
     inside, outside = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
     at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
