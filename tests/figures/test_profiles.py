@@ -114,17 +114,6 @@ def test_all_of_a_case_on_one_page(smooth_run, check_texts):
 
 
 @pytest.mark.slow
-def test_two_cases_are_in_every_panel(smooth, rough, check_texts):
-    figure = figures.compare_cases({"A": smooth, "B": rough})
-    pressure, *_, volumes = figure.axes
-    assert [line.get_label() for line in pressure.get_lines()] == ["A", "B"]
-    first, second = (line.get_ydata()[-1] for line in volumes.get_lines())
-    expected = float(rough["wear_volume"][-1] / smooth["wear_volume"][-1])
-    assert second / first == pytest.approx(expected)
-    check_texts(figure)
-
-
-@pytest.mark.slow
 def test_a_dataset_without_these_fields_and_cycles_is_refused(smooth_run, small_study):
     with pytest.raises(ValueError, match=r"cycles = \[5\]: this dataset has snapshots at \[0, 1"):
         figures.field_profiles(smooth_run.dataset, "pressure", cycles=5)

@@ -1,25 +1,21 @@
-"""One case on a page, and two cases superimposed."""
+"""One case on a page."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from fretwear.data.dataset import compared_cycles
-from fretwear.figures.axes import ValueAxis, add_scale, outside_key, set_cycle_axis
+from fretwear.figures.axes import add_scale, set_cycle_axis
 from fretwear.figures.datasets import (
     Cycles,
     history_of,
     profiles_of,
-    variable_of,
     width_names,
+    with_jumps,
 )
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
@@ -27,14 +23,11 @@ from fretwear.figures.profiles import (
     cycle_key,
     draw_filled,
     draw_profiles,
-    frame_of,
-    write_peak,
     zone_key,
 )
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
-    LINE_STYLES,
     JournalFigure,
     styled,
 )
@@ -49,7 +42,6 @@ HALF_WIDTH_LABEL = "Half-width along x (µm)"
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE: tuple[str, ...] = ("load", "tangential_ratio", "sliding_amplitude", "friction")
 _HEADLINE += ("roughness_amplitude", "plastic_limit")
-_COMPARED = ("pressure", "shear_traction", "wear_depth", "wear_rate")
 
 
 @styled
@@ -94,7 +86,7 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
     names = width_names(history)
     for zone, name, color in zip(("contact", "stick"), names, (CATEGORICAL[0], INK), strict=True):
         widths = MICROMETRE.of(np.atleast_1d(history[name].values))
-        axes.plot(cycles, widths, color=color, label=zone)
+        axes.plot(*with_jumps(cycles, widths), color=color, label=zone)
     axes.set_ylim(0.0, 1.15 * axes.dataLim.ymax)
     axes.set_ylabel("Radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)
@@ -111,52 +103,3 @@ def _headline(case: xr.Dataset) -> str:
         for name, value in stored.items()
         if value is not None
     )
-
-
-@styled
-def compare_cases(
-    cases: Mapping[str, xr.Dataset], histories: Mapping[str, xr.Dataset] | None = None
-) -> Figure:
-    """Superimpose two cases: profiles along x, widths and wear volume over the cycles.
-
-    The key gives the titles of the cases. Profiles belong to the last snapshot that both have.
-    `histories` by the same titles come by default from the files of the cases.
-    """
-    first, second = cases.values()
-    cycles = compared_cycles(first, second)
-    styles: list[dict[str, Any]]
-    styles = [{"color": CATEGORICAL[n], "linestyle": LINE_STYLES[n]} for n in range(2)]
-    figure = JournalFigure(2, 118.0)
-    *profiles, widths, volumes = figure.subplots(2, 3).flat
-    for axes, name in zip(profiles, _COMPARED, strict=True):
-        # The first peak limits how much of a later, singular one is shown.
-        shown = [
-            profiles_of(case, name, sorted({int(case["cycle"][0]), cycle}))
-            for case, cycle in zip(cases.values(), cycles, strict=True)
-        ]
-        frame = frame_of(shown)
-        for title, style, profile in zip(cases, styles, shown, strict=True):
-            x, values = MICROMETRE.of(profile.x), frame.unit.of(profile.values[-1])
-            axes.plot(x, values, lw=0.7 if profile.is_rough else None, label=title, **style)
-            write_peak(axes, profile, frame)
-        frame.apply(axes, shown[0].field)
-    dense = [(histories or {}).get(title, history_of(case)) for title, case in cases.items()]
-    axis = ValueAxis(
-        variable_of(first, "wear_volume"), np.concatenate([one["wear_volume"] for one in dense])
-    )
-    for title, style, history in zip(cases, styles, dense, strict=True):
-        for name, width in zip(width_names(history), (1.1, 0.6), strict=True):
-            widths.plot(history["cycle"], MICROMETRE.of(history[name].values), lw=width, **style)
-        volumes.plot(history["cycle"], axis.unit.of(history["wear_volume"]), label=title, **style)
-    widths.set_ylim(0.0, 1.1 * widths.dataLim.ymax)
-    is_radius = width_names(dense[0])[0] == "contact_radius"
-    widths.set_ylabel("Radius (µm)" if is_radius else HALF_WIDTH_LABEL)
-    widths.set_title("thick: contact, thin: stick")
-    for axes in (widths, volumes):
-        set_cycle_axis(axes, np.concatenate([one["cycle"] for one in dense]))
-    axis.apply(volumes)
-    volumes.set_ylabel(axis.label)
-    outside_key(figure, [Line2D([], [], **style) for style in styles], [*cases])
-    compared = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
-    figure.suptitle(f"Profiles at cycle {compared}", fontsize=7.5, x=0.99, ha="right")
-    return figure

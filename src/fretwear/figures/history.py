@@ -31,7 +31,7 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require, variable_of
+from fretwear.figures.datasets import history_of, require, variable_of, with_jumps
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -194,7 +194,10 @@ def scalar_history(
             tint = colours.tints[curve.place.get(colour, 0)]
             dashes = LINE_STYLES[curve.place.get(style, 0)]
             values = axis.unit.of(curve.values)
-            panel.plot(curve.cycles, values, color=tint, linestyle=dashes, marker=mark)
+            line = curve.cycles, values
+            if name.startswith(("contact_", "stick_")) and curve.deviation is None and not mark:
+                line = with_jumps(*line)
+            panel.plot(*line, color=tint, linestyle=dashes, marker=mark)
             if curve.deviation is not None:
                 half = axis.unit.of(curve.deviation)
                 band = (values - half, values + half)
@@ -207,8 +210,8 @@ def scalar_history(
         figure.supylabel(axis.label, fontsize=7.5)
     key = dict(colours.key)
     for index in range(steps.sizes[style] if style else 0):
-        line = Line2D([], [], color=MUTED, linestyle=LINE_STYLES[index])
-        key[level_text(steps, {style: index})] = line
+        example = Line2D([], [], color=MUTED, linestyle=LINE_STYLES[index])
+        key[level_text(steps, {style: index})] = example
     if colours.bar is not None:
         add_scale(figure, panels, colours.bar, colours.label, aspect=40.0)
     if key and ax is not None:
