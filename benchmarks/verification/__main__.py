@@ -6,6 +6,7 @@ from benchmarks.pages import Page
 from benchmarks.verification import (
     closed_forms,
     coverage,
+    directions,
     explicit,
     limiting_state,
     peak,
@@ -20,6 +21,7 @@ PARTS = (
     limiting_state,
     rings,
     tangential,
+    directions,
     explicit,
     coverage,
     peak,

@@ -27,7 +27,7 @@ FAMILIES = {
     "rough capped": 8, "line": 5, "rough line": 8, "punch": 5, "stroke": 5,
     "displacement": 5, "debris": 3,
 }  # fmt: skip
-SEED = 20262
+SEED = 20263
 # The indenter of the cases of a family, if not a sphere; and the families that are rough.
 LINES = {
     "line": range(5), "rough line": range(8), "punch": (0, 1), "stroke": (0, 1, 3),

@@ -264,11 +264,12 @@ def estimates(deviations, times=2.0, values=None):
 def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
     (usual,) = estimates([1e-3])
     easy, hard = estimates([1e-4] * 5), estimates([1e-4] * 4 + [0.1])
-    np.testing.assert_allclose(hard[:4], easy[:4])
+    np.testing.assert_allclose(hard[:3], easy[:3])
     assert hard[4] > 0.1
+    assert hard[3] == near(0.6 * hard[4]), "but for the one beside it"
     assert estimates([1e-5, 0.1])[0] < 0.02, "even where there is only one other"
     # Runs that agree by chance are no more accurate than usual.
-    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == near(usual)
+    assert estimates([1e-3, 0.0, 1e-3, 1e-3])[1] == near(usual)
     # What has just begun says nothing of the errors of the end.
     begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
     assert begun[1] == near(usual)
@@ -283,7 +284,7 @@ def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
     assert 0.1 < falls[1] == near(falls[2])
     # What grows, as a volume, may become more accurate.
     grows = estimates([2e-3, 0.05, 0.0], values=energy[::-1]) / energy[::-1]
-    assert grows[2] < 0.5 * grows[1]
+    assert grows[2] == near(0.6 * grows[1])
 
 
 @pytest.mark.parametrize(("load", "jump"), [("16 N", 0.0), ("17 N", 23e-6), ("17.1 N", 23e-6)])

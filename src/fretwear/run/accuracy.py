@@ -25,9 +25,11 @@ _DEVIATIONS = 2.0
 _TRACE = 0.01
 # Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
 # in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
-# or jumps by a row of asperities: a share of the upper quartile over the scalars of a zone is the
-# least difference that counts.
-_ZONES, _OF_OTHERS = ("contact", "stick", "scar"), 0.7
+# or jumps by a row of asperities: the median over the scalars of a zone is the least difference
+# that counts.
+_ZONES = ("contact", "stick", "scar")
+# Share of a difference at one snapshot that counts at those before and after.
+_BESIDE = 0.6
 # Words in the names of scalars that add up over steps or follow from the worn shape.
 _OF_STEPS = ("wear", "plastic", "energy", "sliding")
 # These err less, over the difference of two runs, than edges and largest values.
@@ -63,7 +65,7 @@ class Margins(NamedTuple):
         The last wear is beside the edge of stick, where the pressure of elastic bodies rises with
         the inverse root of the distance: cells of a width h see it to the order √(h/a).
         """
-        of_cells, of_steps = (0.9, 0.06) if case.roughness is None else (1.15, 0.15)
+        of_cells, of_steps = (0.9, 0.06) if case.roughness is None else (1.1, 0.15)
         of_time = of_cells * math.sqrt(case.width_at_edges / case.hertz_radius)
         return cls(of_cells, of_steps, of_time)
 
@@ -222,10 +224,11 @@ def estimated_errors(
     standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
     between.
 
-    The difference of two runs at one snapshot may be small by chance: the median over the
-    snapshots of the difference relative to the value counts if it is larger. It is the median of
-    logarithms, so that a hard snapshot beside an easy one does not count for both. A value missing
-    in one of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
+    The difference of two runs at one snapshot may be small by chance. What counts is the largest of
+    the difference itself, its median over the snapshots, relative to the value, and a share of it
+    at the snapshots before and after; the first snapshot stands alone. The median is that of
+    logarithms, so that it lies between a hard snapshot and an easy one. A value missing in one of
+    the two runs, NaN, counts as zero; if the run itself has none, there is no error.
 
     A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
     relative error is no smaller than before. Two runs that agree again merely cross. An energy that
@@ -233,15 +236,14 @@ def estimated_errors(
 
     Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
     not move from one snapshot to the next: the standard deviations that edges within cells cause,
-    `scatter`, are a lower bound. So is a share of the tolerance for
-    values that steps add up after the first snapshot: cells and steps may err in opposite
-    directions.
+    `scatter`, are a lower bound. So is a share of the tolerance for values that steps add up after
+    the first snapshot: cells and steps may err in opposite directions.
     """
     apart, sizes, usual = _differences(scalars, coarser)
     for zone in _ZONES:
         of_edges = [name for name in usual if zone in name]
-        typical = _OF_OTHERS * np.percentile([usual[name] for name in of_edges] or [0.0], 75.0)
-        usual.update((name, max(usual[name], float(typical))) for name in of_edges)
+        typical = float(np.median([usual[name] for name in of_edges] or [0.0]))
+        usual.update((name, max(usual[name], typical)) for name in of_edges)
     part = margins.of_cells * _part(times)
     estimates = {n: part * np.maximum(apart[n], usual[n] * sizes[n]) for n in apart}
     for name in (name for name in estimates if name.startswith(_STEADY)):
@@ -274,7 +276,12 @@ def _differences(
         apart[name] = np.where(np.isnan(values), np.nan, np.abs(fine - wide))
         sizes[name] = np.maximum(fine, wide)
         counts = fine > _TRACE * fine.max()
-        differs = counts & (apart[name] > 0)
-        logarithms = np.log(apart[name][differs] / sizes[name][differs])
-        usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
+        relative = np.zeros_like(fine)
+        np.divide(np.abs(fine - wide), sizes[name], out=relative, where=counts & (sizes[name] > 0))
+        differs = relative[relative > 0.0]
+        usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
+        beside = np.zeros_like(fine)
+        beside[2:] = relative[1:-1]
+        beside[1:-1] = np.maximum(beside[1:-1], relative[2:])
+        apart[name] = np.maximum(apart[name], _BESIDE * beside * sizes[name])
     return apart, sizes, usual
