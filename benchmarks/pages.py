@@ -150,7 +150,7 @@ class Page:
             if section.name not in entries:
                 continue
             entry = entries[section.name]
-            seconds += entry["seconds"]
+            seconds += 0 if section.on_request else entry["seconds"]
 
             def image(match: re.Match[str], section: Section = section) -> str:
                 stem = section.stem(match[1] or "")

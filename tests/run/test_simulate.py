@@ -12,7 +12,13 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
 from fretwear.mechanics.wear.measures import measure, next_tips
 from fretwear.results import ContactState
-from fretwear.run.accuracy import GridRun, Margins, estimated_errors, without_jumps
+from fretwear.run.accuracy import (
+    GridRun,
+    Margins,
+    errors_of_wear_in,
+    estimated_errors,
+    without_jumps,
+)
 from fretwear.run.simulate import (
     ResultWarning,
     Step,
@@ -250,7 +256,7 @@ def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     np.testing.assert_array_equal(dataset.wear_depth, alone.wear_depth)
 
 
-MARGINS = Margins(of_cells=1.0, of_steps=0.1, of_time=0.2)
+MARGINS = Margins(of_cells=1.0, of_steps=0.1)
 
 
 def estimates(deviations, times=2.0, values=None):
@@ -321,10 +327,13 @@ def test_an_estimate_is_no_less_than_what_steps_leave_open():
 
 
 def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
-    """E = E₀ exp(−N/T) for N = 2T: run and twin agree, and both miss T by a fifth."""
-    energy = {"dissipated_energy": np.array([1.0, 3.0, 3.0 * np.exp(-2.0)])}
-    found = estimated_errors(energy, energy, 3.0, {}, 0.01, MARGINS)["dissipated_energy"]
-    np.testing.assert_allclose(found / energy["dissipated_energy"], [0.0, 1e-3, 0.4])
+    """E = E₀ exp(−N/T) for N = 2T, on cells of a/100, which miss T by a tenth."""
+    case = make_case(roughness=None)
+    case = case.replace(cell=case.hertz_radius / 100.0, slip_model="coupled")
+    energy = np.array([1.0, 3.0, 3.0 * np.exp(-2.0)])
+    found = errors_of_wear_in(case, {"dissipated_energy": energy, "wear_volume": energy})
+    np.testing.assert_allclose(found.pop("dissipated_energy") / energy, [0.0, 0.0, 0.18])
+    assert not found
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ _BESIDE = 0.6
 _OF_STEPS = ("wear", "plastic", "energy", "sliding")
 # These err less, over the difference of two runs, than edges and largest values.
 _STEADY, _OF_STEADY = ("wear_volume", "dissipated_energy", "sliding", "scar"), 0.65
-# These fall while a contact wears in, as e^(-N/T) at last.
+# These fall while a contact wears in.
 _FALLING = ("dissipated_energy", "sliding")
 
 
@@ -55,19 +55,14 @@ class Margins(NamedTuple):
 
     of_cells: float  # factor of errors estimated from their difference
     of_steps: float  # least error due to steps over the tolerance
-    of_time: float  # least relative error of the time T in which a contact wears in
 
     @classmethod
     def of(cls, case: Case) -> Margins:
         """The margins of a case.
 
         Tips of rough surfaces lose contact one after another, at times that differ between runs.
-        The last wear is beside the edge of stick, where the pressure of elastic bodies rises with
-        the inverse root of the distance: cells of a width h see it to the order √(h/a).
         """
-        of_cells, of_steps = (0.9, 0.06) if case.roughness is None else (1.1, 0.15)
-        of_time = of_cells * math.sqrt(case.width_at_edges / case.hertz_radius)
-        return cls(of_cells, of_steps, of_time)
+        return cls(0.9, 0.06) if case.roughness is None else cls(1.1, 0.15)
 
 
 @dataclass(frozen=True)
@@ -231,8 +226,7 @@ def estimated_errors(
     the two runs, NaN, counts as zero; if the run itself has none, there is no error.
 
     A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
-    relative error is no smaller than before. Two runs that agree again merely cross. An energy that
-    has fallen by a factor f errs by ln f times the error of the time in which it falls.
+    relative error is no smaller than before. Two runs that agree again merely cross.
 
     Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
     not move from one snapshot to the next: the standard deviations that edges within cells cause,
@@ -253,17 +247,31 @@ def estimated_errors(
     for name in (name for name in estimates if any(word in name for word in _OF_STEPS)):
         least = margins.of_steps * tolerance * np.abs(scalars[name][1:])
         estimates[name][1:] = np.maximum(estimates[name][1:], least)
-    for name in (name for name in estimates if name.startswith(_FALLING)):
-        size = np.abs(scalars[name])
-        highest = np.maximum.accumulate(np.maximum(size, np.finfo(np.float64).tiny))
-        fallen = np.log(highest / np.where(size > 0.0, size, highest))
-        estimates[name] = np.maximum(estimates[name], margins.of_time * fallen * size)
     for name, errors in estimates.items():
         size = np.abs(scalars[name])
         for now, falls in enumerate(size[1:] < size[:-1], start=1):
             if falls:
                 errors[now] = max(errors[now], errors[now - 1] * size[now] / size[now - 1])
     return estimates
+
+
+def errors_of_wear_in(
+    case: Case, scalars: Mapping[str, NDArray[np.float64]]
+) -> dict[str, NDArray[np.float64]]:
+    """Return the least errors of results that fall while a contact wears in, as e^(-N/T) at last.
+
+    Two runs may agree by chance while both miss the time T. The last wear is beside the edge of
+    stick, where the pressure of elastic bodies rises with the inverse root of the distance: cells
+    of a width h see it to the order √(h/a). A result that has fallen by a factor f then errs by
+    about √(h/a) ln f, which narrower cells reduce too slowly to be called for.
+    """
+    errors = {}
+    of_time = Margins.of(case).of_cells * math.sqrt(case.width_at_edges / case.hertz_radius)
+    for name in (name for name in scalars if name.startswith(_FALLING)):
+        size = np.abs(scalars[name])
+        highest = np.maximum.accumulate(np.maximum(size, np.finfo(np.float64).tiny))
+        errors[name] = of_time * np.log(highest / np.where(size > 0.0, size, highest)) * size
+    return errors
 
 
 def _differences(
@@ -282,6 +290,9 @@ def _differences(
         usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
         beside = np.zeros_like(fine)
         beside[2:] = relative[1:-1]
-        beside[1:-1] = np.maximum(beside[1:-1], relative[2:])
+        # Relative to what falls, a difference is larger than before.
+        before = np.maximum(sizes[name][1:-1], sizes[name][2:])
+        later = np.divide(relative[2:] * sizes[name][2:], before, where=before > 0, out=before)
+        beside[1:-1] = np.maximum(beside[1:-1], later)
         apart[name] = np.maximum(apart[name], _BESIDE * beside * sizes[name])
     return apart, sizes, usual

@@ -46,6 +46,7 @@ from fretwear.run.accuracy import (
     GridRun,
     Margins,
     columns_of,
+    errors_of_wear_in,
     estimated_errors,
     next_width,
     relative_errors,
@@ -266,6 +267,8 @@ def _run_on_cells(
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
     if errors:
+        for name, least in errors_of_wear_in(case, scalars).items():
+            errors[name] = np.maximum(errors[name], least)
         of_directions = [error_of_directions(case, cycle) for cycle in case.output_cycles]
         errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
