@@ -334,6 +334,8 @@ def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
     found = errors_of_wear_in(case, {"dissipated_energy": energy, "wear_volume": energy})
     np.testing.assert_allclose(found.pop("dissipated_energy") / energy, [0.0, 0.0, 0.18])
     assert not found
+    falling = case.replace(friction={"cycles": [0, 100], "values": [0.6, 0.3]})
+    assert not errors_of_wear_in(falling, {"dissipated_energy": energy})
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from fretwear.units import number_text
 
 _Columns: TypeAlias = dict[str, NDArray[np.float64]]
 
-# Standard deviations in an estimated error, chosen on half of the cases of the verification page.
+# Standard deviations in an estimated error.
 _DEVIATIONS = 2.0
 # Values below this part of the largest have just begun to grow, and do not represent the others.
 _TRACE = 0.01
@@ -51,7 +51,7 @@ _LEAST_GROWTH, _FASTER = 2.0, 0.5
 
 
 class Margins(NamedTuple):
-    """How far two runs may agree by chance, by the cases of the verification page."""
+    """How far two runs may agree by chance, chosen on 60 cases of `benchmarks.verification`."""
 
     of_cells: float  # factor of errors estimated from their difference
     of_steps: float  # least error due to steps over the tolerance
@@ -263,9 +263,12 @@ def errors_of_wear_in(
     Two runs may agree by chance while both miss the time T. The last wear is beside the edge of
     stick, where the pressure of elastic bodies rises with the inverse root of the distance: cells
     of a width h see it to the order √(h/a). A result that has fallen by a factor f then errs by
-    about √(h/a) ln f, which narrower cells reduce too slowly to be called for.
+    about √(h/a) ln f, which narrower cells reduce too slowly to be called for. Where it may fall
+    with friction, or from block to block of a loading, there are no such errors.
     """
-    errors = {}
+    errors: dict[str, NDArray[np.float64]] = {}
+    if case.blocks or case.friction_law.least < case.friction_law.coefficient:
+        return errors
     of_time = _OF_TIME * math.sqrt(case.width_at_edges / case.hertz_radius)
     for name in (name for name in scalars if name.startswith(_FALLING)):
         size = np.abs(scalars[name])
