@@ -160,7 +160,7 @@ class Page:
             versions |= {f"{name} {number}": None for name, number in entry["versions"].items()}
             parts.append(f"## {section.title}\n\n{body}\n")
         head = self.introduction.format(
-            minutes=-(-seconds // 60),
+            minutes="a minute" if seconds <= 60 else f"{-(-seconds // 60)} minutes",
             versions=", ".join(versions),
             names=", ".join(f"`{section.name}`" for section in self.sections),
         )

@@ -28,7 +28,7 @@ CASES: dict[str, dict[str, Any]] = {
 INTRODUCTION = """\
 # Performance
 
-Processor seconds on one thread. `python -m benchmarks.performance` repeats the measurements in about {minutes} minutes (extra `bench`;
+Processor seconds on one thread. `python -m benchmarks.performance` repeats the measurements in about {minutes} (extra `bench`;
 {versions}).
 
 """

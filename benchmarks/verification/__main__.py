@@ -31,7 +31,7 @@ PARTS = (
 INTRODUCTION = """\
 # Verification in detail
 
-`python -m benchmarks.verification` repeats these checks in about {minutes} minutes of one core (extras `test` and `bench`; {versions}); names of
+`python -m benchmarks.verification` repeats these checks in about {minutes} of one core (extras `test` and `bench`; {versions}); names of
 sections ({names}) run only those.
 
 Unless stated otherwise, the contact is the [source study's](paper.md) with `slip_model: jaeger`, which has closed forms: steel on steel, R = 10 mm,
