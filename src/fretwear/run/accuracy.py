@@ -293,9 +293,9 @@ def _differences(
         usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
         beside = np.zeros_like(fine)
         beside[2:] = relative[1:-1]
-        # Relative to what falls, a difference is larger than before.
-        before = np.maximum(sizes[name][1:-1], sizes[name][2:])
-        later = np.divide(relative[2:] * sizes[name][2:], before, where=before > 0, out=before)
-        beside[1:-1] = np.maximum(beside[1:-1], later)
+        # What a later value has lost or grown by says nothing of the one before.
+        now, later = sizes[name][1:-1], sizes[name][2:]
+        alike = np.minimum(now, later) / np.maximum(np.maximum(now, later), np.finfo(float).tiny)
+        beside[1:-1] = np.maximum(beside[1:-1], alike * relative[2:])
         apart[name] = np.maximum(apart[name], _BESIDE * beside * sizes[name])
     return apart, sizes, usual

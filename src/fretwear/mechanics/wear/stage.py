@@ -29,7 +29,7 @@ _EXPOSED = 3.0
 _IDLE = 1e-3
 # Tolerance of a reduced contact over that of a coarse normal contact. Slip is a small part of the
 # displacement.
-_OF_REDUCED = 0.3
+_OF_REDUCED = 0.1
 
 
 class Exposure(NamedTuple):
