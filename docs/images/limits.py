@@ -1,6 +1,6 @@
-"""Draw what slip in one direction and cells leave out, for the page of limits.
+"""Draw the picture on the page of limits: the direction of slip, and the singular pressure.
 
-python docs/images/limits.py docs/images/limits.png
+Run ``python docs/images/limits.py docs/images/limits.png``.
 """
 
 import sys

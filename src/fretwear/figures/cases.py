@@ -86,7 +86,8 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
     names = width_names(history)
     for zone, name, color in zip(("contact", "stick"), names, (CATEGORICAL[0], INK), strict=True):
         widths = MICROMETRE.of(np.atleast_1d(history[name].values))
-        axes.plot(*with_jumps(cycles, widths), color=color, label=zone)
+        curve = with_jumps(cycles, widths) if "step" in history.dims else (cycles, widths)
+        axes.plot(*curve, color=color, label=zone)
     axes.set_ylim(0.0, 1.15 * axes.dataLim.ymax)
     axes.set_ylabel("Radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)

@@ -280,15 +280,16 @@ def errors_of_wear_in(
 def _differences(
     scalars: Mapping[str, NDArray[np.float64]], coarser: Mapping[str, NDArray[np.float64]]
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.float64]], dict[str, float]]:
-    """Differences of two runs by name, larger values, and usual ratios of the two."""
+    """Differences of two runs by name, with shares of those beside, larger values, usual ratios."""
     apart, sizes, usual = {}, {}, {}
     for name, values in scalars.items():
         fine, wide = (np.nan_to_num(np.abs(run)) for run in (values, coarser[name]))
-        apart[name] = np.where(np.isnan(values), np.nan, np.abs(fine - wide))
+        missed = np.abs(fine - wide)
+        apart[name] = np.where(np.isnan(values), np.nan, missed)
         sizes[name] = np.maximum(fine, wide)
         counts = fine > _TRACE * fine.max()
         relative = np.zeros_like(fine)
-        np.divide(np.abs(fine - wide), sizes[name], out=relative, where=counts & (sizes[name] > 0))
+        np.divide(missed, sizes[name], out=relative, where=counts & (sizes[name] > 0))
         differs = relative[relative > 0.0]
         usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
         beside = np.zeros_like(fine)
