@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
+from types import GenericAlias
 from typing import Annotated, Any, Generic, Literal, Self, TypeVar, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -250,16 +251,17 @@ def _open_keys(about: Parameter) -> dict[str, Parameter]:
 def _described(key: Key) -> Any:
     """The type of a value, annotated by the parameter with its description."""
     notes = (key.about if isinstance(note, Parameter) else note for note in key.hint.__metadata__)
-    return Annotated.__class_getitem__((key.hint.__origin__, *notes))  # type: ignore[attr-defined]
+    annotated: Any = Annotated  # a type checker takes the index of `Annotated` for a type
+    return annotated[(key.hint.__origin__, *notes)]
 
 
 def _varied(key: Key) -> Any:
     """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
-    listed: Any = list.__class_getitem__(_described(key))
-    listed = Annotated[listed, Field(min_length=1)]
+    listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
     if not key.about.may_be_drawn:
         return listed
-    drawn: Any = Range.__class_getitem__(key.hint)
+    generic: Any = Range
+    drawn: Any = generic[key.hint]
     either = Annotated[listed, Tag(LISTED)] | Annotated[drawn, Tag(RANGE)]
     return Annotated[
         either, Discriminator(lambda value: RANGE if isinstance(value, Mapping | Range) else LISTED)
