@@ -13,7 +13,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.wear.laws import Means
+from fretwear.mechanics.surfaces.laws import Means
 from fretwear.mechanics.wear.state import State, WearProblem
 
 from .problems import unfolded

@@ -12,13 +12,13 @@ from fretwear.mechanics.contact.cells import ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.contact.strips import Strips
-from fretwear.mechanics.slip.loading import Sliding, TangentialRatio
 from fretwear.mechanics.slip.models import Jaeger, Pressed, ReducedContact
 from fretwear.mechanics.surfaces.indenters import Cylinder, Sphere
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.loading import Sliding, TangentialRatio
 from fretwear.mechanics.surfaces.materials import Bodies, Coulomb, ElasticBodies
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import Roughness
-from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 

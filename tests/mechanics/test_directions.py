@@ -11,9 +11,9 @@ import fretwear
 from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.grid import influence_coefficients
 from fretwear.mechanics.contact.strips import Row
-from fretwear.mechanics.slip.loading import DisplacementAmplitude
 from fretwear.mechanics.slip.models import Cerruti, Coupled, Jaeger
 from fretwear.mechanics.slip.shear import shear_influence
+from fretwear.mechanics.surfaces.loading import DisplacementAmplitude
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop

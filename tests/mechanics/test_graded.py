@@ -16,8 +16,8 @@ from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.contact.strips import Strips
-from fretwear.mechanics.slip.loading import DisplacementRatio
 from fretwear.mechanics.surfaces.indenters import FlatPunch
+from fretwear.mechanics.surfaces.loading import DisplacementRatio
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading

@@ -10,12 +10,12 @@ from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.slip.loading import DisplacementRatio, SlidingAmplitude
 from fretwear.mechanics.slip.models import CattaneoMindlin, Coupled, Jaeger
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.loading import DisplacementRatio, SlidingAmplitude
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.stroke import slide
 

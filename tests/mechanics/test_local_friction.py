@@ -10,11 +10,11 @@ from scipy.special import ellipe, ellipk
 
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.slip.loading import DisplacementAmplitude, TangentialRatio
 from fretwear.mechanics.slip.models import CattaneoMindlin, Cerruti
+from fretwear.mechanics.surfaces.laws import Archard, EnergyWear
+from fretwear.mechanics.surfaces.loading import DisplacementAmplitude, TangentialRatio
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies, OverEnergy
 from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.laws import Archard, EnergyWear
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import mean_slip_friction, measure
 from fretwear.mechanics.wear.state import Workspace

@@ -10,10 +10,10 @@ from scipy.integrate import trapezoid
 from fretwear import simulate
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import influence_of_cell
-from fretwear.mechanics.slip.loading import TangentialRatio
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.loading import TangentialRatio
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.pulsating import evolve_pulsating, load_cycle

@@ -10,20 +10,20 @@ from scipy.integrate import trapezoid
 from fretwear import Case, simulate
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.strips import influence_of_cell
-from fretwear.mechanics.slip.loading import SlidingAmplitude
 from fretwear.mechanics.slip.models import CattaneoMindlin, Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.surfaces.materials import Coulomb
-from fretwear.mechanics.surfaces.pressing import NormalLoad
-from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.mechanics.values import OverCycles
-from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.laws import (
+from fretwear.mechanics.surfaces.laws import (
     Archard,
     EnergyWear,
     Means,
     PowerLaw,
     RimAndCore,
 )
+from fretwear.mechanics.surfaces.loading import SlidingAmplitude
+from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.pressing import NormalLoad
+from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.rubbing import Rubbing, positions

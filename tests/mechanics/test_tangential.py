@@ -11,7 +11,7 @@ import pytest
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.slip.loading import DisplacementAmplitude
+from fretwear.mechanics.surfaces.loading import DisplacementAmplitude
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve

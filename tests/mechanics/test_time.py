@@ -6,13 +6,13 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from fretwear.mechanics.slip.loading import Loading, TangentialRatio
 from fretwear.mechanics.slip.models import CattaneoMindlin
+from fretwear.mechanics.surfaces.laws import Archard, PowerLaw, WearLaw
+from fretwear.mechanics.surfaces.loading import Loading, TangentialRatio
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.laws import Archard, PowerLaw, WearLaw
 from fretwear.quantity import Quantity
 from fretwear.theory import PartialSlip
 

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.contact.cells import ContactError
-from fretwear.mechanics.slip.loading import DisplacementRatio
 from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.loading import DisplacementRatio
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear import stage as stages
 from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve
-from fretwear.mechanics.wear.laws import Archard
 from fretwear.mechanics.wear.stage import Exposure
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.theory import HertzContact

@@ -10,8 +10,8 @@ import pytest
 from pydantic.dataclasses import dataclass
 
 from fretwear.mechanics.slip.models import ReducedContact, SlipModel
+from fretwear.mechanics.surfaces.laws import PowerLaw, WearLaw
 from fretwear.mechanics.surfaces.roughness import Roughness
-from fretwear.mechanics.wear.laws import PowerLaw, WearLaw
 from fretwear.quantity import Part, Quantity
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError

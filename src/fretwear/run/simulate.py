@@ -20,7 +20,6 @@ from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
 from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
-from fretwear.mechanics.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
@@ -32,6 +31,7 @@ from fretwear.mechanics.wear.measures import (
     uncertainty,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
+from fretwear.mechanics.wear.setup import Setup
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.results import (

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.slip.loading import Displacement
+from fretwear.mechanics.surfaces.loading import Displacement
 from fretwear.study.case import Case
 from fretwear.study.spacing import zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text

@@ -12,9 +12,9 @@ from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
-from fretwear.mechanics.setup import Setup
-from fretwear.mechanics.slip.loading import Loading, SlidingDistance
 from fretwear.mechanics.slip.models import Cerruti
+from fretwear.mechanics.surfaces.loading import Loading, SlidingDistance
+from fretwear.mechanics.wear.setup import Setup
 from fretwear.plugins import plugins
 from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of

@@ -15,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from fretwear.mechanics.slip.loading import Loading
+from fretwear.mechanics.surfaces.loading import Loading
 from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.quantity import (

@@ -9,14 +9,14 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
-from fretwear.mechanics.slip.loading import (
+from fretwear.mechanics.slip.models import Jaeger
+from fretwear.mechanics.surfaces.loading import (
     Displacement,
     DisplacementRatio,
     SlidingDistance,
     TangentialLoad,
     TangentialRatio,
 )
-from fretwear.mechanics.slip.models import Jaeger
 from fretwear.study.contact import FrettingContact, UnknownValueError
 from fretwear.study.problems import Problem
 from fretwear.units import (

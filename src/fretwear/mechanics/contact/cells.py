@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Real, Single
 from fretwear.mechanics.contact.kernels import inner
-from fretwear.mechanics.protocols import FrettingProblem, WornContact
+from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.

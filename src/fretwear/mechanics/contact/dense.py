@@ -35,7 +35,7 @@ from fretwear.mechanics.contact.cells import (
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
-from fretwear.mechanics.protocols import FrettingProblem, WornContact
+from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12

@@ -33,7 +33,7 @@ from fretwear.mechanics.contact.cells import (
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import fast_length, scaled
 from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
-from fretwear.mechanics.protocols import FrettingProblem, WornContact
+from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
 # A window grows by a factor if there is pressure within this many cells of its border, plus this
 # fraction of its cells before a step.

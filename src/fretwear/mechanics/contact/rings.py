@@ -22,7 +22,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
-from fretwear.mechanics.protocols import FrettingProblem, WornContact
+from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 from fretwear.theory import LimitingState, share_of_band
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic

@@ -29,7 +29,7 @@ from fretwear.mechanics.contact.cells import (
 )
 from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.protocols import FrettingProblem, WornContact
+from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 from fretwear.theory import LineContact, share_of_band
 
 # Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the

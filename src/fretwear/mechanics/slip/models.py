@@ -36,10 +36,10 @@ import numpy as np
 from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.protocols import FrettingProblem
 from fretwear.mechanics.slip.coupled import Sheared, shear
-from fretwear.mechanics.slip.loading import Sliding
+from fretwear.mechanics.slip.protocols import FrettingProblem
 from fretwear.mechanics.slip.shear import bodies_under_shear
+from fretwear.mechanics.surfaces.loading import Sliding
 from fretwear.quantity import Part
 from fretwear.theory import LineContact
 

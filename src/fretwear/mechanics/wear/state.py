@@ -19,9 +19,9 @@ from fretwear.mechanics.contact.cells import (
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import is_finite
-from fretwear.mechanics.setup import Setup, block_at
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
-from fretwear.mechanics.wear.laws import Means, WearLaw
+from fretwear.mechanics.surfaces.laws import Means, WearLaw
+from fretwear.mechanics.wear.setup import Setup, block_at
 from fretwear.theory import find_root
 
 CONTACT_GAP = 1e-5

@@ -29,9 +29,9 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import fast_shape
 from fretwear.mechanics.slip.models import ReducedContact
+from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.wear import integrator
 from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
-from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 

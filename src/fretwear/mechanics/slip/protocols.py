@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from fretwear.arrays import Array, Even
-from fretwear.mechanics.slip.loading import Loading, Sliding
 from fretwear.mechanics.surfaces.indenters import Indenter
+from fretwear.mechanics.surfaces.loading import Loading, Sliding
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.mechanics.surfaces.roughness import Roughness

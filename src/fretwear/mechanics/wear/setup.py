@@ -16,13 +16,13 @@ from typing import Annotated, Any, Self, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array, Even
-from fretwear.mechanics.slip.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
+from fretwear.mechanics.surfaces.laws import Means, WearLaw
+from fretwear.mechanics.surfaces.loading import SMALL_STROKE, Loading, Sliding
 from fretwear.mechanics.surfaces.materials import Bodies, Friction
 from fretwear.mechanics.surfaces.pressing import Normal
 from fretwear.mechanics.surfaces.roughness import BothRough, Roughness
-from fretwear.mechanics.wear.laws import Means, WearLaw
 from fretwear.quantity import Inline, Part, PartOf, Quantity
 from fretwear.theory import HertzContact
 from fretwear.units import ContactFrame
