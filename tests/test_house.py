@@ -70,6 +70,24 @@ def test_imports_between_packages_run_one_way():
         assert not needed[name] & {*BESIDE}, name
 
 
+def test_the_floors_of_the_mechanics_rest_on_each_other():
+    floors = ["contact", "surfaces", "slip", "wear"]
+    prefix = "fretwear.mechanics."
+
+    def height(module):
+        return floors.index(module.removeprefix(prefix).partition(".")[0])
+
+    above = {
+        (module, needed)
+        for module in MODULES
+        if module.startswith(prefix) and module.count(".") == 3
+        for needed in imported(MODULES[module])
+        if needed.startswith(prefix) and needed.count(".") == 3
+        if height(needed) > height(module)
+    }
+    assert not above
+
+
 @pytest.mark.slow
 def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
     for file in (SOURCE / "fretwear").rglob("*.*"):

@@ -127,7 +127,7 @@ class Parameter:
         """Return the parameter with other words."""
         return dataclasses.replace(self, words=words)  # type: ignore[type-var]
 
-    def in_frame(self, frame: ContactFrame) -> Parameter:  # noqa: ARG002 - alike, but for forces
+    def in_frame(self, frame: ContactFrame) -> Parameter:
         """Return the parameter as a point or a line contact has it."""
         return self
 
@@ -618,7 +618,7 @@ class Part:
         """The broken rule between the part's parameters, with a remedy; None if all hold."""
         return None
 
-    def at(self, cycle: float) -> Self:  # noqa: ARG002 - constant unless a kind says otherwise
+    def at(self, cycle: float) -> Self:
         """The part at a cycle; the same object if nothing about it changes."""
         return self
 

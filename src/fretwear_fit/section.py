@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fretwear.figures.style import JournalFigure
 
 
-def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:  # noqa: ARG001 - of all
+def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
     """Yield the section on the fit beside a folder of case files, if there is one."""
     path = cases.parent / "fit.json"
     if path.exists():
@@ -44,7 +44,7 @@ def _body(record: Mapping[str, Any]) -> Markup:
     return body + Markup("<p>Further results are those of the values where the fit began.</p>")
 
 
-def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:  # noqa: ARG001 - of all
+def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     """Yield a figure for each profile and loop that a fit beside a folder of cases was made to."""
     from fretwear.figures.study import StudyFigure
 

@@ -102,7 +102,7 @@ class SourceFile(FileParameter):
 
 
 @lru_cache(maxsize=256)
-def _checksum(path: Path, modified: int) -> str:  # noqa: ARG001 - a changed file is another one
+def _checksum(path: Path, modified: int) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -121,7 +121,7 @@ class FileKey(FileParameter):
             return {"enum": [*self.options]}
         return {"type": ["string", "integer", "array"], "examples": [self.example]}
 
-    def read(self, value: object, folder: Path | None = None) -> str:  # noqa: ARG002
+    def read(self, value: object, folder: Path | None = None) -> str:
         """Return the text; a list becomes a text with commas."""
         if value is None or value == "":
             return ""

@@ -14,12 +14,13 @@ from fretwear.mechanics.contact import strips
 from fretwear.mechanics.contact.cells import ContactProblem, Region
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.problem import solve_contact
-from fretwear.mechanics.contact.rings import Grading, Rings, mean_influence
+from fretwear.mechanics.contact.rings import Rings, mean_influence
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.surfaces.indenters import FlatPunch
 from fretwear.mechanics.surfaces.loading import DisplacementRatio
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.wear.grading import Grading, graded_rings
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import half_width, measure
@@ -182,7 +183,7 @@ def test_pressure_in_the_middle_is_continuous_where_the_contact_begins_to_slide(
 
 
 def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics():
-    rings = Rings.graded(Grading(A, 1.2 * A, A, 2e-4 * A), 2.0 * A)
+    rings = graded_rings(Grading(A, 1.2 * A, A, 2e-4 * A), 2.0 * A)
     widths = np.diff(rings.edges)
     assert rings.edges[0] == 0.0
     assert rings.edges[-1] == near(2.0 * A)
@@ -206,7 +207,7 @@ def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics()
 
 def test_bodies_that_sink_far_less_than_their_approach_meet_on_the_narrowest_rings():
     """As worn ones do at a tiny reduced load: rounding of heights is all that may be left."""
-    rings = Rings.graded(Grading(0.0, A, A, 3e-6 * A), 1.3 * A)
+    rings = graded_rings(Grading(0.0, A, A, 3e-6 * A), 1.3 * A)
     bodies, unworn = rings.half_space(MODULUS), fretting().unworn(rings)
     for offset in (0.0, 10.0 * HERTZ.approach, 100.0 * HERTZ.approach):
         problem = ContactProblem(bodies, unworn + offset, LOAD)
@@ -269,7 +270,7 @@ def test_the_peak_of_rings_that_yield_is_the_limit_beyond_which_cubics_take_no_p
     problem = fretting(limit=1.5, geometry=Rings)
     *_, state = evolve(problem, [1000])
     assert measure(problem, state).peak_pressure == problem.plastic_limit
-    others = Rings.graded(Grading(0.4 * A, 1.1 * A, A, 2e-4 * A), state.geometry.edges[-1])
+    others = graded_rings(Grading(0.4 * A, 1.1 * A, A, 2e-4 * A), state.geometry.edges[-1])
     assert state.geometry.resized(state.pressure, others).max() > problem.plastic_limit
     assert state.on(Workspace(problem), others).pressure.max() == problem.plastic_limit
 

@@ -14,6 +14,7 @@ from fretwear.mechanics.contact.grid import Grid, fast_shape, influence_coeffici
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.state import Workspace
+from fretwear.mechanics.wear.window import holding_cells, next_cells
 from fretwear.run.simulate import wear_problem
 
 from ..studies import WAVES, near, steel
@@ -97,14 +98,14 @@ def test_a_window_holds_tips_beyond_it_and_none_that_stay_open(problem):
     small = Grid((cut, window.shape[1]), window.spacing, window.even)
     inner = window.resized(state.pressure, small)
     assert not inner[-2:].any()
-    grown = small.holding(Workspace(problem), inner, state.approach)
+    grown = holding_cells(small, Workspace(problem), inner, state.approach)
     assert grown.shape[0] > columns[-1]
     state = first_loading(problem)
     wide = wider(state.geometry, 1.6)
     outside = ~covered(wide, state.geometry)
     # Rigid bodies would touch there.
     assert (problem.unworn(wide)[outside] < state.approach).any()
-    held = state.geometry.holding(Workspace(problem), state.pressure, state.approach)
+    held = holding_cells(state.geometry, Workspace(problem), state.pressure, state.approach)
     assert held is state.geometry
     for state in evolve(problem, [10, 100, 1000]):
         wide = state.on(Workspace(problem), wider(state.geometry, 1.6))
@@ -125,10 +126,10 @@ def test_the_window_of_a_few_tips_is_small_and_grows_before_the_contact_is_at_it
     close, far = (np.zeros(grid.shape) for _ in range(2))
     close[: grid.shape[0] - 1, 0] = 1.0
     far[:reach, 0] = 1.0
-    grown = grid.ahead_of(problem, replace(state, pressure=close))
+    grown = next_cells(grid, problem, replace(state, pressure=close))
     assert grown.shape[0] > grid.shape[0]
     assert grown.shape[1] == grid.shape[1]
-    assert grid.ahead_of(problem, replace(state, pressure=far)) is grid
+    assert next_cells(grid, problem, replace(state, pressure=far)) is grid
 
 
 @given(st.floats(1e-6, 3e-4), st.floats(1e-6, 3e-4), st.sampled_from(EVEN))

@@ -18,6 +18,7 @@ from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.stroke import slide
+from fretwear.mechanics.wear.window import first_cells
 
 from ..studies import near
 from .problems import (
@@ -78,7 +79,7 @@ def test_where_bodies_first_yield_by_the_closed_forms_of_pressure_and_traction(g
 @pytest.mark.parametrize("geometry", [Grid, Rings])
 def test_a_limit_of_each_cell_is_kept_like_one_of_all(geometry):
     problem = fretting(24, geometry=geometry)
-    cells = geometry.first(problem)
+    cells = first_cells(problem)
     bodies, shape = problem.half_space(cells), problem.unworn(cells)
 
     def pressed(limit):

@@ -13,6 +13,7 @@ from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.window import first_cells
 from fretwear.quantity import Quantity
 from fretwear.theory import PartialSlip
 
@@ -49,7 +50,7 @@ class RunningIn(WearLaw):
     def at(self, cycle):
         return Archard(self.start / (1 + cycle / CYCLES))
 
-    def coefficient(self, friction):  # noqa: ARG002
+    def coefficient(self, friction):
         return self.start
 
 
@@ -97,7 +98,7 @@ def test_whatever_changes_over_the_cycles_is_followed(name):
     """Against Euler's method in small steps, two runs of which are extrapolated."""
     usual = {"wear_coefficient": 20 * WEAR, "extent": (2.0 * A, 2.0 * A)}
     problem = fretting(8, **usual | CHANGES[name])
-    window = problem.geometry.first(problem)
+    window = first_cells(problem)
     coarse, fine = (explicit_wear(problem, window, CYCLES, steps) for steps in (120, 240))
     wear, pressure = (
         2 * getattr(fine, field) - getattr(coarse, field) for field in ("wear", "pressure")
@@ -129,7 +130,7 @@ class Growing(WearLaw):
     def at(self, cycle):
         return Archard(self.start * (1 + 30 * (cycle / CYCLES) ** self.power))
 
-    def coefficient(self, friction):  # noqa: ARG002
+    def coefficient(self, friction):
         return self.start
 
 

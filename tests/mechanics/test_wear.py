@@ -20,6 +20,7 @@ from fretwear.mechanics.wear import stage as stages
 from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve
 from fretwear.mechanics.wear.stage import Exposure
 from fretwear.mechanics.wear.state import Workspace
+from fretwear.mechanics.wear.window import first_cells
 from fretwear.theory import HertzContact
 
 from ..studies import near
@@ -226,7 +227,7 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(monkeypatch):
 def test_small_explicit_steps_are_met_within_the_tolerance(name, cycles):
     """Against two explicit runs, one with half the steps, extrapolated."""
     problem = fretting(8, extent=(1.7 * A, 1.7 * A), **RUNS[name])
-    window = problem.geometry.first(problem)
+    window = first_cells(problem)
     # 0.002 / (β p0) a step: a tenth of the stable one on this grid, and a twentieth.
     steps = round(problem.wear_growth * P0 * cycles / 0.02)
     coarse, fine = (explicit_wear(problem, window, cycles, n) for n in (steps, 2 * steps))

@@ -12,7 +12,7 @@ from fretwear.cli.show import case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
 from fretwear.data.effects import Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
-from fretwear.mechanics.contact import rings
+from fretwear.mechanics.wear import grading
 from fretwear.run.simulate import run, steps
 from fretwear.study.reading import load_study
 
@@ -49,7 +49,7 @@ def test_a_peak_that_narrow_rings_still_resolve_lies_within_its_error(monkeypatc
     for model in ("jaeger", "cattaneo_mindlin"):
         pressure, error = peaks(**cycles, slip_model=model, cell="4 um")
         with monkeypatch.context() as narrower:
-            narrower.setattr(rings, "NARROWEST_RING", rings.NARROWEST_RING / 4.0)
+            narrower.setattr(grading, "NARROWEST_RING", grading.NARROWEST_RING / 4.0)
             *_, last = steps(steel(**cycles, slip_model=model, error_estimate=False))
         true = float(last.state.pressure.max())
         assert 1.2 < true / steel().hertz_pressure < 2.0

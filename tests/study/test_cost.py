@@ -9,6 +9,7 @@ from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.window import first_cells
 from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.plan import estimate
@@ -53,9 +54,9 @@ def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_doe
     for part in (1.0, 0.5, 3.0):
         each = case.replace(cell=[part * width for width in case.grid_spacing])
         problem = wear_problem(each)
-        counts.append(len(problem.geometry.first(problem).edges))
+        counts.append(len(first_cells(problem).edges))
     problem = wear_problem(case)
-    assert problem.geometry.first(problem).shape[0] + 1 == counts[0] == counts[2]
+    assert first_cells(problem).shape[0] + 1 == counts[0] == counts[2]
     # A finer cell counts from the exact default, which is written rounded down to two digits.
     half = case.replace(cell=[0.5 * width for width in case.grid_spacing]).coarseness
     assert 0.45 < half <= 0.5

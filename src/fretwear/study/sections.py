@@ -82,10 +82,10 @@ class StudySection:
     @classmethod
     def complete_base(
         cls,
-        given: object,  # noqa: ARG003
+        given: object,
         base: Mapping[str, object],
-        vary: Mapping[str, object],  # noqa: ARG003
-        problems: Problems,  # noqa: ARG003
+        vary: Mapping[str, object],
+        problems: Problems,
     ) -> Mapping[str, object]:
         """The plain keys of `base` with those that this section makes superfluous."""
         return base
@@ -93,7 +93,7 @@ class StudySection:
     def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
         """Add the problems of the section with the cases of the points of the study."""
 
-    def seconds(self, case: Case, cells: float) -> float:  # noqa: ARG002
+    def seconds(self, case: Case, cells: float) -> float:
         """The processor time that it adds to a case with so many cells, s."""
         return 0.0
 
@@ -102,9 +102,9 @@ class StudySection:
 
     def extra_results(
         self,
-        case: Path,  # noqa: ARG002
-        cycles: Array,  # noqa: ARG002
-        tell: Callable[[str], None],  # noqa: ARG002
+        case: Path,
+        cycles: Array,
+        tell: Callable[[str], None],
     ) -> Mapping[Variable, Array]:
         """More results of a case file over cycles, for the merged study."""
         return {}

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from fretwear.mechanics.contact.rings import NARROWEST_RING
-from fretwear.mechanics.contact.strips import NARROWEST_STRIP
 from fretwear.mechanics.surfaces.roughness import Tip
+from fretwear.mechanics.wear.grading import NARROWEST_RING, NARROWEST_STRIP
 from fretwear.study.contact import (
     CELLS_PER_YIELDING_CONTACT_RADIUS,
     NEARLY_GROSS,

@@ -15,14 +15,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Real, Single
 from fretwear.mechanics.contact.kernels import inner
-from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
@@ -83,11 +82,6 @@ class Geometry(ABC):
     #: Whether displacements have no component along y, as in a line contact.
     plane_strain: ClassVar[bool] = False
 
-    @classmethod
-    @abstractmethod
-    def first(cls, problem: FrettingProblem) -> Self:
-        """The cells for the first loading of a problem."""
-
     if TYPE_CHECKING:  # a field of some geometries
 
         @property
@@ -141,7 +135,7 @@ class Geometry(ABC):
     def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each cell of a grid within a region; together its area by `zone`."""
 
-    def largest_mean(self, field: Array, width: float) -> float:  # noqa: ARG002 - of one cell
+    def largest_mean(self, field: Array, width: float) -> float:
         """Largest mean of a field over a cell, or over an annulus of a width, m, on rings."""
         return float(field.max())
 
@@ -167,24 +161,16 @@ class Geometry(ABC):
         """These cells, extended to the size of others; the others, if both are equal cells."""
         return other
 
-    @abstractmethod
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
-        """Cells that suit the next step."""
-
-    @abstractmethod
-    def holding(self, workspace: Any, pressure: Array, approach: float) -> Self:
-        """These cells, or more if the contact under a pressure, Pa, needs them."""
-
     # Output.
 
-    def plane(self, spacing: tuple[float, float]) -> Geometry:  # noqa: ARG002 - it is one
+    def plane(self, spacing: tuple[float, float]) -> Geometry:
         """The grid of a spacing, m, on which fields are written: as a rule, these cells."""
         return self
 
     def written(
         self,
         fields: dict[str, NDArray[Element]],
-        plane: Geometry,  # noqa: ARG002 - these cells
+        plane: Geometry,
     ) -> dict[str, NDArray[Element]]:
         """Fields as means over the cells of that grid."""
         return fields
@@ -207,14 +193,14 @@ class HalfSpace(ABC):
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
 
-    def along_x(self, coupling: float, mean: float) -> HalfSpace:  # noqa: ARG002 - the same in all
+    def along_x(self, coupling: float, mean: float) -> HalfSpace:
         """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ.
 
         These are the bodies themselves where the influence does not depend on the direction.
         """
         return self
 
-    def around(self, cells: Mask) -> HalfSpace:  # noqa: ARG002 - of some hundreds of cells
+    def around(self, cells: Mask) -> HalfSpace:
         """The same bodies, on fewer cells if these hold the given ones and a margin."""
         return self
 
@@ -248,7 +234,7 @@ class Layer(Protocol):
     # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
     level: float | None = None
 
-    def at(self, approach: float) -> Layer:  # noqa: ARG002 - as a rule
+    def at(self, approach: float) -> Layer:
         """The layer at another approach, m."""
         return self
 

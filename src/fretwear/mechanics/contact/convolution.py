@@ -128,7 +128,7 @@ class QuarterConvolution(Convolution[Real]):
 class WholeConvolution(Convolution[Real]):
     """Convolution by Fourier transforms of all cells of a window, mirrored where they are even."""
 
-    def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:  # noqa: ARG002
+    def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
         return [whole_spectrum(spectrum)]
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:

@@ -35,13 +35,9 @@ from fretwear.mechanics.contact.cells import (
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Exchange, projected_gradient
-from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
-# A step seldom widens a contact by more, and extending the cells beforehand costs less than
-# repeating the step.
-WIDENED = 1.04
 # Cells are continued by others if these are so many times wider.
 _WIDER = 1.5
 # Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
@@ -194,24 +190,11 @@ class DenseCells(Geometry):
         alike = self.edges[:common] == edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
 
-    def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
+    def along(self, axis: int) -> list[tuple[Way, Array]]:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
-        """Cells that reach further if the next step may bring the contact to the border."""
-        return self._beyond(problem, worn.pressure, WIDENED)
-
-    def holding(self, workspace: Any, pressure: Array, approach: float) -> Self:  # noqa: ARG002
-        """These cells, or more if the contact needs them."""
-        return self._beyond(workspace.problem, pressure)
-
-    def _beyond(self, problem: FrettingProblem, pressure: Array, widened: float = 1.0) -> Self:
-        """Cells that hold a contact, widened by a factor, and if it is rough the next tip."""
-        waves = problem.wavelengths
-        return self.reaching(widened * self._radius(pressure) + (waves[0] if waves else 0.0))
-
-    def _radius(self, field: Array) -> float:
+    def radius_of(self, field: Array) -> float:
         """Largest distance from the origin at which a field is not zero, m."""
         return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
 
@@ -357,7 +340,7 @@ class DenseHalfSpace(HalfSpace):
         start: Array | None,
         tolerance: float,
         *,
-        verified: bool,  # noqa: ARG002 - the last displacement is always computed anew
+        verified: bool,
     ) -> Contact:
         """Solve a normal contact by factors of the matrix of its free cells."""
         start = problem.first_guess() if start is None else start

@@ -1,18 +1,11 @@
-"""Equal rectangular cells: a window around the origin, its half-space, and its growth.
-
-Pressure exists only near the contact, so fields live on a window a little larger than it. A smooth
-contact grows at its border, and pressure near the window's border announces it. In a rough
-contact the next asperity tip lies up to a wavelength away, with no contact in between: the surface
-beyond the window is checked too. There it is unworn, and its gap is the displacement by
-the pressure inside, plus the shape, minus the approach.
-"""
+"""Equal rectangular cells: a window around the origin, and its half-space."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +26,9 @@ from fretwear.mechanics.contact.cells import (
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import fast_length, scaled
 from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
-from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
 
-# A window grows by a factor if there is pressure within this many cells of its border, plus this
-# fraction of its cells before a step.
-_BORDER = 2
-_AHEAD = 0.02
+# A window grows by a factor if there is pressure within this many cells of its border.
+BORDER = 2
 _GROWTH = 1.12
 # Cells around the zone of a part of the half-space, and how many parts are kept.
 _MARGIN = 4
@@ -65,17 +55,6 @@ class Grid(Geometry):
     def __post_init__(self) -> None:
         if any(n % 2 and not even for n, even in zip(self.shape, self.even, strict=True)):
             raise ValueError(f"{self.shape} cells are not symmetric about the origin")
-
-    @classmethod
-    def first(cls, problem: FrettingProblem) -> Grid:
-        """The window for the first loading of a problem."""
-        extent = problem.extent
-        if problem.wavelengths is not None:
-            # Under a small load the middle may be a valley, and the tips beside it touch.
-            (x, y), tips, reach = extent, problem.wavelengths, problem.reach(0.0)
-            extent = max(x, min(0.6 * tips[0], reach[0])), max(y, min(0.6 * tips[1], reach[1]))
-        shape = fast_shape(extent, problem.spacing, problem.even)
-        return cls(shape, problem.spacing, problem.even)
 
     @property
     def widths(self) -> float:
@@ -127,7 +106,7 @@ class Grid(Geometry):
         deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
-    def covered(self, region: Region, plane: Geometry) -> Array:  # noqa: ARG002 - these cells
+    def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each cell in a region.
 
         A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
@@ -305,29 +284,6 @@ class Grid(Geometry):
         shape = fast_shape(extent, self.spacing, self.even)
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
-    # How a window grows.
-
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Grid:  # noqa: ARG002
-        """A larger window if the next step may bring the contact to the border, or this one.
-
-        A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
-        less than repeating the step.
-        """
-        nx, ny = self.shape
-        ahead = _BORDER + math.ceil(_AHEAD * nx), _BORDER + math.ceil(_AHEAD * ny)
-        return self.grown(self.touched(worn.pressure, ahead))
-
-    def holding(self, workspace: Any, pressure: Array, approach: float) -> Grid:
-        """Itself, or the smallest of a series of larger ones that holds the contact."""
-        grid = self
-        while True:
-            held = self.resized(pressure, grid)
-            border, beyond = grid.touched(held), grid._beyond(workspace, held, approach)
-            larger = grid.grown((border[0] or beyond[0], border[1] or beyond[1]))
-            if larger is grid:
-                return grid
-            grid = larger
-
     def grown(self, sides: tuple[bool, bool]) -> Grid:
         """The next larger window along x, along y or both; this one for none."""
         x, y = (
@@ -336,7 +292,7 @@ class Grid(Geometry):
         return self.covering((x, y)) if any(sides) else self
 
     def touched(
-        self, pressure: Array, border: tuple[int, int] = (_BORDER, _BORDER)
+        self, pressure: Array, border: tuple[int, int] = (BORDER, BORDER)
     ) -> tuple[bool, bool]:
         """Whether there is pressure in the outermost cells along x and along y."""
         x, y = (
@@ -344,32 +300,6 @@ class Grid(Geometry):
             for field, count, is_even in zip((pressure, pressure.T), border, self.even, strict=True)
         )
         return x, y
-
-    def _beyond(self, workspace: Any, pressure: Array, approach: float) -> tuple[bool, bool]:
-        """Whether the surfaces touch beyond the window, along x and along y."""
-        if workspace.problem.wavelengths is None:
-            return False, False
-        wavelengths, reach = workspace.problem.wavelengths, workspace.problem.reach(approach)
-        # A wavelength beyond, as far as the surface lies below the approach.
-        x, y = (
-            max(half, min(half + wavelength, far))
-            for half, wavelength, far in zip(self.extent, wavelengths, reach, strict=True)
-        )
-        wide = self.covering((x, y))
-        if wide.shape == self.shape:
-            return False, False
-        bodies = workspace.on(wide)
-        outside = np.ones(wide.shape, dtype=np.bool_)
-        outside[wide.where(self)] = False
-        # Displacement only opens the gap: where the surface lies above the approach it stays open.
-        if not ((bodies.unworn < approach) & outside).any():
-            return False, False
-        moved, unit = bodies.half_space.relative_displacement(self.resized(pressure, wide))
-        gap = np.multiply(moved, unit, dtype=np.float64)
-        gap += bodies.unworn
-        closed = (gap < approach) & outside
-        beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
-        return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
 
 
 def fast_shape(

@@ -13,43 +13,16 @@ of a uniform pressure on a disc).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.dense import WIDENED, DenseCells, Distance
-from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
-from fretwear.theory import LimitingState, share_of_band
+from fretwear.mechanics.contact.dense import DenseCells, Distance
 
-# Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
-# pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
-# most such parts of the contact.
-NARROWEST_RING = 1.0 / 1500.0
-_ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
-_WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
-# Width about the edge of the unworn contact, whose position is known to a fraction of a ring.
-_AT_CONTACT = 0.002
-# Growth of the width with the distance from where it is least.
-_GRADING = 0.2
-# Rings across the band that yields in the limit of many cycles, and so many bands, within and
-# beyond the stick edge, where they are narrowest; the edge moves inward, and the rings follow when
-# fewer bands are left.
-_ACROSS_BAND = 9.0
-_AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
-_MOST_BANDED = 75.0
-_LEAST_ANNULUS = 1e-3
-# Peak pressure over the plastic limit, above which rings are graded as for bodies that yield.
-_NEARLY = 0.9
-# Rings are replaced when they are wider than new ones by this factor.
-_LENIENT = 1.5
-_SAMPLES = 2001
-# Stick radius over the contact radius, below which rings are graded as for a contact that slides as
-# a whole: less than a part in 10⁷ of its area sticks.
-_LEAST_STICK = 3e-4
 # Ratio of two radii below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
 # Width of the narrower of two rings over the radius of the larger one below which differences of
@@ -58,115 +31,11 @@ _NARROW, _OF_RADIUS = 1e-5, 1e-2
 
 
 @dataclass(frozen=True)
-class Grading:
-    """The widths that the rings of a contact need."""
-
-    stick: float  # radius of the edge of the stick zone, m
-    contact: float  # largest expected radius of the contact, m
-    unworn: float  # radius of the unworn contact, m
-    narrowest: float  # width at the stick edge, m
-    ahead: float = 0.0  # distance inward over which this width is kept, m
-    behind: float = 0.0  # the same outward, m
-    coarseness: float = 1.0  # factor on all widths
-
-    @classmethod
-    def of(cls, problem: FrettingProblem, stick: float, contact: float, *, yields: bool) -> Grading:
-        """The grading for given radii of stick zone and contact, m, of bodies that yield or not."""
-        yields = yields and not math.isinf(problem.slip_limit)
-        hertz, coarseness = problem.hertz, problem.coarseness
-        unworn = hertz.contact_radius
-        stick = stick if stick > _LEAST_STICK * contact else 0.0
-        ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / unworn) ** 3
-        limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
-        if limiting is not None:
-            contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
-        # Where all rings stick the annulus is narrower than one of them.
-        contact = max(contact, (1.0 + _LEAST_ANNULUS) * stick) if stick >= contact else contact
-        narrowest = NARROWEST_RING * min(contact - stick, stick or contact)
-        if not yields or stick == 0.0:
-            return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
-        if limiting is not None:
-            band = limiting.width_above(problem.slip_limit)
-        else:
-            # The stick zone is as wide as the unworn contact: take the band of a flat punch.
-            punch = hertz.load / (2.0 * math.pi * stick * problem.slip_limit)
-            band = min(0.5 * punch**2 / stick, stick)
-        finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
-        # A band too narrow for the rings of an elastic contact to yield leaves them as they are.
-        share = share_of_band(band, narrowest)
-        narrowest *= (min(finest, band / _ACROSS_BAND) / narrowest) ** share
-        # If the slip annulus needs narrower rings than a wide band, a limited number suffices.
-        band = min(share * band, _MOST_BANDED * narrowest)
-        return cls(stick, contact, unworn, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
-
-    def width(self, r: Array) -> Array:
-        """Width of the rings at radii, m."""
-        beyond = np.maximum(self.stick - self.ahead - r, r - self.stick - self.behind)
-        width = self.narrowest + _GRADING * np.maximum(beyond, 0.0)
-        in_slip = min((self.contact - self.stick) / _ACROSS_SLIP, _WIDEST_IN_SLIP * self.contact)
-        width = np.minimum(width, _AT_CONTACT * self.unworn + _GRADING * np.abs(r - self.unworn))
-        outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)
-        width = np.minimum(width, in_slip + _GRADING * outside)
-        return self.coarseness * np.minimum(width, _WIDEST * self.contact)
-
-    def suits(self, rings: Rings) -> bool:
-        """Whether rings are fine enough wherever required."""
-        left = _LEFT / _AHEAD * self.ahead
-        places = np.array([self.stick - left, self.stick + 0.5 * self.behind, self.contact])
-        edges = np.asarray(rings.edges)
-        ring = np.clip(np.searchsorted(edges, places), 1, edges.size - 1)
-        widths = edges[ring] - edges[ring - 1]
-        return bool((widths <= _LENIENT * self.width(places)).all())
-
-
-@dataclass(frozen=True)
 class Rings(DenseCells):
     """Concentric rings around the origin, given by the radii of their edges."""
 
     of_tolerance: ClassVar[float] = 0.25
     _whole: ClassVar[float] = math.pi
-
-    @classmethod
-    def first(cls, problem: FrettingProblem) -> Self:
-        """Rings for the first loading of a problem, graded to the edge of its stick zone.
-
-        It raises a ValueError for a problem without rotational symmetry.
-        """
-        if problem.rough is not None or not problem.indenter.is_axisymmetric:
-            raise ValueError("rings need a smooth indenter with rotational symmetry")
-        hertz, load = problem.hertz, problem.stick_load
-        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        yields = hertz.peak_pressure > problem.slip_limit
-        grading = Grading.of(problem, stick, hertz.contact_radius, yields=yields)
-        return cls.graded(grading, math.sqrt(2.0) * max(problem.extent))
-
-    @classmethod
-    def graded(cls, grading: Grading, outer: float) -> Self:
-        """Rings of graded widths with one edge at the stick radius, out to a radius, m."""
-        steps = np.linspace(0.0, 1.0, _SAMPLES)
-        inner, outside = (
-            grading.stick + length * steps**3 for length in (-grading.stick, outer - grading.stick)
-        )
-        edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
-        return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
-
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Self:
-        """Rings for the next step, which follow the stick edge and reach far enough."""
-        stick = self._radius(worn.reduced.pressure)
-        touched = self._radius(worn.wear + worn.pressure)
-        radii = stick, touched
-        grading, banded = (Grading.of(problem, *radii, yields=yields) for yields in (False, True))
-        # A contact with a limit behaves as one without until it nearly yields. A peak that becomes
-        # singular is higher on narrower rings.
-        finer = max(1.0, grading.narrowest / banded.narrowest)
-        peak = float(worn.pressure.max()) * math.sqrt(finer)
-        if peak > _NEARLY * problem.slip_limit or worn.plastic.any():
-            grading = banded
-        edges = self.edges
-        if not grading.suits(self):
-            edges = Rings.graded(grading, edges[-1]).edges
-        rings = self if edges is self.edges else replace(self, edges=edges)
-        return rings.reaching(WIDENED * touched)
 
     def _measure(self, distance: Distance) -> Distance:
         return distance * distance
@@ -215,16 +84,6 @@ class Rings(DenseCells):
         within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
         content = np.interp(outer, square, within) - np.interp(inner, square, within)
         return float((content / (outer - inner)).max())
-
-
-def _divided(positions: Array, widths: Array) -> Array:
-    """Positions that divide an interval into a whole number of steps of about the given widths."""
-    lengths = np.abs(np.diff(positions))
-    count = np.concatenate(
-        [[0.0], np.cumsum(0.5 * lengths * (1.0 / widths[1:] + 1.0 / widths[:-1]))]
-    )
-    steps = np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1)
-    return np.asarray(np.interp(steps, count, positions))
 
 
 def _below_circle(side: Array, radius: Array) -> Array:

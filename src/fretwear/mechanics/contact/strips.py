@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,21 +27,8 @@ from fretwear.mechanics.contact.cells import (
     Way,
     Zone,
 )
-from fretwear.mechanics.contact.dense import WIDENED, DenseCells, DenseHalfSpace, Distance
+from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.slip.protocols import FrettingProblem, WornContact
-from fretwear.theory import LineContact, share_of_band
-
-# Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
-# elastic pressure grows without bound, and the widest; and growth of the width with the distance.
-NARROWEST_STRIP, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
-# The widest in units of the present half-width of a contact that slides as a whole.
-_WIDEST_SLIDING = 0.006
-# Least number of strips across an unworn slip zone.
-_ACROSS_SLIP = 20.0
-# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
-# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
-_INWARD_GRADING, _ACROSS_BAND = 0.03, 6.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +51,7 @@ class Strips(DenseCells):
         return x + 0.0 * y
 
     @staticmethod
-    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:  # noqa: ARG004
+    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
         """Fraction of cells within distances from the centre line."""
         row, _, cut = cuts
         return np.asarray((radii[cut] - x[row]) / np.diff(x)[row])
@@ -81,52 +68,7 @@ class Strips(DenseCells):
         left, right = edges[:-1], edges[1:]
         return np.asarray(np.sqrt((left * left + left * right + right * right) / 3.0))
 
-    @classmethod
-    def first(cls, problem: FrettingProblem) -> Strips:
-        """Strips for the first loading of a problem, graded to the edge of its stick zone.
-
-        Strips of a rough contact, which sticks and slips in many places, are equal.
-        """
-        hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
-        assert isinstance(hertz, LineContact)
-        if problem.wavelengths is not None:
-            width = problem.spacing[0]
-            edges = np.arange(math.ceil((outer + problem.wavelengths[0]) / width) + 1) * width
-            return cls(tuple(edges.tolist()), hertz.reference)
-        load, scale = problem.stick_load, wider * hertz.contact_radius
-        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-        annulus = (hertz.contact_radius - stick) / _ACROSS_SLIP
-        narrowest = wider * min(NARROWEST_STRIP * hertz.contact_radius, annulus)
-        inward = _GRADING * wider
-        if not math.isinf(problem.slip_limit):
-            limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
-            band = limiting.width_above(problem.slip_limit)
-            # A band too narrow for the strips of an elastic contact to yield leaves them as is.
-            share = share_of_band(band, narrowest)
-            narrowest *= min(1.0, band / _ACROSS_BAND / narrowest) ** share
-            inward *= min(1.0, _INWARD_GRADING / inward) ** share
-        widths = narrowest, _WIDEST * scale
-        # A strip that holds no more than the stick zone would be a sliver.
-        stick = stick if stick > narrowest else 0.0
-        inner = stick - _distances(stick, *widths, inward)[::-1]
-        inner[0] = 0.0
-        outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
-        return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
-
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Strips:
-        """Strips that reach far enough, and wider ones where a contact slides as a whole.
-
-        It has no edge of stick, and its scar may become many times wider than the unworn contact.
-        """
-        reaching = super().ahead_of(problem, worn)
-        if problem.wavelengths is not None or worn.reduced.pressure.any():
-            return reaching
-        radius = self._radius(worn.wear + worn.pressure)
-        widest = _WIDEST_SLIDING * problem.coarseness * radius
-        outermost = reaching.edges[-1] - reaching.edges[-2]
-        return reaching if outermost > 0.5 * widest else reaching._merged(widest)
-
-    def _merged(self, widest: float) -> Strips:
+    def merged(self, widest: float) -> Strips:
         """Every strip joined with the next, if both together are at most so wide, m."""
         edges, kept = self.edges, [0.0]
         for edge, following in pairwise((*edges[1:], math.inf)):
@@ -152,27 +94,8 @@ class Row(Grid):
     reference: float = 1.0  #: distance, m, at which displacements are zero
     plane_strain: ClassVar[bool] = True
 
-    @classmethod
-    def first(cls, problem: FrettingProblem) -> Row:
-        """Strips for the first loading of a problem."""
-        assert isinstance(problem.hertz, LineContact)
-        row = cls((2, 1), problem.spacing, (False, True), problem.hertz.reference)
-        return row._out_to(problem.extent[0] + (problem.wavelengths or (0.0,))[0])
-
-    def ahead_of(self, problem: FrettingProblem, worn: WornContact) -> Row:
-        """Strips that reach far enough for the next step."""
-        return self._holding(problem, worn.pressure, WIDENED)
-
-    def holding(self, workspace: Any, pressure: Array, approach: float) -> Row:  # noqa: ARG002
-        """These strips, or more if the contact needs them."""
-        return self._holding(workspace.problem, pressure)
-
-    def _holding(self, problem: FrettingProblem, pressure: Array, widened: float = 1.0) -> Row:
-        touched = np.abs(self.x[pressure[:, 0] > 0.0]).max(initial=0.0) + self.spacing[0]
-        half = widened * touched + (problem.wavelengths or (0.0,))[0]
-        return self if half <= self.extent[0] else self._out_to(1.1 * half)
-
-    def _out_to(self, half: float) -> Row:
+    def out_to(self, half: float) -> Row:
+        """Strips of the same width out to a distance, m."""
         return self.of_shape((2 * math.ceil(half / self.spacing[0]), 1))
 
     @property
@@ -190,7 +113,7 @@ class Row(Grid):
         """Zero: the strips lie on the x axis."""
         return np.zeros(1)
 
-    def along(self, axis: int) -> list[tuple[Way, Array]]:  # noqa: ARG002
+    def along(self, axis: int) -> list[tuple[Way, Array]]:
         """The positive and the negative side: indices, and distances, m."""
         return super().along(0)
 
@@ -210,7 +133,7 @@ class Row(Grid):
         area = self.integral(self.covered(region, self))
         return Zone(area, inner, 2 * steps + 1 - inner, deviations)
 
-    def covered(self, region: Region, plane: Geometry) -> Array:  # noqa: ARG002 - these strips
+    def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each strip in a region."""
         fractions, inside = region.cells.astype(np.float64), np.flatnonzero(region.cells)
         if inside.size:
@@ -234,21 +157,3 @@ def _logarithm(x: Array) -> Array:
     """A function whose second derivative is ln|x|."""
     square = x * x
     return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square
-
-
-def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
-    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
-    first, last = narrowest / grading, widest / grading
-    middle = math.log(last / first) / grading
-    # The count of strips up to a distance: linear, logarithmic, linear.
-    start = first / narrowest
-    total = length / narrowest
-    if length >= first:
-        total = start + math.log(min(length, last) / first) / grading
-    total += max(length - last, 0.0) / widest
-    count = np.linspace(0.0, total, math.ceil(total) + 1)
-    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
-    result: Array = np.where(count < start, count * narrowest, growing)
-    result += np.maximum(count - start - middle, 0.0) * widest
-    result[-1] = length
-    return result

@@ -104,7 +104,7 @@ class SlipModel(Part):
         """The reduced contact of a contact under the whole load, from a first guess."""
         raise NotImplementedError
 
-    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:  # noqa: ARG002 - alike
+    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:
         """The bodies under tractions, here as under a pressure."""
         return half_space
 
@@ -350,7 +350,7 @@ class CattaneoMindlin(SlipModel):
         self,
         setup: FrettingProblem,
         pressed: Pressed,
-        start: ReducedContact | None = None,  # noqa: ARG002 - in closed form
+        start: ReducedContact | None = None,
     ) -> ReducedContact:
         """Hertz pressure and gap of the contact whose radius or half-width is c."""
         geometry = pressed.half_space.geometry
@@ -362,7 +362,7 @@ class CattaneoMindlin(SlipModel):
         hertz = setup.hertz.with_load(load)
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
-    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:  # noqa: ARG002
+    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:
         """Whether the unworn contact, on which alone it depends, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 

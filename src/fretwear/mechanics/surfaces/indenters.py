@@ -96,7 +96,7 @@ class Indenter(Part):
         """Distance from centre or axis, m, at which the body ends; inf if it goes on."""
         return math.inf
 
-    def edge(self, contact: HertzContact) -> float:  # noqa: ARG002 - as a rule
+    def edge(self, contact: HertzContact) -> float:
         """Width, m, of a zone at the edge of the smooth contact that peaks there; inf if none."""
         return math.inf
 
@@ -104,7 +104,7 @@ class Indenter(Part):
         """κ, tangential compliance of the bodies relative to the normal one."""
         return bodies.coupling
 
-    def couplings(self, bodies: Bodies) -> tuple[float, ...]:  # noqa: ARG002 - as a rule
+    def couplings(self, bodies: Bodies) -> tuple[float, ...]:
         """Other values of κ in an elongated contact: from its curvatures along x and y."""
         return ()
 
@@ -139,7 +139,7 @@ class _Straight(Indenter):
     partial_slip: ClassVar[type[PartialSlip]] = LinePartialSlip
     limiting: ClassVar[type[LimitingState]] = LineLimitingState
 
-    def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies
+    def coupling(self, bodies: Bodies) -> float:
         """κ = 1: a half-plane is as compliant along the surface as across it."""
         return 1.0
 
@@ -155,7 +155,7 @@ class Cylinder(_Straight):
     ]
     kind: Literal["cylinder"] = "cylinder"
 
-    def gap(self, x: Array, y: Array) -> Array:  # noqa: ARG002 - the same all along
+    def gap(self, x: Array, y: Array) -> Array:
         """x²/2R, m."""
         result: Array = x**2 / (2.0 * self.radius)
         return result

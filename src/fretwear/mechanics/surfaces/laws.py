@@ -230,7 +230,7 @@ class RimAndCore(_Two):
         """Whether the width of the rim follows the frequency."""
         return bool(self.width_exponent)
 
-    def under(self, means: Means, frequency: float | None) -> float | OfBodies:  # noqa: ARG002
+    def under(self, means: Means, frequency: float | None) -> float | OfBodies:
         """α of the rim, 1/Pa; `zones` has the core."""
         return self.rim
 
@@ -368,7 +368,7 @@ class Archard(WearLaw):
     ]
     kind: Literal["archard"] = "archard"
 
-    def coefficient(self, friction: Friction) -> float:  # noqa: ARG002 - of any friction
+    def coefficient(self, friction: Friction) -> float:
         """K_w, 1/Pa."""
         return float(self.wear_coefficient)
 

@@ -81,7 +81,7 @@ class Loading(Imposed):
         del coupling, approach, flexibility  # only displacements need them
         return Sliding(load * (1.0 - self.load_ratio(friction, load)))
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
         return self.load_ratio(friction, hertz.load)
 
@@ -93,7 +93,7 @@ class Loading(Imposed):
         """Tangential load amplitude Q, N, of the unworn smooth contact."""
         return self.ratio(friction, coupling, hertz) * friction * hertz.load
 
-    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """Amplitude U, m, of an imposed displacement or sliding; zero for a force."""
         return self.stroke
 
@@ -101,7 +101,7 @@ class Loading(Imposed):
         """The same loading in SI units, so that it gives the same case however it was written."""
         return TangentialLoad.unchecked(tangential_load=self.amplitude(friction, coupling, hertz))
 
-    def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - none
+    def flexibility(self, hertz: HertzContact) -> float:
         """Flexibility in series with the contact, m/N."""
         return 0.0
 
@@ -208,7 +208,7 @@ class SlidingDistance(GrossSliding):
         """A quarter of the path of a cycle, m."""
         return self.sliding_distance / (4.0 * self.parts)
 
-    def slug_in(self, frame: ContactFrame) -> str:  # noqa: ARG002 - in any
+    def slug_in(self, frame: ContactFrame) -> str:
         """``L3600m``."""
         return f"L{self.sliding_distance:.4g}m"
 

@@ -26,7 +26,7 @@ class Bodies(Part):
         nu = 2.0 * (self.coupling - 1.0) / (2.0 * self.coupling - 1.0)
         return 0.5 / self.composite_modulus / (1.0 if plane_strain else 1.0 - nu**2)
 
-    def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - a single κ
+    def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return self.coupling
 
@@ -95,7 +95,7 @@ class Friction(Part):
     follows_slip = False  # whether µ differs between places that have slipped and others
     ratio: float | Array = 1.0  # µ of each place over the coefficient, where it follows slip
 
-    def after(self, energy: Array | None) -> Friction:  # noqa: ARG002 - the same everywhere
+    def after(self, energy: Array | None) -> Friction:
         """The friction of places that have dissipated an energy per area, J/m²."""
         return self
 

@@ -59,7 +59,7 @@ class Roughness(Part):
         """Contribution to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
 
-    def warnings(self, radius: float, curvature: float) -> Iterable[tuple[str, str]]:  # noqa: ARG002
+    def warnings(self, radius: float, curvature: float) -> Iterable[tuple[str, str]]:
         """Warnings about heights under a contact of some radius, m: a sentence and its numbers.
 
         `curvature`, 1/m, belongs to the indenter.

@@ -30,6 +30,7 @@ from fretwear.mechanics.contact.problem import Accuracy, solve_contact
 from fretwear.mechanics.slip.models import Pressed
 from fretwear.mechanics.wear.stage import Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit
+from fretwear.mechanics.wear.window import first_cells, holding_cells, next_cells
 
 
 class _Tableau:
@@ -230,7 +231,7 @@ def first_loading(
     `fretwear.mechanics.contact.problem.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
-    geometry = cells or (problem.geometry.first(problem) if before is None else before.geometry)
+    geometry = cells or (first_cells(problem) if before is None else before.geometry)
     cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     now = problem.at(cycle)
     limit = YieldLimit(now, geometry, now.plastic_limit)
@@ -251,7 +252,7 @@ def first_loading(
             tolerance=accuracy.contact,
         )
         spent += contact.convolutions
-        larger = geometry.holding(workspace, contact.pressure, contact.approach)
+        larger = holding_cells(geometry, workspace, contact.pressure, contact.approach)
         if larger.shape != geometry.shape:
             geometry, limit = larger, YieldLimit(now, larger, now.plastic_limit)
             continue
@@ -358,7 +359,7 @@ class Evolution(Integrator[State]):
         problem, before, spent = self.problem, self.before, 0
         self.state = first_loading(problem, self.accuracy, self.workspace, before)
         for _ in range(_RELOADED):
-            fitting = self.state.geometry.ahead_of(problem, self.state)
+            fitting = next_cells(self.state.geometry, problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:
                 self._move_to(fitting)
                 break
@@ -385,7 +386,7 @@ class Evolution(Integrator[State]):
         """The next accepted state, on cells that suit it."""
         # Fields moved to other cells are not quite in equilibrium, which short steps do not mend.
         if stop - self.state.cycle > _SHORT * self.state.next_step:
-            self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
+            self._move_to(next_cells(self.state.geometry, self.problem, self.state))
         return super().advance(stop, requested=requested)
 
     def _move_to(self, geometry: Geometry) -> None:
@@ -435,7 +436,7 @@ class Evolution(Integrator[State]):
             self.accuracy.contact if output_step else self.accuracy.contact_between,
             output_step=output_step,
         )
-        fitting = geometry.holding(self.workspace, second.pressure, second.approach)
+        fitting = holding_cells(geometry, self.workspace, second.pressure, second.approach)
         if fitting is not geometry:
             self._move_to(fitting)
             return None

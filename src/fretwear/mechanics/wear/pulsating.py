@@ -41,6 +41,7 @@ from fretwear.mechanics.wear.integrator import (
 )
 from fretwear.mechanics.wear.stage import all_worn
 from fretwear.mechanics.wear.state import Pulse, Stage, State, WearProblem
+from fretwear.mechanics.wear.window import holding_cells
 
 # Contacts solved between P₀ and P₁, and between P₁ and P₂; phases of half a cycle.
 _BELOW, _ABOVE, _PHASES = 5, 6, 96
@@ -178,7 +179,7 @@ class _PulsatingEvolution(Evolution):
             first.pressure + ahead * (first.pressure - base.pressure),
             verified=output_step,
         )
-        fitting = geometry.holding(self.workspace, second.pressure, second.approach)
+        fitting = holding_cells(geometry, self.workspace, second.pressure, second.approach)
         if fitting is not geometry:
             self._move_to(fitting)
             return None
