@@ -1,8 +1,10 @@
 """Datasets written for other programs, read back without the library that wrote them."""
 
 import csv
+import hashlib
 import re
 import xml.etree.ElementTree as ElementTree
+import zipfile
 
 import numpy as np
 import pytest
@@ -108,3 +110,21 @@ def test_programs_for_surfaces_read_the_heights_of_the_worn_flat(worn, tmp_path)
     np.testing.assert_allclose(-read.heights(), depth, rtol=1e-6, atol=1e-6 * depth.max())
     cells = [size / number for size, number in zip(read.physical_sizes, depth.shape, strict=True)]
     assert cells == near([8e-6, 8e-6])
+    with zipfile.ZipFile(file) as archive:
+        digest, name = archive.read("md5checksum.hex").decode().split()
+        assert digest == hashlib.md5(archive.read("main.xml")).hexdigest()
+    assert name.strip("*") == "main.xml"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", ["x3pio", "surfalize"])
+def test_readers_that_check_the_digest_read_the_worn_flat(worn, tmp_path, module):
+    reader = pytest.importorskip(module)
+    skewed = worn.wear_depth * (1.0 + (worn.x + 2.0 * worn.y) / 1e-3)
+    (file,) = write_x3p(worn.assign(wear_depth=skewed), tmp_path / "worn.x3p")
+    if module == "x3pio":
+        heights = reader.read(file).layers[0].z
+    else:
+        heights = 1e-6 * reader.Surface.load(file).data  # µm
+    depth = skewed.isel(cycle=-1).transpose("y", "x").values
+    np.testing.assert_allclose(-heights, depth, atol=1e-6 * depth.max())

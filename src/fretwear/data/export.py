@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import tempfile
+import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -162,8 +165,16 @@ def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
     worn = ds[depth].isel({CYCLE.name: -1}).transpose(X.name, Y.name)
     sizes = [worn[name].size * float(np.diff(worn[name]).mean()) for name in worn.dims]
     heights = Topography(-worn.values.astype(np.float64), sizes, unit="m", periodic=False)
-    with atomic_path(path) as temporary:
-        heights.to_x3p(str(temporary), manufacturer="fretwear", model="fretwear")
+    archive = io.BytesIO()
+    heights.to_x3p(archive, manufacturer="fretwear", model="fretwear")
+    # SurfaceTopography writes the digest of the heights; ISO 25178-72 wants that of main.xml.
+    with zipfile.ZipFile(archive) as members:
+        content = {name: members.read(name) for name in members.namelist()}
+    digest = hashlib.md5(content["main.xml"], usedforsecurity=False).hexdigest()
+    content["md5checksum.hex"] = f"{digest} *main.xml\n".encode()
+    with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as members:
+        for name, data in content.items():
+            members.writestr(name, data, zipfile.ZIP_DEFLATED)
     return [path]
 
 
