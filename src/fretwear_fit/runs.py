@@ -12,8 +12,9 @@ from pathlib import Path
 import xarray as xr
 
 from fretwear.data.atomic import DataFileError
-from fretwear.data.dataset import line_near_the_middle, mirrored
+from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_group, write_groups
+from fretwear.data.labels import mirrored
 from fretwear.results import OPTIONAL_SCALARS, X, Y, scalars_of
 from fretwear.run.simulate import run
 from fretwear.study.case import Case

@@ -7,7 +7,8 @@ from matplotlib.image import imread
 
 from fretwear import figures
 from fretwear.data.atomic import DataFileError
-from fretwear.data.dataset import line_near_the_middle, mirrored
+from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.labels import mirrored
 from fretwear.units import number_text
 
 UNITS = {"pressure": 1e6, "shear_traction": 1e6, "wear_depth": 1e-6, "gap": 1e-6}

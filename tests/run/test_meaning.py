@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 from fretwear.cli.show import case_lines, comparison_lines
-from fretwear.data.dataset import mirrored
 from fretwear.data.effects import Points, final_results, results_table
 from fretwear.data.files import open_case, open_history
+from fretwear.data.labels import mirrored
 from fretwear.mechanics.wear import grading
 from fretwear.run.simulate import run, steps
 from fretwear.study.reading import load_study

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fretwear.cli.show import case_lines, comparison_lines
-from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, open_history, open_summary
+from fretwear.data.labels import mirrored
 from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.study import study_figures

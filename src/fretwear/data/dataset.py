@@ -11,12 +11,11 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
+from fretwear.data.labels import mirrored
 from fretwear.results import (
     CYCLE,
     FORCES,
     RESULTS,
-    SYMMETRIES,
-    VECTOR_FIELDS,
     Variable,
     X,
     Y,
@@ -26,33 +25,6 @@ from fretwear.study.case import Case
 from fretwear.units import BY_SI_UNIT, readable_unit
 
 _SAME = 1e-12
-
-
-def mirrored(dataset: xr.Dataset) -> xr.Dataset:
-    """Complete a contact by mirroring it along the axes in which its ``symmetry`` is even.
-
-    Lazily opened data stay lazy; a dataset of the whole contact is returned unchanged.
-    """
-    even = SYMMETRIES[dataset.attrs["symmetry"]]
-    if not any(even):
-        return dataset
-    order, positions = {}, {}
-    for name in (axis.name for axis, is_even in zip((X, Y), even, strict=True) if is_even):
-        cells = np.arange(dataset.sizes[name])
-        order[name] = np.r_[cells[::-1], cells]
-        values = np.r_[-dataset[name].values[::-1], dataset[name].values]
-        positions[name] = xr.Variable((name,), values, dataset[name].attrs)
-    whole = dataset.isel(order).assign_coords(positions).assign_attrs(symmetry="none")
-    for field in VECTOR_FIELDS:
-        if field.is_odd and field.name in whole:
-            values = whole[field.name]
-            for name in positions:
-                values = values * np.sign(whole[name]).astype(values.dtype)
-            whole[field.name] = values.transpose(*whole[field.name].dims)
-            whole[field.name].attrs = dataset[field.name].attrs
-    # Closing a derived dataset would not close its file.
-    whole.set_close(dataset.close)
-    return whole
 
 
 FieldsT = TypeVar("FieldsT", xr.Dataset, xr.DataArray)

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import mirrored
+from fretwear.data.labels import mirrored
 from fretwear.figures.axes import add_scale, outside_key, parameter_values
 from fretwear.figures.datasets import (
     TitledCases,

@@ -14,7 +14,7 @@ from fretwear.mechanics.wear.measures import Described, NextTips
 from fretwear.results import HEADLINES, RESULTS
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import CaseWarning
-from fretwear.study.plan import USUAL_BUDGET, affordable_width
+from fretwear.study.memory import affordable_width
 from fretwear.units import number_text
 
 _Columns: TypeAlias = dict[str, NDArray[np.float64]]
@@ -42,6 +42,7 @@ _FALLING, _OF_TIME = ("dissipated_energy", "sliding"), 0.9
 ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack), "contact_area", "stick_area")
 # The energy of a contact that wears in is as accurate as an accuracy asks relative to this.
 _OF_LARGEST = "dissipated_energy"
+USUAL_BUDGET = 10.0  # work of all runs over the work on default cells
 # Share of the accuracy that the next run aims at.
 _AIM = 0.8
 _MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated

@@ -15,8 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fretwear.data.dataset import mirrored
-from fretwear.data.labels import case_dataset, history_dataset, loops_dataset
+from fretwear.data.labels import case_dataset, history_dataset, loops_dataset, mirrored
 from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
@@ -56,7 +55,7 @@ from fretwear.run.accuracy import (
 from fretwear.run.progress import Observer, Step, progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
-from fretwear.study.case_warnings import case_warnings, error_of_directions
+from fretwear.study.case_warnings import case_warnings
 
 _MARGIN = 1.15
 
@@ -269,7 +268,7 @@ def _run_on_cells(
     if errors:
         for name, least in errors_of_wear_in(case, scalars).items():
             errors[name] = np.maximum(errors[name], least)
-        of_directions = [error_of_directions(case, cycle) for cycle in case.output_cycles]
+        of_directions = [case.error_of_directions(cycle) for cycle in case.output_cycles]
         errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, trouble)

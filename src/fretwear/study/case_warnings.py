@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.loading import Displacement
 from fretwear.study.case import Case
 from fretwear.study.spacing import zones_of_tip
@@ -17,11 +16,6 @@ GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small sl
 
 # Relative errors of results: above the first, results are marked; above the second, named.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
-
-# Slip along y of an unworn sphere over its mean, less one, over κ − 1: 0.64 to 0.88 for Q/µP of 0.8
-# to 0.2 (Coulomb friction as a vector). The deepest wear is too small by as much, and less later.
-# Against grids, for limits of 3 to 6 p0: less than half of it is left at a wear β N p_lim of 20.
-_OF_DIRECTION, _FORGOTTEN = 0.75, 20.0
 
 _Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
 
@@ -68,7 +62,9 @@ def case_warnings(
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
         warnings.append(unreached)
-    elif error > LARGE_ERROR + error_of_directions(case) and not (measured or case.asked_accuracy):
+    elif error > LARGE_ERROR + case.error_of_directions(0.0) and not (
+        measured or case.asked_accuracy
+    ):
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
         warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
     return tuple(warnings)
@@ -88,17 +84,9 @@ def _of_band(case: Case) -> _Words:
         yield what, _lengths(ring=ring, cell=cell)
 
 
-def error_of_directions(case: Case, cycle: float = 0.0) -> float:
-    """Return by which part the deepest wear may be too small where slip has no direction."""
-    if not (issubclass(case.geometry, Rings) and case.slip_varies):
-        return 0.0
-    worn = case.folds * cycle / case.cycles
-    return _OF_DIRECTION * abs(case.coupling - 1.0) / (1.0 + worn / _FORGOTTEN)
-
-
 def _of_slip(case: Case) -> _Words:
     """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
-    if error := error_of_directions(case):
+    if error := case.error_of_directions(0.0):
         what = "is computed on rings, where slip is the same in all directions, so that the deepest"
         yield f"{what} wear is too small", f"by up to {100.0 * error:.0f} %, most at first"
     loading, hertz = case.loading, case.hertz

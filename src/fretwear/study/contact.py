@@ -34,6 +34,10 @@ _NARROW = 0.05
 _LONG = 40.0
 # Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
 _TO_SINGULAR = 2.5
+# Slip along y of an unworn sphere over its mean, less one, over κ − 1: 0.64 to 0.88 for Q/µP of 0.8
+# to 0.2 (Coulomb friction as a vector). The deepest wear is too small by as much, and less later.
+# Against grids, for limits of 3 to 6 p0: less than half of it is left at a wear β N p_lim of 20.
+_OF_DIRECTION, _FORGOTTEN = 0.75, 20.0
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
 
@@ -163,6 +167,13 @@ class FrettingContact(Setup):
         """Wear β N p_lim: how often a contact at the plastic limit wears e-fold; 0 if elastic."""
         limit = self.slip_limit
         return 0.0 if math.isinf(limit) else self.cycles * self.wear_growth * limit
+
+    def error_of_directions(self, cycle: float) -> float:
+        """Return by which part the deepest wear may be too small where slip has no direction."""
+        if not (issubclass(self.geometry, Rings) and self.slip_varies):
+            return 0.0
+        worn = self.folds * cycle / self.cycles
+        return _OF_DIRECTION * abs(self.coupling - 1.0) / (1.0 + worn / _FORGOTTEN)
 
     @cached_property
     def edge_yields(self) -> bool:

@@ -9,16 +9,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
-from fretwear.study.spacing import LEAST_COARSENESS, greatest_contact_radius, stick_shrinks
+from fretwear.study.memory import MEMORY_TO_START, memory_of, window
+from fretwear.study.spacing import stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, size_text
 
-# Fitted to runs: times and memory hold within half.
+# Fitted to runs: times hold within half.
 SECONDS_TO_START, SECONDS_PER_CASE = 1.3, 0.1
 # Of a step: on rings; of a line contact, at least; on a window, at least and per cell; with a
 # matrix, per cubed cell, and over a stroke per cubed strip.
@@ -33,15 +33,6 @@ POWER_OF_NARROW_RINGS = 2.3
 STEPS_PER_ROOT_OF_SLIP_AND_WEAR, STEPS_PER_SNAPSHOT, STEPS_PER_YIELDING_TIME = 11.0, 2.5, 1.0
 # Steps on rings keep to a quarter of the tolerance.
 TIGHTER_ON_RINGS = 4.0
-
-WINDOW_MARGIN = 1.15
-MEMORY_TO_START, MEMORY_OF_GRADED = 165_000_000, 72 * 500**2
-MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
-MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
-
-USUAL_BUDGET = 10.0
-MOST_MEMORY = 2 * 1024**3
-_WIDTHS = [LEAST_COARSENESS * 2.0 ** (n / 4.0) for n in range(13)]
 
 
 class Estimate(NamedTuple):
@@ -77,65 +68,37 @@ def estimate(case: Case) -> Estimate:
     return usual._replace(seconds=seconds, memory_bytes=memory)
 
 
-def affordable_width(case: Case) -> float:
-    """Width of the narrowest cells over the default that fit into `MOST_MEMORY`."""
-    memory = ((width, _run(case, width).memory_bytes) for width in _WIDTHS)
-    return next((width for width, needed in memory if needed <= MOST_MEMORY), 1.0)
-
-
 def _run(case: Case, width: float) -> Estimate:
-    """The cost of a run on cells that are `width` times as wide as the case's.
-
-    The window ends a little outside the largest contact of the run, plus the reach of the
-    roughness. Graded rings and strips become narrower or wider in proportion.
-    """
-    geometry, stroke = case.geometry, case.loading.stroke
-    dx, dy = (case.times_written(width) * spacing for spacing in case.grid_spacing)
-    sides_x, sides_y = (2 - is_even for is_even in case.even)
-    wider = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
-    reach_x, reach_y = (wider * half for half in case.indenter.half_widths(case.hertz))
-    cells_x = sides_x * math.ceil(reach_x / dx)
-    cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(reach_y / dy)
-    if stroke and geometry is Grid:
-        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
-    cells = cells_x * cells_y
-    memory, places = MEMORY_PER_CELL * cells, 1.0
-    if case.loading.travel > case.small_stroke:
-        places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius)
+    """The cost of a run on cells that are `width` times as wide as the case's."""
+    geometry, stroke, cells = case.geometry, case.loading.stroke, window(case, width)
     if issubclass(geometry, Rings):
-        of_step, memory = SECONDS_ON_RINGS, 0
+        of_step = SECONDS_ON_RINGS
     elif stroke and geometry is Strips:
-        of_step = SECONDS_PER_CUBED_STRIP * places * cells_x**3 / sides_x**2
+        sides = 2 - case.even[0]
+        of_step = SECONDS_PER_CUBED_STRIP * cells.places * cells.matrix**3 / sides**2
     elif stroke:
-        closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-        of_step = SECONDS_PER_CUBED_CELL * places * closed**3
-        memory = 8 * int(places * closed**2 + 6 * cells * cells_y)
+        of_step = SECONDS_PER_CUBED_CELL * cells.places * cells.matrix**3
     elif geometry in (Strips, Row):
-        # Rough and uneven contacts have matrices, for strips of equal width.
-        dense = cells_x if case.rough is not None or geometry is Row else 0
-        of_step = SECONDS_ON_STRIPS + SECONDS_PER_CUBED_CELL * dense**3
-        memory += MEMORY_PER_SQUARED_STRIP * dense**2
+        of_step = SECONDS_ON_STRIPS + SECONDS_PER_CUBED_CELL * cells.matrix**3
     else:
         # The window grows with the contact, starting near its unworn size.
-        unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
-        of_step = SECONDS_ON_WINDOW + SECONDS_PER_CELL * 0.5 * (min(cells, unworn) + cells)
+        mean = 0.5 * (min(cells.cells, cells.unworn) + cells.cells)
+        of_step = SECONDS_ON_WINDOW + SECONDS_PER_CELL * mean
         if case.slip_model.couples:
             of_step *= TIMES_COUPLED
     if case.normal.pulsating_load < 1.0 and not stroke:
         of_step *= TIMES_PULSATING
     if case.is_graded:
-        coarseness = width * case.coarseness
-        of_step *= coarseness**-POWER_OF_NARROW_RINGS
-        memory += int(max(coarseness**-2 - 1.0, 0.0) * MEMORY_OF_GRADED)
-    steps, written = _steps(case, case.tolerance_on(width)), cells * len(case.output_cycles)
+        of_step *= (width * case.coarseness) ** -POWER_OF_NARROW_RINGS
+    steps, written = _steps(case, case.tolerance_on(width)), cells.cells * len(case.output_cycles)
     if stick_shrinks(case):
         of_step *= TIMES_YIELDING
     return Estimate(
-        cells_x,
-        cells_y,
+        cells.x,
+        cells.y,
         steps,
         seconds=of_step * steps + SECONDS_PER_CELL_OF_SNAPSHOT * written,
-        memory_bytes=MEMORY_TO_START + memory + MEMORY_PER_CELL_OF_SNAPSHOT * written,
+        memory_bytes=memory_of(case, width),
     )
 
 
