@@ -55,9 +55,9 @@ def test_version_and_license_are_the_same_everywhere():
 TAKEN = {
     "arrays.py": "Array Single Mask Places Even Element Real",
     "plugins.py": "plugins",
-    "units.py": "BY_SI_UNIT ContactFrame Dimension FloatWithUnit LINE_CONTACT MEGAPASCAL MICROMETRE "
-    "NO_UNIT NUMBER_PATTERN PERCENT POINT_CONTACT QuantityError Unit did_you_mean format_quantity "
-    "nearest number_text parse_quantity with_unit",
+    "units.py": "BY_SI_UNIT ContactFrame Dimension FloatWithUnit LINE_CONTACT MEGAPASCAL "
+    "MICROMETRE NO_UNIT NUMBER_PATTERN PERCENT POINT_CONTACT QuantityError Unit did_you_mean "
+    "format_quantity nearest number_text parse_quantity with_unit",
     "study/problems.py": "LISTED Problem Problems RANGE",
     "study/rules.py": "findings",
     "study/materials.py": "MATERIAL Material PROPERTIES",

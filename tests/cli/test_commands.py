@@ -3,6 +3,8 @@
 import re
 import shutil
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,19 @@ def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
         assert stored.attrs["history"].endswith(command)
         for name in computed.data_vars:
             np.testing.assert_array_equal(stored[name], computed[name])
+
+
+@pytest.mark.slow
+def test_the_program_writes_its_file_after_xarray_was_imported_and_leaves_dask_alone(desk):
+    """As a notebook or another program has it, which calls `main` itself."""
+    program = (
+        "import sys, xarray, fretwear.cli\n"
+        "sys.argv = ['fretwear', 'run', 'tiny.yaml', '--set', 'load=50 N', '-o', 'one.nc']\n"
+        "try:\n    fretwear.cli.main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        "import dask.array\n"
+        "assert xarray.open_dataset('one.nc', chunks={}).wear_volume.chunks\n"
+    )
+    subprocess.run([sys.executable, "-c", program], cwd=desk.folder, check=True)
 
 
 def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):

@@ -13,8 +13,6 @@ def main() -> None:
         # A process started by nohup outlives its terminal.
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _stop)
-    # No command has arrays of dask, which xarray would take half a second to import.
-    sys.modules["dask"] = None  # type: ignore[assignment]
     try:
         from fretwear.cli.program import app
 

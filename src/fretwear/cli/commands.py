@@ -26,6 +26,7 @@ from fretwear.cli.common import (
     note,
     opened,
     option,
+    progress,
     say,
     study_and_results,
     typed,
@@ -180,8 +181,16 @@ def run_case(
         say(f"{path}: {steps} steps")
         return
     command = shlex.join(["fretwear", "run", str(file), "--case"])
+    every = study.cases()
     failed = simulate_to_folder(
-        cases, folder, tell=note, command=command, keep_older=keep_older, attributes=about
+        cases,
+        folder,
+        tell=note,
+        command=command,
+        keep_older=keep_older,
+        attributes=about,
+        count=progress,
+        study=every if cases.keys() <= every.keys() else cases,
     )
     if failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
@@ -189,7 +198,6 @@ def run_case(
     for section in study.added.values():
         for case_id in cases:
             section.after_case(folder / f"{case_id}.nc")
-    say(f"{folder}: {len(cases)} case{'s' * (len(cases) != 1)} done")
 
 
 def merge(

@@ -89,6 +89,12 @@ def note(text: str) -> None:
         typer.echo(f"fretwear: {text}", err=True)
 
 
+def progress(text: str) -> None:
+    """Print a line of progress to standard output, on the same terms."""
+    with suppress(OSError, ValueError):
+        typer.echo(text)
+
+
 def typed() -> str:
     """Return the call of the program as it was typed."""
     return shlex.join(["fretwear", *sys.argv[1:]])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 from fretwear.data.atomic import DataFileError
@@ -11,7 +13,7 @@ from fretwear.data.files import finished_by, write_case
 from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run.checkpoint import Checkpoint
-from fretwear.run.progress import progress_bar
+from fretwear.run.progress import SECONDS_BETWEEN_LINES, progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.run.simulate import run
 from fretwear.study.case import Case
@@ -63,14 +65,21 @@ def simulate_to_folder(
     command: str,
     keep_older: bool = False,
     attributes: Mapping[str, str] | None = None,
+    count: Callable[[str], None] = lambda _: None,
+    study: Collection[str] = (),
 ) -> dict[str, str]:
     """Simulate cases one after the other, each to its file ``<case id>.nc`` in a folder.
 
     Finished cases are kept; those that other code has computed only with `keep_older`. A case that
-    fails does not stop the others. Returns why cases failed, by id.
+    fails does not stop the others. `count` takes a line with the number of cases done among all of
+    a `study`, by their ids: after the first case, every ten seconds, and after the last. Returns
+    why cases failed, by id.
     """
-    failed = dict[str, str]()
-    for case_id, case in cases.items():
+    failed, counted = dict[str, str](), -math.inf
+    for number, (case_id, case) in enumerate(cases.items()):
+        if number and time.monotonic() - counted >= SECONDS_BETWEEN_LINES:
+            count(_count(folder, study or cases))
+            counted = time.monotonic()
         path = folder / f"{case_id}.nc"
         code = finished_by(path, case)
         if code == case_digest(case) or (code is not None and keep_older):
@@ -92,7 +101,13 @@ def simulate_to_folder(
             raise
         else:
             path.with_suffix(_FAILED).unlink(missing_ok=True)
+    count(_count(folder, study or cases))
     return failed
+
+
+def _count(folder: Path, study: Collection[str]) -> str:
+    done = sum((folder / f"{case_id}.nc").exists() for case_id in study)
+    return f"{folder}: {done} of {len(study)} cases done"
 
 
 def failures(folder: Path) -> dict[str, str]:

@@ -13,7 +13,7 @@ from fretwear.mechanics.wear.state import State
 from fretwear.study.case import Case
 from fretwear.units import LENGTH, duration_text, number_text, readable_unit, with_unit
 
-_SECONDS_BETWEEN_LINES, _HOUR = 10.0, 3600.0
+SECONDS_BETWEEN_LINES, _HOUR = 10.0, 3600.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def progress_bar(case: Case, tell: Callable[[str], None] | None = None) -> Itera
             bar.update(task, completed=share)
             text = step_text(step, bar.tasks[0].time_remaining)
             bar.update(task, description=text)
-            if hidden and tell and (share == 1.0 or now - told >= _SECONDS_BETWEEN_LINES):
+            if hidden and tell and (share == 1.0 or now - told >= SECONDS_BETWEEN_LINES):
                 tell(f"{case.case_id}: {text}")
                 told = now
 
