@@ -101,7 +101,7 @@ class Parameter:
     unit: Unit = NO_UNIT  # unit for people
     may_be_drawn: bool = False  # whether values may be drawn from a range
     absent: float | None = None  # the coordinate of a case without this part
-    omitted_value: float | None = None  # the value that ids and coordinates leave out
+    omitted_value: float | None = None  # the value that coordinates leave out
 
     @property
     def example(self) -> str:
@@ -202,7 +202,7 @@ class Quantity(Readable):
     infinite: str = ""  # the word for an infinite value, which study files call ``none``
     zero: str = ""  # the word for zero
     absent: float | None = None  # coordinate of a case without its part
-    omitted_value: float | None = None  # left out of ids and coordinates
+    omitted_value: float | None = None  # left out of coordinates
     places: Endings = ()
     record: type[tuple[Any, ...]] = tuple  # the type of a list of values
     forms: tuple[type, ...] = ()
@@ -643,10 +643,12 @@ class Part:
         return self.kind
 
     def canonical(self) -> dict[str, object]:
-        """Return kind and parameters in a form that JSON can hold."""
-        given = ((n, about, vars(self)[n]) for n, about in self.parameters().items())
+        """Return kind and parameters, but not those at their default, in a form for JSON."""
+        defaults = _defaults(type(self))
         fields = {
-            n: about.canonical(v) for n, about, v in given if v is None or v != about.omitted_value
+            name: parameter.canonical(vars(self)[name])
+            for name, parameter in self.parameters().items()
+            if vars(self)[name] != defaults[name]
         }
         return {"kind": self.kind, **fields}
 

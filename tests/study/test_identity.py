@@ -13,7 +13,7 @@ from ..studies import near, steel, study_case
 
 
 def test_the_id_of_a_case_says_its_main_parameters_and_stays_what_it_is():
-    assert study_case().case_id == "P50N-Q20N-mu0.5-A0.2um-Y4500MPa-N30000-610518fc"
+    assert study_case().case_id == "P50N-Q20N-mu0.5-A0.2um-Y4500MPa-N30000-1e271b0a"
     plain = study_case(roughness=None, plastic_limit="none", cycles=7000)
     assert plain.case_id.startswith("P50N-Q20N-mu0.5-smooth-elastic-N7000-")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from functools import cached_property, lru_cache
 from itertools import islice
 from typing import Annotated, Any, Self
@@ -17,7 +17,15 @@ from typing import Annotated, Any, Self
 from pydantic import TypeAdapter
 
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.quantity import Coordinates, Inline, MappingOf, derived, inlined, json_text
+from fretwear.quantity import (
+    Coordinates,
+    Inline,
+    MappingOf,
+    PartOf,
+    derived,
+    inlined,
+    json_text,
+)
 from fretwear.study.contact import FrettingContact, case_keys, is_open, members
 from fretwear.study.cycles import Snapshots, snapshots_of
 from fretwear.study.keys import Keys, coordinate
@@ -37,13 +45,6 @@ from fretwear.study.spacing import (
     usual_spacing,
 )
 
-# Parameters added later: with their defaults, cases keep their earlier ids.
-_UNSAID_AT_DEFAULT = (
-    *("counterface", "junction_growth", "frequency", "debris_fraction", "bulk_stress", "blocks"),
-    *("error_estimate", "accuracy", "budget", "cell", "cycles", "wear_threshold"),
-)
-# With the default slip model, cases keep the ids that they had when it was another one.
-_SLIP_IN_IDS = {"cerruti": "jaeger", "jaeger": "alike"}
 _SNAPSHOTS = {"output_cycles": Snapshots}
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
@@ -229,34 +230,38 @@ class Case(FrettingContact):
         amplitude, and the value of the default spacing unless an accuracy is asked for.
         `Case(**...)` takes them back.
         """
+        canonical: dict[str, object] = {}
+        for name, value in self._identifying_members().items():
+            about = members()[name]
+            if is_open(about, value):
+                canonical |= value.canonical()
+            elif value is not None and value != ():
+                canonical[name] = about.canonical(value)
+        canonical.pop("kind", None)
+        return canonical
+
+    def _identifying_members(self) -> dict[str, Any]:
+        """The members in the one form that all cases of the same physics share."""
         values: dict[str, Any] = {name: getattr(self, name) for name in members()}
         values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
             values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
         if self.blocks:
             del values["cycles"]  # they contain it
-        canonical: dict[str, object] = {}
-        for name, value in values.items():
-            about, default = members()[name], getattr(Case, name, None)
-            if is_open(about, value):
-                canonical |= value.canonical()
-            elif name not in _UNSAID_AT_DEFAULT or value != default:
-                canonical[name] = about.canonical(value)
-        canonical.pop("kind", None)
-        return canonical
+        return values
 
     @cached_property
     def case_id(self) -> str:
         """``<slug>-<hash>``: the main parameters, then eight digits of a hash of all parameters.
 
-        The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
-        twelve digits of a number count.
+        Parameters at their defaults do not count, so that a new one with a default changes no id,
+        and twelve digits of a number do. The characters are letters, digits, ``.``, ``-`` and
+        ``_``, safe in paths and shells.
         """
+        members_ = self._identifying_members().items()
+        at_default = {name for name, value in members_ if value == getattr(Case, name, MISSING)}
         parameters = self.canonical_parameters()
-        slip = parameters["slip_model"]
-        if isinstance(slip, str):
-            parameters["slip_model"] = _SLIP_IN_IDS.get(slip, slip)
-        text = json_text(parameters)
+        text = json_text({n: one for n, one in parameters.items() if n not in at_default})
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,
@@ -302,7 +307,7 @@ class Case(FrettingContact):
                         yield from one.coordinates(name, getattr(self, name))
             elif member == "cell":
                 yield from islice(about.coordinates(member, value), len(self.frame.axes))
-            elif value is not None or member not in _UNSAID_AT_DEFAULT:
+            elif value is not None or (isinstance(about, PartOf) and not about.is_second):
                 yield from about.coordinates(member, value)
         for name, quantity in following.items():
             # Only Hertzian contacts have quantities named after Hertz.
