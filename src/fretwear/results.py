@@ -249,9 +249,9 @@ sliding_ratio           | 1  | $A$   | 1  | | none |
 sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | none |
     dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop vanishes; at
     the snapshots only
-contact_radius          | m  | $a_\mathrm{c}$ | µm | | point |
+contact_radius          | m  | $a_\mathrm{c}$ | µm | contact outline radius | point |
     of a disc as large as the apparent contact: all within the convex outline of the real one
-stick_radius            | m  | $c$   | µm | | point |
+stick_radius            | m  | $c$   | µm | stick outline radius | point |
     of a disc as large as all within the convex outline of the stick zone
 scar_half_width_x       | m  | $b_x$ | µm | scar half-width along x | free |
     half the extent over all lines, where the scar is deeper than 1 % of its maximum
@@ -315,6 +315,8 @@ HEADLINES = (
     "maximum_wear_depth",
     "contact_radius",
     "stick_radius",
+    "contact_area",
+    "stick_area",
     "scar_half_width_x",
     "scar_half_width_y",
     "mean_stick_pressure",

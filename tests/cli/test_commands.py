@@ -86,7 +86,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert case.case_id in lines[0]
     assert rows["normal load"][-1].strip() == "50 N"
     assert rows["plastic limit"][-1].strip() == "elastic"
-    width = [cell.strip() for cell in rows["contact radius"] if cell.strip()]
+    width = [cell.strip() for cell in rows["contact outline radius"] if cell.strip()]
     first, last, hertz = (float(cell.split()[0]) for cell in width[1:-1])
     assert hertz == pytest.approx(case.hertz_radius * 1e6, rel=1e-3)
     assert first == pytest.approx(hertz, rel=0.02)
@@ -116,7 +116,7 @@ def test_compare_tells_what_differs_by_which_factor(desk, case_file):
     volumes = [float(text.split()[0]) for text in (first, second)]
     assert float(ratio) == pytest.approx(volumes[1] / volumes[0], rel=0.01)
     # Hertz: the radius goes with the cube root of the load.
-    assert float(rows["contact radius"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
+    assert float(rows["contact outline radius"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
     result = desk.call("compare", case_file, case_file)
     assert "All parameters are the same." in result.stdout
 

@@ -40,11 +40,11 @@ def test_a_study_has_its_figures_and_no_text_overlaps(small_study, check_texts):
     drawn = [*study_figures(small_study.summary, small_study.cases)]
     width = "radius" if "contact_radius" in small_study.summary else "half_width"
     assert [figure.name for figure in drawn if "_by_" not in figure.name] == [
-        *[f"{zone}_{width}" for zone in ("contact", "stick")],
+        *[f"{zone}_{size}" for size in (width, "area") for zone in ("contact", "stick")],
         "wear_volume",
         "dissipated_energy",
     ]
-    assert [figure.name.partition("_by_")[0] for figure in drawn[4:]] == [
+    assert [figure.name.partition("_by_")[0] for figure in drawn[6:]] == [
         "pressure_profiles",
         "shear_profiles",
         "wear_profiles",

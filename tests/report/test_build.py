@@ -111,6 +111,18 @@ def test_every_point_has_a_row_of_values_with_errors_in_the_same_unit(finished):
     assert list(table["Case"])[place] in finished.plan.study.cases()
 
 
+def test_areas_stand_in_the_matrix_beside_what_is_called_an_outline(parsed):
+    """The outline of a rough contact grows while its area may shrink."""
+    shown = [
+        parsed.text.find(f"{zone} {size}")
+        for size in ("outline radius", "area")
+        for zone in ("Contact", "Stick")
+    ]
+    assert -1 < shown[0]
+    assert shown == sorted(shown)
+    assert "Contact radius" not in parsed.text
+
+
 @pytest.mark.slow
 def test_packages_add_sections_with_figures(finished):
     (name, *_) = (path.stem for path in sorted((finished.folder / "figures").glob("*.svg")))

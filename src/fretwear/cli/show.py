@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MORE_RESULTS = (
-    *("contact_area", "stick_area", "approach", "tangential_displacement", "plastic_volume"),
+    *("approach", "tangential_displacement", "plastic_volume"),
     *("mean_slip_friction", "central_pressure", "peak_pressure"),
 )
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."

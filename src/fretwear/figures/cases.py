@@ -89,7 +89,7 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
         curve = with_jumps(cycles, widths) if "step" in history.dims else (cycles, widths)
         axes.plot(*curve, color=color, label=zone)
     axes.set_ylim(0.0, 1.15 * axes.dataLim.ymax)
-    axes.set_ylabel("Radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
+    axes.set_ylabel("Outline radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)
 
 

@@ -23,6 +23,7 @@ from fretwear.figures.profiles import field_profiles, fretting_loops
 from fretwear.figures.style import JournalFigure, save_as
 from fretwear.results import PointStatus
 
+_AREAS = ("contact_area", "stick_area")
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
 # Profiles of every study, and of one with a surface that is measured or random, by file names.
 _ALWAYS = {"pressure": "pressure", "shear": "shear_traction", "wear": "wear_depth"}
@@ -52,7 +53,7 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
         yield _described("fretting_map", fretting_map(summary))
     # The tangential force is a result if a displacement is given.
     is_moved = "tangential_load" not in summary.coords and "tangential_load" not in summary
-    results = [*width_names(summary), "wear_volume", "dissipated_energy"]
+    results = [*width_names(summary), *_AREAS, "wear_volume", "dissipated_energy"]
     history = history_of(summary).load()
     for result in (*results, *(_OF_DISPLACEMENT if is_moved else ())):
         if result in summary and not is_constant(summary, result):

@@ -39,7 +39,7 @@ _FALLING, _OF_TIME = ("dissipated_energy", "sliding"), 0.9
 
 
 # Results that an accuracy is asked for, where a case has them.
-ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack), "contact_area", "stick_area")
+ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack),)
 # The energy of a contact that wears in is as accurate as an accuracy asks relative to this.
 _OF_LARGEST = "dissipated_energy"
 USUAL_BUDGET = 10.0  # work of all runs over the work on default cells
