@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
-from fretwear.mechanics.wear.setup import block_at
+from fretwear.mechanics.surfaces.setup import block_at
 from fretwear.results import CYCLE, FRICTION_FIELD, SYMMETRIES, X, Y
 from fretwear.study.case import Case
 from fretwear.theory import LineContact

@@ -19,6 +19,7 @@ from fretwear.data.labels import case_dataset, history_dataset, loops_dataset, m
 from fretwear.mechanics.contact.cells import ContactError, Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
@@ -30,7 +31,6 @@ from fretwear.mechanics.wear.measures import (
     uncertainty,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
-from fretwear.mechanics.wear.setup import Setup
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState, slide
 from fretwear.results import (
@@ -371,6 +371,7 @@ def wear_problem(
     blocks[-1] = math.inf, blocks[-1][1]
     return WearProblem(
         **vars(blocks[0][1]),
+        slip_model=case.slip_model,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
         geometry=geometry or case.geometry,

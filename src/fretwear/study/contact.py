@@ -12,9 +12,9 @@ from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
-from fretwear.mechanics.slip.models import Cerruti
+from fretwear.mechanics.slip.models import Cerruti, SlipModel
 from fretwear.mechanics.surfaces.loading import Loading, SlidingDistance
-from fretwear.mechanics.wear.setup import Setup
+from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.plugins import plugins
 from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
@@ -26,6 +26,7 @@ from fretwear.units import LINE_CONTACT
 for _kinds in plugins("fretwear.parts").values():
     _kinds.load()
 
+_USUAL_SLIP = Cerruti()
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
@@ -47,6 +48,9 @@ class FrettingContact(Setup):
     """One contact, one loading and one number of cycles; rules and default cells take it."""
 
     cycles: Annotated[int, CYCLES, "Number of load cycles."]
+    slip_model: Annotated[
+        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "Model of slip."
+    ] = _USUAL_SLIP
     cell: Annotated[
         tuple[float, float] | None,
         Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", gt=0.0, places=AXES),

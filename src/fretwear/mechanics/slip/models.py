@@ -37,9 +37,9 @@ from fretwear.arrays import Array, Mask, Single
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.contact.problem import solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
-from fretwear.mechanics.slip.protocols import FrettingProblem
 from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.mechanics.surfaces.loading import Sliding
+from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.quantity import Part
 from fretwear.theory import LineContact
 
@@ -99,16 +99,16 @@ class SlipModel(Part):
     couples: ClassVar[bool] = False
 
     def reduced(
-        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
+        self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
         """The reduced contact of a contact under the whole load, from a first guess."""
         raise NotImplementedError
 
-    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:
+    def sheared_bodies(self, setup: Setup, half_space: HalfSpace) -> HalfSpace:
         """The bodies under tractions, here as under a pressure."""
         return half_space
 
-    def family(self, setup: FrettingProblem, pressed: Pressed) -> tuple[HalfSpace, Array]:
+    def family(self, setup: Setup, pressed: Pressed) -> tuple[HalfSpace, Array]:
         """The bodies and the shape, m, of the contacts that a loading passes, from P to P*."""
         half_space, shape, law = pressed.half_space, pressed.shape, setup.friction_law
         bodies = self.sheared_bodies(setup, half_space)
@@ -137,7 +137,7 @@ class SlipModel(Part):
         mean = gap if shift is None else gap + 0.5 * shift
         return WinklerLayer(rate * mean, wear + exponent * mean - withheld, wear)
 
-    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:
+    def still_holds(self, reduced: ReducedContact, setup: Setup, load: float) -> bool:
         """Whether a reduced contact that has worn on still meets the condition of a setup.
 
         Wear outside the stick zone does not change the contact under a reduced load. A contact at
@@ -188,7 +188,7 @@ class Jaeger(SlipModel):
     follows_shape: ClassVar[bool] = True
 
     def reduced(
-        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
+        self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
@@ -212,7 +212,7 @@ class Jaeger(SlipModel):
 
     def _solved(
         self,
-        setup: FrettingProblem,
+        setup: Setup,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding,
@@ -273,7 +273,7 @@ class Cerruti(Jaeger):
     kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, along x"
 
-    def sheared_bodies(self, setup: FrettingProblem, half_space: HalfSpace) -> HalfSpace:
+    def sheared_bodies(self, setup: Setup, half_space: HalfSpace) -> HalfSpace:
         """The bodies under tractions along x."""
         return half_space.along_x(setup.bodies.coupling, setup.coupling)
 
@@ -291,7 +291,7 @@ class Coupled(Jaeger):
     couples: ClassVar[bool] = True
 
     def reduced(
-        self, setup: FrettingProblem, pressed: Pressed, start: ReducedContact | None = None
+        self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:
         """Solve the tangential contact under the force or displacement of a setup.
 
@@ -348,7 +348,7 @@ class CattaneoMindlin(SlipModel):
 
     def reduced(
         self,
-        setup: FrettingProblem,
+        setup: Setup,
         pressed: Pressed,
         start: ReducedContact | None = None,
     ) -> ReducedContact:
@@ -362,7 +362,7 @@ class CattaneoMindlin(SlipModel):
         hertz = setup.hertz.with_load(load)
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
-    def still_holds(self, reduced: ReducedContact, setup: FrettingProblem, load: float) -> bool:
+    def still_holds(self, reduced: ReducedContact, setup: Setup, load: float) -> bool:
         """Whether the unworn contact, on which alone it depends, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 

@@ -21,7 +21,7 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import is_finite
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
-from fretwear.mechanics.wear.setup import Setup, block_at
+from fretwear.mechanics.surfaces.setup import Setup, block_at
 from fretwear.theory import find_root
 
 CONTACT_GAP = 1e-5
@@ -43,6 +43,7 @@ _COLUMNS = 64
 class WearProblem(Setup):
     """A setup on cells, in blocks of loading that follow each other."""
 
+    slip_model: SlipModel  #: how slip follows from the contact
     spacing: tuple[float, float]  #: cell size along x and y, m
     extent: tuple[float, float]  #: half-widths along x and y, m, of the first window
     geometry: type[Geometry] = Grid  #: kind of cells to compute on
@@ -109,6 +110,48 @@ class WearProblem(Setup):
                 high *= 2.0
             distances.append(find_root(below, 0.0, high))
         return distances[0], distances[1]
+
+    # Tractions and slip of a reduced contact.
+
+    def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
+        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone.
+
+        Where friction follows slip, the pressure is ψp, and µ is the coefficient.
+        It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
+        the p* of a slip model that knows another surface may be more than twice p.
+        """
+        if reduced.sheared is not None:
+            return np.asarray(reduced.sheared.traction[0])
+        friction = self.friction_law.coefficient
+        most = friction * pressure
+        return np.clip(friction * (pressure - reduced.pressure), -most, most)
+
+    def pressure_limit(self, pressure: Array, reduced: ReducedContact) -> float | Array:
+        """Largest pressure, Pa, of all cells or of each, under the shear traction of a contact."""
+        highest, lowest = self.plastic_limit, self.slip_limit
+        if highest == lowest or not reduced.pressure.any():
+            return lowest
+        growth = self.junction_growth * self.friction_law.coefficient**2
+        return self.slip_model.limit(highest, growth, pressure, reduced)
+
+    def slip(self, reduced: ReducedContact) -> Array:
+        """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
+        return self.friction_law.coefficient * self.coupling * reduced.gap
+
+    def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
+        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
+
+        If slip is taken from the unworn contact, so is δ.
+        """
+        if not (self.slip_model.follows_shape or self.loading.stroke):
+            approach = self.hertz.approach
+        return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
+
+    def tangential_force(self, load: float, reduced: ReducedContact) -> float:
+        """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
+        return self.friction_law.coefficient * (load - self.load_amplitude(load) - reduced.load)
+
+    # What changes as the contact wears.
 
     def of(self, state: State) -> WearProblem:
         """The problem at the cycle of a state."""

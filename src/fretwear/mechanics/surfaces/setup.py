@@ -13,10 +13,7 @@ from functools import cached_property
 from math import inf, isfinite, sqrt
 from typing import Annotated, Any, Self, TypeVar
 
-import numpy as np
-
 from fretwear.arrays import Array, Even
-from fretwear.mechanics.slip.models import Cerruti, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.surfaces.loading import SMALL_STROKE, Loading, Sliding
@@ -30,7 +27,6 @@ from fretwear.units import ContactFrame
 Kind = TypeVar("Kind")
 _Phase = TypeVar("_Phase", float, Array)
 
-_USUAL_SLIP = Cerruti()
 _SURFACES = Indenter, Roughness
 
 
@@ -92,9 +88,6 @@ class Setup:
         ),
         "Roughness of the other body, if both are rough.",
     ] = None
-    slip_model: Annotated[
-        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "Model of slip."
-    ] = _USUAL_SLIP
     frequency: Annotated[
         float | None,
         Quantity("s-1", "$f$", "frequency", "Hz", like="5 Hz", gt=0.0),
@@ -125,7 +118,8 @@ class Setup:
     @cached_property
     def parts(self) -> dict[str, Part]:
         """The parts by member, without those that are missing."""
-        return {n: part for n in _MEMBERS if isinstance(part := getattr(self, n, None), Part)}
+        names = (field.name for field in dataclasses.fields(self))
+        return {n: part for n in names if isinstance(part := getattr(self, n, None), Part)}
 
     # What changes over the cycles.
 
@@ -322,49 +316,11 @@ class Setup:
         load = self.stick_load
         return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
 
-    def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
-        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone.
-
-        Where friction follows slip, the pressure is ψp, and µ is the coefficient.
-        It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
-        the p* of a slip model that knows another surface may be more than twice p.
-        """
-        if reduced.sheared is not None:
-            return np.asarray(reduced.sheared.traction[0])
-        friction = self.friction_law.coefficient
-        most = friction * pressure
-        return np.clip(friction * (pressure - reduced.pressure), -most, most)
-
     @cached_property
     def slip_limit(self) -> float:
         """Largest pressure where the bodies slip, Pa: p_lim/√(1 + αµ²), as q = µp there."""
         growth = self.junction_growth * self.friction_law.coefficient**2
         return self.plastic_limit / sqrt(1.0 + growth)
-
-    def pressure_limit(self, pressure: Array, reduced: ReducedContact) -> float | Array:
-        """Largest pressure, Pa, of all cells or of each, under the shear traction of a contact."""
-        highest, lowest = self.plastic_limit, self.slip_limit
-        if highest == lowest or not reduced.pressure.any():
-            return lowest
-        growth = self.junction_growth * self.friction_law.coefficient**2
-        return self.slip_model.limit(highest, growth, pressure, reduced)
-
-    def slip(self, reduced: ReducedContact) -> Array:
-        """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
-        return self.friction_law.coefficient * self.coupling * reduced.gap
-
-    def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
-        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
-
-        If slip is taken from the unworn contact, so is δ.
-        """
-        if not (self.slip_model.follows_shape or self.loading.stroke):
-            approach = self.hertz.approach
-        return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
-
-    def tangential_force(self, load: float, reduced: ReducedContact) -> float:
-        """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
-        return self.friction_law.coefficient * (load - self.load_amplitude(load) - reduced.load)
 
     # Wear.
 
