@@ -1,7 +1,16 @@
 """What ``fretwear init`` writes goes into the wheel; all else stands in pyproject.toml."""
 
 import shutil
+import sys
 from pathlib import Path
+
+# pip would compare the versions of all dependencies first, and complain of one of these.
+if sys.version_info < (3, 11):  # noqa: UP036
+    have = ".".join(map(str, sys.version_info[:3]))
+    sys.exit(
+        f"fretwear needs Python 3.11 or newer, and this is Python {have}: install a newer one with "
+        "venv, remove the folder .venv, and repeat the command with it, as python3.11 -m venv .venv"
+    )
 
 from setuptools import setup
 from setuptools.command.build_py import build_py

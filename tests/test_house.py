@@ -1,6 +1,7 @@
 """The code as a whole: which way imports run, one meaning of a name, a core that stands alone."""
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -148,6 +149,47 @@ def test_a_public_name_of_a_module_means_one_thing_in_the_package():
                     places.setdefault(name, []).append(module)
     assert len(places) > 300
     assert not {name: at for name, at in places.items() if len(at) > 1}
+
+
+# Names with underscores that their libraries document.
+DOCUMENTED = {"_replace", "__metadata__", "__origin__", "__subclasses__", "__mro__", "__dict__"}
+DOCUMENTED |= {"__name__", "__module__", "__doc__", "__context__", "__version__", "__file__"}
+DOCUMENTED |= {"__init__", "__new__", "__setattr__", "__getattribute__", "__init_subclass__"}
+# They are hooks that pydantic and Python call, or names of this package.
+DEFINED = {"__version__", "__post_init__", "__pydantic_config__", "__main__", "__all__"}
+
+
+def names_in(file):
+    """Names in a source that may be private: what it defines, and what it takes from elsewhere."""
+    own, taken = set(), set()
+    for node in ast.walk(parsed(file)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            own.add(node.name)
+        elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+            own.add(node.id if isinstance(node, ast.Name) else node.attr)
+        elif isinstance(node, ast.Attribute):
+            taken.add(node.attr)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            modules = [getattr(node, "module", None) or "", *(each.name for each in node.names)]
+            taken.update(
+                part for name in modules for part in name.split(".") if name != "__future__"
+            )
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            # As `getattr` and `vars` take it.
+            taken.update(re.findall(r"^__\w+__$", node.value))
+    return own, taken
+
+
+def test_nothing_private_of_python_or_of_a_library_is_used():
+    found = {file: names_in(file) for file in MODULES.values()}
+    own = {name for defined, _ in found.values() for name in defined}
+    private = {
+        f"{file.name}: {name}"
+        for file, (_, taken) in found.items()
+        for name in taken - DOCUMENTED - DEFINED
+        if name.startswith("__") or (name.startswith("_") and name not in own)
+    }
+    assert not private, "private names change without notice: use documented ones"
 
 
 def test_a_result_has_words_of_its_own():

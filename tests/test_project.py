@@ -2,11 +2,17 @@
 
 import ast
 import json
+import os
+import platform
 import re
+import runpy
+import subprocess
+import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
 
+import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -48,6 +54,49 @@ def test_version_and_license_are_the_same_everywhere():
     assert meta["license"].endswith(f"/{citation['license']}")
     names = {author["name"] for author in (*PROJECT["authors"], *meta["author"])}
     assert names == {author["name"] for author in citation["authors"]}
+
+
+def test_every_python_that_is_named_follows_the_oldest_and_ci_has_both_ends():
+    words = "Programming Language :: Python :: 3."
+    named = [int(c.removeprefix(words)) for c in PROJECT["classifiers"] if c.startswith(words)]
+    assert named == [*range(named[0], named[-1] + 1)]
+    oldest, newest = f"3.{named[0]}", f"3.{named[-1]}"
+    assert PROJECT["requires-python"] == f">={oldest}"
+    assert PYPROJECT["tool"]["mypy"]["python_version"] == oldest
+    (step,) = (
+        step["with"]["python-version"]
+        for step in yaml.safe_load(text_of(".github/workflows/ci.yml"))["jobs"]["run"]["steps"]
+        if "python-version" in step.get("with", {})
+    )
+    assert step.split() == [newest, oldest]  # the last one is `python3`
+
+
+@pytest.mark.parametrize("older", [(3, 10, 13), (3, 8, 18)])
+def test_an_older_python_is_told_what_to_install(older, monkeypatch):
+    monkeypatch.setattr("sys.version_info", older)
+    with pytest.raises(SystemExit) as end:
+        runpy.run_path(str(REPOSITORY / "setup.py"))
+    assert f"needs Python 3.11 or newer, and this is Python {'.'.join(map(str, older))}" in str(end)
+    assert "apt install python3-venv" in text_of("README.md").split("```")[4]
+    requires = [*map(Requirement, PYPROJECT["build-system"]["requires"])]
+    # It gets as far as this with any setuptools.
+    environment = {"python_version": "{}.{}".format(*older)}
+    assert [str(r.specifier) for r in requires if r.marker.evaluate(environment)] == [""]
+
+
+@pytest.mark.slow
+def test_the_machine_tells_its_kernels_and_transforms():
+    def said(**environment):
+        command = [sys.executable, REPOSITORY / ".ci/kernels"]
+        return subprocess.run(
+            command, env={**os.environ, **environment}, capture_output=True, text=True, check=True
+        ).stdout
+
+    assert re.fullmatch(
+        r"Python \S+; .* with kernels .*; transforms by (ducc0|scipy) \S+\n", said()
+    )
+    if "openblas" in said() and platform.machine() == "x86_64":
+        assert said(OPENBLAS_CORETYPE="Nehalem").count("kernels Nehalem") == 2
 
 
 # What the sources in the digest take from other modules: it reads parameters, which the file of a

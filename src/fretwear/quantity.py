@@ -272,7 +272,7 @@ class Quantity(Readable):
         forms = self.forms
         if isinstance(value, Mapping):
             keys = value.keys()
-            form = max(forms, key=lambda one: len(one.__dataclass_fields__.keys() & keys))  # type: ignore[attr-defined]
+            form = max(forms, key=lambda one: len(field_names(one) & keys))
             value = adapter(form).validate_python(value, context=folder)
         read_by = getattr(value, "read_by", None)  # of a table of values
         return value if read_by is None else read_by(self._item, folder)
@@ -561,7 +561,7 @@ class Part:
     def __get_pydantic_core_schema__(
         cls, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        if "__dataclass_fields__" in vars(cls):
+        if dataclasses.is_dataclass(cls):
             return handler(source)
 
         def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> object:
@@ -759,6 +759,12 @@ def _annotations(hint: object) -> Iterator[Parameter]:
     for note in metadata:
         if isinstance(note, Parameter):
             yield dataclasses.replace(note, **changes)  # type: ignore[type-var]
+
+
+@_remembered
+def field_names(cls: type) -> frozenset[str]:
+    """Return the names of the fields of a dataclass."""
+    return frozenset(field.name for field in dataclasses.fields(cls))
 
 
 @_remembered

@@ -77,7 +77,7 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     values: list[tuple[Any, Any]] = []
     writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
     # `to_netcdf` would open the file for each group, and end definitions for each variable, which
-    # takes three times as long.
+    # takes three times as long. `dump_to_store` is not documented: a test has what replaces it.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
         for name, content in groups.items():
             store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]

@@ -16,7 +16,16 @@ from fretwear.mechanics.slip.models import Cerruti, SlipModel
 from fretwear.mechanics.surfaces.loading import Loading, SlidingDistance
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.plugins import plugins
-from fretwear.quantity import AXES, Inline, Parameter, PartOf, Plain, Quantity, declared
+from fretwear.quantity import (
+    AXES,
+    Inline,
+    Parameter,
+    PartOf,
+    Plain,
+    Quantity,
+    declared,
+    field_names,
+)
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
 from fretwear.study.keys import Keys
 from fretwear.study.problems import Problems
@@ -106,7 +115,7 @@ class FrettingContact(Setup):
         case = object.__new__(cls)
         values = vars(case)
         # What a case has derived from its members is not one of them.
-        values |= {n: member for n, member in assembled.items() if n in cls.__dataclass_fields__}
+        values |= {n: member for n, member in assembled.items() if n in field_names(cls)}
         if blocks := values.get("blocks"):
             values["cycles"] = sum(block.cycles for block in blocks)
         estimated = values.get("error_estimate", True) or "accuracy" in assembled
@@ -139,8 +148,8 @@ class FrettingContact(Setup):
 
     def changed(self, **members: object) -> Self:
         """The case with other members, not checked against each other."""
-        fields = {n: value for n, value in vars(self).items() if n in self.__dataclass_fields__}
-        return self.of(fields | members)
+        names = field_names(type(self))
+        return self.of({n: v for n, v in vars(self).items() if n in names} | members)
 
     @cached_property
     def geometry(self) -> type[Geometry]:
