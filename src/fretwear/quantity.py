@@ -249,10 +249,7 @@ class Quantity(Readable):
                 rule = f"must be one value, or {len(self.places)}: [{of_places}]"
                 raise QuantityError(f"{rule}, but is a list of {len(value)}")
             item = self._item
-            items = each(value, lambda one: item.read(one, folder))
-            if self.places is BODIES and not sum(map(float, items)) > 0.0:
-                raise QuantityError("must be larger than 0 for one body at least")
-            return self.record(items)
+            return self.record(each(value, lambda one: item.read(one, folder)))
         number = self._read_number(value, folder is not None)
         return (number, number) if self.places is AXES else number
 

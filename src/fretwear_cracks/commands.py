@@ -30,9 +30,14 @@ _FATEMI = "Constants of the Fatemi-Socie parameter, such as '1, 1000 MPa'."
 _CROSSLAND = "Weight of the mean stress in the Crossland parameter."
 _BASQUIN = "Fatigue strength and its exponent, such as '1000 MPa, -0.1'."
 _MANSON = "Fatigue ductility and its exponent, such as '0.5, -0.6'."
+_MEAN = "Mean of the bulk stress along x."
+_RATIO = "Ratio R of the least bulk stress to the largest, instead of its mean."
 _TABLE = (
     "tension: along x, of the surface at the edge of contact; damage: Miner's sum; –: not known"
 )
+
+MeanStress = Annotated[str, option("--mean-stress", "STRESS", _MEAN)]
+StressRatio = Annotated[float | None, option("--stress-ratio", "R", _RATIO, "-1")]
 
 
 def stress_below(
@@ -46,6 +51,8 @@ def stress_below(
     depth: Annotated[str | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
+    mean_stress: MeanStress = "0 MPa",
+    stress_ratio: StressRatio = None,
 ) -> None:
     """Compute stresses in the flat over one cycle, and parameters for cracks, on the plane y = 0.
 
@@ -59,6 +66,8 @@ def stress_below(
         depths=None if depth is None else depth.split(","),
         fatemi_socie=_pair(fatemi_socie),
         crossland=crossland,
+        mean_stress=mean_stress,
+        stress_ratio=stress_ratio,
     )
     path, stresses = _written(file, output, "stress", compute)
     say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")
@@ -76,6 +85,8 @@ def fatigue_of(
     depth: Annotated[
         str | None, option("--depth", "DEPTH", "Largest depth.", "2 contact half-widths")
     ] = None,
+    mean_stress: MeanStress = "0 MPa",
+    stress_ratio: StressRatio = None,
 ) -> None:
     """Report where a crack is expected at each snapshot, and whether wear or the crack comes first.
 
@@ -90,6 +101,8 @@ def fatigue_of(
         depth=depth,
         basquin=_pair(basquin),
         manson_coffin=_pair(manson_coffin),
+        mean_stress=mean_stress,
+        stress_ratio=stress_ratio,
     )
     path, lives = _written(file, output, "fatigue", compute)
     for line in (*aligned(fatigue.fatigue_table(lives)), _TABLE, str(path)):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ from fretwear.version import code_digest
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.results import stress
+from fretwear_cracks.results import stress, warnings_of_depth
 from fretwear_cracks.variables import (
     CRACKS,
     EDGE_STRESSES,
@@ -47,6 +49,8 @@ def fatigue(
     basquin: tuple[float | str, float | str] | None = None,
     manson_coffin: tuple[float | str, float | str] | None = None,
     phases: int = 32,
+    mean_stress: float | str = 0.0,
+    stress_ratio: float | None = None,
 ) -> xr.Dataset:
     """Find where a case is expected to crack at its snapshots, and whether wear comes first.
 
@@ -70,6 +74,8 @@ def fatigue(
         elastic.
     phases : int
         Equal steps of the tangential force over a loop.
+    mean_stress, stress_ratio : float or str, optional
+        Mean of the bulk stress, Pa, or its ratio R, as of `fretwear.stress`.
 
     Returns
     -------
@@ -93,7 +99,10 @@ def fatigue(
         raise StressError("the dataset has no snapshots")
     last = None if depth is None else read_quantity("depth", depth, "m")
     depths = usual_depths(snapshot_of(ds, asked[0]), _COUNT, last)
-    at_cycles = [stress(ds, cycle, depths=depths, phases=phases) for cycle in asked]
+    compute = partial(
+        stress, ds, depths=depths, phases=phases, mean_stress=mean_stress, stress_ratio=stress_ratio
+    )
+    at_cycles = [compute(cycle) for cycle in asked]
     names = [_SWT.name, f"{_SWT.name}_normal"]
     swt = xr.concat([at[names].isel(y=0, drop=True) for at in at_cycles], CYCLE.name)
     parameters, normals = (swt[name].values for name in names)
@@ -118,6 +127,9 @@ def fatigue(
     )
     if any(place[0] in (0, x.size - 1) for place in places):
         warnings["the largest parameter lies at the border of the window"] = None
+    # One for all snapshots.
+    of_depth = chain.from_iterable(warnings_of_depth(field, depths) for field in parameters)
+    warnings |= dict.fromkeys(islice(of_depth, 1))
     constants = {} if life is None else {name: float(v) for name, v in vars(life).items()}
     if life is not None:
         modulus = float(ds.coords.get("youngs_modulus_2", ds.coords.get("youngs_modulus")))
@@ -140,6 +152,7 @@ def fatigue(
     result.attrs = {
         **attributes_from(ds, "Fatigue and wear", "fretwear.fatigue"),
         **constants,
+        "mean_stress": at_cycles[0].attrs["mean_stress"],
         "warnings": "\n".join(warnings),
     }
     return result.assign(scalars)

@@ -142,6 +142,22 @@ def read_constants(
     return constants
 
 
+def mean_of_bulk_stress(case: Case, mean_stress: float | str, stress_ratio: float | None) -> float:
+    """The mean σ_m of the stress along x in the flat, Pa: itself, or by R from its amplitude σ_a.
+
+    R, the least stress over the largest, is (σ_m − σ_a)/(σ_m + σ_a).
+    """
+    mean = read_quantity("mean_stress", mean_stress, "Pa")
+    if stress_ratio is None:
+        return mean
+    ratio = read_quantity("stress_ratio", stress_ratio, "1")
+    if not ratio < 1.0:
+        raise StressError(f"stress_ratio = {stress_ratio!r}: must be less than 1, such as 0.1")
+    if mean:
+        raise StressError("give stress_ratio or mean_stress, not both")
+    return case.bulk_stress * (1.0 + ratio) / (1.0 - ratio)
+
+
 def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, float]:
     """Two constants of a law, in SI units."""
     if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:

@@ -25,6 +25,7 @@ from fretwear_cracks.cracks import OverPlanes, PointLoops, von_mises
 from fretwear_cracks.inputs import (
     USUAL_COUNT,
     loaded_case,
+    mean_of_bulk_stress,
     read_constants,
     read_depths,
     read_points,
@@ -48,12 +49,14 @@ def stress(
     phases: int = 32,
     fatemi_socie: tuple[float | str, float | str] | None = None,
     crossland: float | None = None,
+    mean_stress: float | str = 0.0,
+    stress_ratio: float | None = None,
 ) -> xr.Dataset:
     """Compute stresses in the flat over one cycle of a case, and parameters for cracks.
 
     Tractions are those in the dataset, uniform on each cell; between +Q and −Q they follow by
     superposition from contacts of the stored shape, and the bulk stress of the case is in phase
-    with the force. Within a cell of the surface stresses show the cells.
+    with the force, about its mean. Within a cell of the surface stresses show the cells.
 
     Parameters
     ----------
@@ -72,6 +75,10 @@ def stress(
         k and the yield strength, Pa, of the Fatemi–Socie parameter.
     crossland : float, optional
         Weight α of the mean stress in the Crossland parameter.
+    mean_stress : float or str, optional
+        Mean of the bulk stress along x in the flat, Pa; it does not change the contact.
+    stress_ratio : float, optional
+        Instead of the mean, the ratio R < 1 of the least bulk stress to the largest; −1 by default.
 
     Returns
     -------
@@ -98,7 +105,8 @@ def stress(
         raise StressError("points do not go with depths")
     snapshot = snapshot_of(ds, cycle)
     surface, slip = surface_of(snapshot, case, cycle)
-    history = StressHistory(surface, int(phases), case.bulk_stress)
+    mean = mean_of_bulk_stress(case, mean_stress, stress_ratio)
+    history = StressHistory(surface, int(phases), case.bulk_stress, mean)
     dims: tuple[str, ...]
     if points is not None:
         x, y, z = places = read_points(points).T
@@ -135,13 +143,17 @@ def stress(
         force.name: (PHASE.name, np.concatenate([falling, -falling]), force.attributes),
         CYCLE.name: ((), float(cycle), CYCLE.attributes),
     }
+    warnings = [*_warnings(case, snapshot, surface, float(z.min()))]
     attributes = {
         **attributes_from(ds, "Stresses below the surface", "fretwear.stress"),
-        "warnings": "\n".join(_warnings(case, snapshot, surface, float(z.min()))),
+        "mean_stress": mean,
     }
     if "hertz_pressure" in ds.coords:
         attributes["hertz_pressure"] = float(ds["hertz_pressure"])
-    return xr.Dataset(variables, coordinates, attributes)
+    result = xr.Dataset(variables, coordinates, attributes)
+    if points is None and depths is None:
+        warnings += warnings_of_depth(result[CRACKS[0].name].values[:, 0], z)
+    return result.assign_attrs(warnings="\n".join(warnings))
 
 
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
@@ -245,6 +257,18 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     both = np.concatenate([row[::-1], row]) if surface.even[0] else row
     result: Array = tension * both
     return result
+
+
+def warnings_of_depth(parameter: Array, depths: Array) -> Iterable[str]:
+    """Warn of a parameter of Smith, Watson and Topper, Pa, (nx, nz), that has no largest value."""
+    first, second = (float(column.max()) * 1e-6 for column in parameter.T[:2])
+    if first > 0.0 and parameter[:, 0].max() >= parameter.max():
+        yield (
+            "the Smith–Watson–Topper parameter is largest at the shallowest depth and depends on "
+            f"it: {first:.3g} MPa at {depths[0] * 1e6:.3g} µm, {second:.3g} MPa at "
+            f"{depths[1] * 1e6:.3g} µm; compare contacts at half of the material's critical "
+            "distance, by fretwear stress with --depth"
+        )
 
 
 def _warnings(

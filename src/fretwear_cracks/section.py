@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic.dataclasses import dataclass
 
@@ -59,6 +59,16 @@ class StressOutput(StudySection, Part):
         Quantity("1", "$c_ε$", "ductility exponent", like="-0.6", lt=0.0),
         "c_ε in ε_a,p = ε_f' (2N)^c_ε.",
     ] = None
+    mean_stress: Annotated[
+        float,
+        Quantity("Pa", r"$σ_\mathrm{m}$", "mean of the bulk stress", "MPa", "80 MPa"),
+        "Mean of the stress along x in the flat.",
+    ] = 0.0
+    stress_ratio: Annotated[
+        float | None,
+        Quantity("1", "$R_σ$", "stress ratio", like="0.1", lt=1.0),
+        "Ratio of the least bulk stress to the largest, instead of its mean; -1 by default.",
+    ] = None
     #: the snapshots, which are kept; None: as in a case
     cycles: Snapshots = None
 
@@ -71,14 +81,17 @@ class StressOutput(StudySection, Part):
                 return f"has {there[0]} without {lacking[0]}", _EXAMPLE
         if self.fatigue_ductility is not None and self.fatigue_strength is None:
             return "has fatigue_ductility without fatigue_strength", _EXAMPLE
+        if self.stress_ratio is not None and self.mean_stress:
+            return "has mean_stress and stress_ratio", "give one of them"
         return None
 
     @property
-    def constants(self) -> dict[str, tuple[float, float]]:
-        """The constants of lives, as `fretwear.fatigue` takes them."""
+    def constants(self) -> dict[str, Any]:
+        """The mean of the bulk stress and constants of lives, as `fretwear.fatigue` takes them."""
+        mean = {"mean_stress": self.mean_stress, "stress_ratio": self.stress_ratio}
         pairs = [(getattr(self, first), getattr(self, second)) for first, second in _PAIRS]
         named = zip(("basquin", "manson_coffin"), pairs, strict=True)
-        return {name: pair for name, pair in named if pair[0] is not None}
+        return mean | {name: pair for name, pair in named if pair[0] is not None}
 
     def seconds(self, case: Case, cells: float) -> float:
         """The processor time of the stresses of a case, s."""

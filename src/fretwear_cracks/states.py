@@ -143,6 +143,7 @@ class StressHistory:
     surface: LoadedSurface
     phases: int  #: how many; even
     bulk_stress: float = 0.0  #: amplitude along x in the flat, Pa, in phase with the force
+    mean_stress: float = 0.0  #: steady part of the stress along x in the flat, Pa
 
     @cached_property
     def tractions(self) -> Tractions:
@@ -208,12 +209,12 @@ class StressHistory:
 
     def _with_bulk(self, parts: tuple[Array, Array]) -> tuple[Array, Array]:
         steady, alternating = parts[0][0], parts[1]
-        if self.bulk_stress:
-            ratio = self.force_ratio[: len(alternating)]
-            bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
-            alternating[:, 0] += bulk
-            if self.surface.plane_strain:
-                alternating[:, 1] += self.surface.poisson_ratio * bulk
+        ratio = self.force_ratio[: len(alternating)]
+        bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
+        across = self.surface.poisson_ratio if self.surface.plane_strain else 0.0
+        for component, share in ((0, 1.0), (1, across)):
+            steady[component] += share * self.mean_stress
+            alternating[:, component] += share * bulk
         return steady, alternating
 
 

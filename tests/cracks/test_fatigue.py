@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear_cracks import StressError
 from fretwear_cracks.fatigue import fatigue_table
 from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
@@ -92,3 +93,74 @@ def test_wear_of_the_flat_alone_counts(gross):
     reached = worn.values > float(told.material_z[0])
     np.testing.assert_array_equal(gone[gone.size // 2 :], reached)
     assert reached.any()
+
+
+def test_a_mean_stress_shifts_the_loop_and_shortens_lives(partial):
+    """Along x by σ_m, at R by σ_a (1 + R)/(1 − R); P_H,max grows by a third of it."""
+    given = json.loads(partial.parameters) | {"bulk_stress": 90e6}
+    pulled = partial.assign_attrs(parameters=json.dumps(given))
+    asked = {"points": [(-1.4e-4, 0, 2e-5)], "phases": 8, "crossland": 0.3}
+    found = {ratio: fretwear.stress(pulled, **asked, stress_ratio=ratio) for ratio in (-1.0, 0.1)}
+    mean = 90e6 * 1.1 / 0.9
+    shift = found[0.1] - found[-1.0]
+    np.testing.assert_allclose(shift.stress_xx, mean, rtol=1e-5)
+    np.testing.assert_allclose(shift.stress_zz, 0.0, atol=1.0)
+    assert shift.crossland.values == near(0.3 * mean / 3)
+    assert (shift.smith_watson_topper > 0.0).all()
+    same = fretwear.stress(pulled, **asked, mean_stress="110 MPa")
+    np.testing.assert_array_equal(same.stress_xx, found[0.1].stress_xx)
+    lives = [
+        float(fretwear.fatigue(pulled, [0], phases=8, stress_ratio=ratio, **CONSTANTS).life[0])
+        for ratio in (-1.0, 0.1)
+    ]
+    assert lives[1] < 0.9 * lives[0]
+    with pytest.raises(StressError, match="not both"):
+        fretwear.stress(pulled, **asked, stress_ratio=0.1, mean_stress="1 MPa")
+    with pytest.raises(StressError, match="less than 1"):
+        fretwear.stress(pulled, **asked, stress_ratio=1.0)
+
+
+def test_a_parameter_that_is_largest_at_the_shallowest_depth_is_said_to_depend_on_it(partial):
+    """The values of the warning are those at the two depths; at a chosen depth it is silent."""
+    found = fretwear.fatigue(partial, [0], phases=8)
+    (told,) = (line for line in found.warnings.splitlines() if "shallowest" in line)
+    first, second = (1e-6 * float(found.smith_watson_topper[0, :, n].max()) for n in (0, 1))
+    assert f"{first:.3g} MPa at" in told
+    assert f"{second:.3g} MPa at" in told
+    chosen = fretwear.stress(partial, 0, phases=8, depths=["20 um"])
+    assert "shallowest" not in chosen.warnings
+
+
+def test_without_wear_a_case_keeps_its_stresses_and_sums_damage_evenly():
+    """Damage is cycles over life, on the fields that a wearing case has at cycle 0."""
+    changes = {"cycles": 2000, "cell": CELL, "output_cycles": (1000,), "error_estimate": False}
+    kept = fretwear.simulate(steel(wear_coefficient=0, **changes), quarter=True)
+    worn = fretwear.simulate(steel(**changes), quarter=True)
+    assert kept.wear_volume.values.tolist() == [0.0] * 3
+    assert not kept.wear_depth.any()
+    for cycle in range(3):
+        for name in ("pressure", "shear_traction", "slip"):
+            of_kept, unworn = kept[name][cycle].values, worn[name][0].values
+            np.testing.assert_allclose(of_kept, unworn, rtol=1e-5, atol=1e-5 * unworn.max())
+    found = fretwear.fatigue(kept, phases=8, **CONSTANTS)
+    assert found.largest_damage.values == near(found.cycle / found.life.values[0], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "100 N/mm", "radius": None}
+        | {"tangential_ratio": None, "sliding_amplitude": "30 um", "wear_coefficient": [0, 0]},
+        {"pulsating_load": 0.9, "slip_model": "jaeger"},
+        {"wear_coefficient": None, "energy_wear_coefficient": 0},
+    ],
+    ids=["stroke", "pulsating", "energy"],
+)
+def test_contacts_that_do_not_wear_have_no_volume_and_a_loop(changes):
+    ds = fretwear.simulate(steel(**{"cycles": 100, "cell": CELL, "wear_coefficient": 0} | changes))
+    assert ds.wear_volume.values.tolist() == [0.0] * ds.sizes["cycle"]
+    assert ds.wear_volume_error.values.tolist() == [0.0] * ds.sizes["cycle"]
+    energy = ds.dissipated_energy.values
+    assert energy[0] > 0.0
+    # Contacts are solved to 1e-5.
+    assert energy == near(energy[0], rel=1e-5)

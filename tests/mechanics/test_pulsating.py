@@ -101,8 +101,9 @@ def test_a_cycle_wears_what_coulombs_law_says_step_by_step():
     pulse = load_cycle(problem, bodies.half_space, bodies.unworn, state, 1e-8)
     reference = Reference(problem, 1.3 * EDGE, 120, 40)
     worn = reference.cycle(0.0)
-    assert state.geometry.integral(pulse.rate) == near(worn.sum() * reference.width, rel=0.01)
-    at = np.interp(abs(reference.x), state.geometry.x, pulse.rate[:, 0], right=0.0)
+    rate = WEAR * pulse.path[:, 0]
+    assert state.geometry.integral(rate[:, None]) == near(worn.sum() * reference.width, rel=0.01)
+    at = np.interp(abs(reference.x), state.geometry.x, rate, right=0.0)
     assert np.abs(at - worn).sum() < 0.015 * worn.sum()
     assert pulse.least_load == least * PER_LENGTH
     assert state.geometry.integral(pulse.least) == near(pulse.least_load, rel=2e-3)

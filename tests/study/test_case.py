@@ -103,10 +103,6 @@ def test_snapshots_are_those_asked_for_or_even_in_the_logarithm(cycles, asked, s
             ["energy_wear_coefficient.slow[1] = -1: must be at least 0"],
         ),
         (
-            {"wear_coefficient": [0, 0]},
-            ["wear_coefficient = [0, 0]: must be larger than 0 for one"],
-        ),
-        (
             {"wear_coefficient": None, "energy_wear_coefficient": {**FALLING, "frequency": 0}},
             ["frequency: is missing, on which the energy law of wear depends"],
         ),

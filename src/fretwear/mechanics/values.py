@@ -77,6 +77,7 @@ class OfBodies(tuple[Any, ...]):
 
     @property
     def shares(self) -> tuple[float, float]:
-        """Fractions of indenter and flat in the sum."""
+        """Fractions of indenter and flat in the sum; halves where both are 0."""
         indenter, flat = map(float, self)
-        return indenter / float(self), flat / float(self)
+        total = indenter + flat
+        return (indenter / total, flat / total) if total else (0.5, 0.5)

@@ -405,13 +405,15 @@ def _snapshot_fields(
         contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
         contact_state[reduced.stick & closed] = ContactState.STICK
         law = problem.friction_law
-        work = 4.0 * problem.combined_wear_coefficient * state.pressure * slip
-        rate = np.maximum(work * problem.wear_ratio - problem.withheld_depth, 0.0)
+        path = 4.0 * state.pressure * slip
+        worn = problem.combined_wear_coefficient * problem.wear_ratio * path
+        rate = np.maximum(worn - problem.withheld_depth, 0.0)
         shearing = law.ratio * state.pressure
         if isinstance(state, StrokeState):
             rate = state.rates.sum(axis=0)
         elif state.pulse is not None:
-            rate, slip = state.pulse.rate, slip * state.pulse.share
+            rate = problem.combined_wear_coefficient * state.pulse.path
+            slip = slip * state.pulse.share
             shearing = 0.5 * (state.pressure + state.pulse.least)
         bodies = state.wear_of_each(problem.wear_law).values()
         values_of = {
@@ -421,7 +423,7 @@ def _snapshot_fields(
             "slip": slip,
             "wear_depth": state.wear,
             "wear_rate": rate,
-            "work": work,
+            "path": path,
             "plastic_depth": state.plastic,
             "gap": state.gap,
             "contact_state": contact_state,
@@ -452,13 +454,14 @@ def _snapshot_fields(
         written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         cells: object = state.geometry
         if plane != cells:
-            # Cells cut by an edge touch if they carry load, and their slip follows from its work.
+            # Cells cut by an edge touch if they carry load, and slip as their pressure does on the
+            # mean.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
             if not (problem.loading.stroke or state.pulse):
-                path = 4.0 * problem.combined_wear_coefficient * written["pressure"][loaded]
-                written["slip"][loaded] = written["work"][loaded] / path
+                carried = 4.0 * written["pressure"][loaded]
+                written["slip"][loaded] = written["path"][loaded] / carried
             if reduced.sheared is not None:
                 _obey_friction(written, problem.friction_law.coefficient)
         beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end

@@ -274,6 +274,7 @@ def first_loading(
     else:
         raise ContactError("the limit of pressure that friction lowers did not settle")
     gap = np.maximum(contact.gap, 0.0)
+    growth = now.wear_growth * float(contact.pressure.max())
     return State(
         cycle=float(cycle),
         geometry=geometry,
@@ -287,7 +288,7 @@ def first_loading(
         residual=contact.residual,
         reduced=reduced,
         friction_energy=energy,
-        next_step=_FIRST_STEP / (now.wear_growth * float(contact.pressure.max())),
+        next_step=_FIRST_STEP / growth if growth > 0.0 else inf,
         pressure_rate=zeros,
         source_rate=zeros,
         step=step,

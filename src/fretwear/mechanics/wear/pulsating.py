@@ -23,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 
 import numpy as np
 
@@ -99,7 +100,10 @@ def load_cycle(
         weights[1:] += slips
     doubled = np.maximum(2.0 * low.gap[:, 0], np.finfo(float).tiny)
     return Pulse(
-        rate=0.5 * problem.wear_growth * (weights * loaded).sum(axis=0)[:, None],
+        path=2.0
+        * problem.friction_law.coefficient
+        * problem.coupling
+        * (weights * loaded).sum(axis=0)[:, None],
         share=((weights * (loaded > 0.0)).sum(axis=0) / doubled)[:, None],
         least=loaded[0][:, None],
         least_load=least,
@@ -157,8 +161,8 @@ class _PulsatingEvolution(Evolution):
     def _mean(self, stage: Stage) -> tuple[Array, Array, Array]:
         """Mean pressure p̄ over the slip of each point, Pa, the share ω and the offset q, Pa."""
         assert stage.pulse is not None
-        growth = self.problem.wear_growth * np.maximum(stage.reduced.gap, np.finfo(float).tiny)
-        mean = stage.pulse.rate / growth
+        slip = 4.0 * self.problem.slip(stage.reduced)
+        mean = stage.pulse.path / np.maximum(slip, np.finfo(float).tiny)
         return mean, stage.pulse.share, stage.pulse.share * stage.pressure - mean
 
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
@@ -189,7 +193,7 @@ class _PulsatingEvolution(Evolution):
             geometry.integral(np.abs(exponent * second.reduced.gap))
             for exponent in (rate * np.asarray(missed), implicit * (e2 - expected))
         )
-        error = lost / (OVERESTIMATE * geometry.integral(second.wear))
+        error = lost / (OVERESTIMATE * geometry.integral(second.wear) or inf)
         state = State(
             **vars(second),
             cycle=end,

@@ -184,8 +184,7 @@ class WearProblem(Setup):
     def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
         """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
         if stage.pulse is not None:
-            per_depth = self.friction_law.coefficient / self.combined_wear_coefficient
-            return per_depth * geometry.integral(stage.pulse.rate)
+            return self.friction_law.coefficient * geometry.integral(stage.pulse.path)
         slip, law = self.slip(stage.reduced), self.friction_law
         return 4.0 * law.coefficient * geometry.integral(law.ratio * stage.pressure * slip)
 
@@ -270,7 +269,7 @@ class YieldLimit:
 class Pulse:
     """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
 
-    rate: Array  #: wear depth in this one cycle, m, shape of the geometry as for all fields
+    path: Array  #: ∫p ds over this one cycle, Pa m, shape of the geometry as for all fields
     share: Array  #: share of the slip of a point that it does in contact
     least: Array  #: pressure under P₁, Pa
     least_load: float  #: P₁, N
@@ -287,9 +286,9 @@ class Pulse:
 
     def on(self, old: Geometry, new: Geometry) -> Pulse:
         """The same on other cells."""
-        fields = (self.rate, self.share, self.least)
-        rate, share, least = (old.resized(field, new) for field in fields)
-        return replace(self, rate=rate, share=share, least=least)
+        fields = (self.path, self.share, self.least)
+        path, share, least = (old.resized(field, new) for field in fields)
+        return replace(self, path=path, share=share, least=least)
 
 
 @dataclass(frozen=True, kw_only=True)

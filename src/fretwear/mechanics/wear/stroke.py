@@ -234,7 +234,7 @@ class _Slider(Integrator[StrokeState]):
             for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
-        error = float(np.abs(missed).sum() / worn.sum()) / allowed
+        error = float(np.abs(missed).sum() / max(worn.sum(), np.finfo(float).tiny)) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
         return replace(state, error_estimate=error * self.tolerance), *integrator.assessed(error)
 
