@@ -118,7 +118,7 @@ def test_areas_stand_in_the_matrix_beside_what_is_called_an_outline(parsed):
         for size in ("outline radius", "area")
         for zone in ("Contact", "Stick")
     ]
-    assert -1 < shown[0]
+    assert shown[0] > -1
     assert shown == sorted(shown)
     assert "Contact radius" not in parsed.text
 
