@@ -29,6 +29,7 @@ _DEFINITIONS = f"""
 pico- = 1e-12 = p-, nano- = 1e-9 = n-, micro- = 1e-6 = µ- = μ- = u-, milli- = 1e-3 = m-
 centi- = 1e-2 = c-, kilo- = 1e3 = k-, mega- = 1e6 = M-, giga- = 1e9 = G-
 meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz = 1 / second = Hz
+minute = 60 * second = min, hour = 3600 * second = h, volt = [voltage] = V
 kelvin = [temperature] = K, radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J = Nm, watt = joule / second = W, bar = 1e5 * pascal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +24,7 @@ from fretwear.cli.common import (
 from fretwear.units import BY_SI_UNIT, QuantityError, parse_quantity
 
 _OUTPUT = "File to write, for ArviZ."
+_COLUMNS = "Displacement and force, by number from 0 or by name: '1, 3'."
 _JSON = "File to write with values, intervals, correlations and warnings."
 
 
@@ -64,25 +66,71 @@ def fit_scar(
 
 
 def split_loops(
-    file: Annotated[Path, typer.Argument(help="Recording with displacement and force.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="Recording with displacement and force; or files with the loop of a cycle each, "
+            "whose number is in the name.",
+            show_default=False,
+        ),
+    ],
     load: Annotated[str, option("--load", "LOAD", "Normal load, such as '50 N'.")],
     output: Annotated[Path, option("-o/--output", "LOOPS.csv", "Table to write.")],
+    columns: Annotated[str, option("--columns", "LIST", _COLUMNS)] = "",
+    units: Annotated[str, option("--units", "LIST", "Their units: 'mm, N'.")] = "",
+    scale: Annotated[str, option("--scale", "LIST", "Their factors: '20 um/V, -1'.")] = "",
+    skip: Annotated[int, option("--skip", "LINES", "Lines before the names of columns.")] = 0,
+    decimal: Annotated[str, option("--decimal", "SIGN", "Sign before the decimals.")] = "",
+    encoding: Annotated[str, option("--encoding", "NAME", "Of the text, such as latin-1.")] = "",
 ) -> None:
     """Split a recording into cycles: friction, displacement and energy over the cycles.
 
     The last line is the friction in the form for the base of a study.
     """
     from fretwear.data.atomic import write_text
-    from fretwear_fit.loops import friction_text, loop_history
+    from fretwear_fit.loops import friction_text, histories
+    from fretwear_measured.tables import Layout
 
     path = check_output(output, ".csv")
+    if decimal not in ("", ".", ","):
+        raise CommandError(f"--decimal {decimal}: must be '.' or ','")
+    chosen = tuple(int(one) if one.isdecimal() else one for one in _listed(columns)) or None
+    layout = Layout(
+        chosen,
+        _listed(units) or None,
+        skip,
+        decimal or None,
+        encoding or None,
+        _listed(scale) or None,
+    )
     try:
-        table = loop_history(file, parse_quantity(load, BY_SI_UNIT["N"], units_required=True))
+        normal = parse_quantity(load, BY_SI_UNIT["N"], units_required=True)
     except QuantityError as error:
-        raise CommandError(f"{file}: {error}") from error
+        raise CommandError(f"--load {load}: {error}") from error
+    if normal <= 0.0:
+        raise CommandError(f"--load {load}: must be larger than 0")
+    try:
+        table, notes = histories(files, normal, layout)
+    except QuantityError as error:
+        raise CommandError(_as_options(str(error))) from error
     write_text(path, table.to_csv(index=False))
-    say(f"{path}: {len(table)} cycles")
+    for text in notes:
+        note(text)
+    numbers = table["cycle"]
+    say(f"{path}: {len(table)} cycles, {numbers.min()} to {numbers.max()}")
     say(friction_text(table))
+
+
+def _listed(text: str) -> tuple[str, ...]:
+    """The values of an option, which may stand in brackets as in a study file."""
+    return tuple(one.strip(" []'\"") for one in text.split(",") if one.strip(" []"))
+
+
+def _as_options(message: str) -> str:
+    """A message with the keys of a study file as the options of the command."""
+    message = re.sub(r"\b(columns|units|scale): \[(.*?)\]", r"--\1 '\2'", message)
+    return re.sub(r"\b(skip|decimal|encoding): ", r"--\1 ", message)
 
 
 app = typer.Typer()

@@ -1,46 +1,57 @@
-"""Readings of a measurement, from texts and from the files of instruments: scars and loops."""
+"""Profiles of scars, from tables and from the files of instruments."""
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.results import X
-from fretwear.units import BY_SI_UNIT, QuantityError, listed
+from fretwear.units import BY_SI_UNIT, QuantityError
 from fretwear_measured.files import Source, read_line, read_topography
-from fretwear_measured.tables import Layout, read_text_table
+from fretwear_measured.tables import TABLES, Layout, Sought, has_word, read_table
 
-_TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn")
 _FEWEST = 5
-_NARROWEST, _FARTHEST, _LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
-_POSITIONS = ("x", "y", "position", "distance", "lateral", "length")
-_DEPTHS = ("depth", "wear")
-_HEIGHTS = ("height", "z", "profile", "heights")
-_DISPLACEMENTS = ("displacement", "position", "stroke", "x")
-_FORCES = ("force", "friction", "q", "fx", "load")
+_NARROWEST, _FARTHEST, LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
+_DEPTH, _HEIGHT = "depth tiefe wear", "height heights z höhe profile vertical"
+_METRE = BY_SI_UNIT["m"]
+_POSITION = Sought(_METRE, ("x position distance lateral length abstand", "y"), "z vertical")
+_WORN = Sought(_METRE, ("depth tiefe height heights z höhe", "wear profile vertical"))
+_PAIR = (
+    Sought(_METRE, ("before initial unworn vorher pre",), "x position distance"),
+    Sought(_METRE, ("after final worn nachher post",), "unworn x position distance"),
+)
 # A scar whose readings have the wrong sign is this many times deeper above its base line.
 _WRONG_WAY = 3.0
-_DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
 
 
 def profile_of(
     file: Source, layout: Layout, unit: str | None, along: str, line: float | None
-) -> tuple[Array, Array]:
-    """Positions and depths of a profile, m; `QuantityError` says why a file cannot be used."""
+) -> tuple[Array, Array, str]:
+    """Positions and depths of a profile, m, and what they were taken from.
+
+    Heights or depths before and after the test, in two columns, give their difference.
+    `QuantityError` says why a file cannot be used.
+    """
     path = Path(file.path)
-    if path.suffix.lower() in _TEXTS:
-        table, example = read_text_table(path, layout), "such as x (um),depth (um)"
-        x, _ = table.column(0, _POSITIONS, BY_SI_UNIT["m"], example)
-        depth, name = table.column(1, (*_DEPTHS, *_HEIGHTS), BY_SI_UNIT["m"], example)
-        depth = -depth if any(word in name.split() for word in _HEIGHTS) else depth
+    if path.suffix.lower() in TABLES:
+        table, example = read_table(path, layout), "such as x (um),depth (um)"
+        is_pair = all(map(table.ranked, _PAIR)) or len(layout.columns or ()) > 2
+        numbers, (x, *parts) = table.read([_POSITION, *(_PAIR if is_pair else [_WORN])], example)
+        name = table.names[numbers[-1]] if table.names else ""
+        is_height = not has_word(name, _DEPTH) and (is_pair or has_word(name, _HEIGHT))
+        depth = (parts[-1] - parts[0] if is_pair else parts[0]) * (-1.0 if is_height else 1.0)
+        origin = f"positions from {table.label(numbers[0])}, {'heights' if is_height else 'depths'}"
+        origin += f" from {' less '.join(table.label(n) for n in numbers[:0:-1])}"
     else:
         x, depth = _line_of_instrument(file, unit, along, line)
+        origin = "a line of an instrument"
     there = np.isfinite(x) & np.isfinite(depth)
+    if missing := int((~there).sum()):
+        origin += f"; {missing} of {there.size} readings are missing"
     x, depth = x[there], depth[there]
-    _check_sizes(x, depth, _FARTHEST)
+    check_sizes(x, depth, _FARTHEST)
     if (np.diff(x) < 0.0).all():
         x, depth = x[::-1], depth[::-1]
     if (wrong := np.flatnonzero(np.diff(x) <= 0.0)).size:
@@ -52,23 +63,11 @@ def profile_of(
     if x.size >= 10 and -over.min() > _WRONG_WAY * max(over.max(), 1e-30):
         rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
         raise QuantityError(rule, "name the column height if it holds heights")
-    return x, depth
+    return x, depth, origin
 
 
-def recording_of(path: Path, layout: Layout, force_unit: str) -> tuple[Array, Array]:
-    """Displacements, m, and forces, N or N/m, of a recording of loops."""
-    if path.suffix.lower() not in _TEXTS:
-        raise QuantityError(f"must be a text, with the ending {listed(_TEXTS, 'or')}")
-    table, force_is = read_text_table(path, layout), BY_SI_UNIT[force_unit]
-    example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
-    x, _ = table.column(0, _DISPLACEMENTS, BY_SI_UNIT["m"], example)
-    force, _ = table.column(1, _FORCES, force_is, example)
-    there = np.isfinite(x) & np.isfinite(force)
-    _check_sizes(x[there], force[there], _LARGEST_FORCE)
-    return x[there], force[there]
-
-
-def _check_sizes(x: Array, values: Array, most: float) -> None:
+def check_sizes(x: Array, values: Array, most: float) -> None:
+    """Refuse too few readings, and values that a wrong unit makes of them."""
     if x.size < _FEWEST:
         raise QuantityError(f"has {x.size} readings; at least {_FEWEST} are needed")
     if np.abs(x).max() > _FARTHEST or np.abs(values).max() > most:
@@ -85,43 +84,12 @@ def _line_of_instrument(
         return scan[0], -scan[1]
     surface = read_topography(file, "none", unit=unit)
     is_x = along == X.name
+    # What was not measured is no reading, although the map is filled there.
+    heights = np.where(surface.measured, surface.heights, np.nan)
     heights, x, across = (
-        (surface.heights, surface.x, surface.y)
-        if is_x
-        else (surface.heights.T, surface.y, surface.x)
+        (heights, surface.x, surface.y) if is_x else (heights.T, surface.y, surface.x)
     )
     place = 0.0 if line is None else line - 0.5 * (across[-1] - across[0])
     if abs(place) > abs(across[-1]) * (1.0 + 1e-9):
         raise QuantityError(f"has no line at {line:g} m: it is {2 * across[-1]:g} m wide")
     return x, -heights[:, int(abs(across - place).argmin())]
-
-
-def cycles_of(x: Array) -> list[slice]:
-    """The complete cycles of a recorded displacement, from one rise through its mean to the next.
-
-    A hysteresis of a quarter of the amplitude ignores noise at the mean.
-    """
-    middle, reach = 0.5 * (x.max() + x.min()), 0.125 * np.ptp(x)
-    side = np.where(x > middle + reach, 1, np.where(x < middle - reach, -1, 0))
-    places = np.flatnonzero(side)
-    rises = places[1:][(side[places[1:]] > 0) & (side[places[:-1]] < 0)]
-    return [slice(start, end) for start, end in pairwise(rises)]
-
-
-def last_loop(x: Array, force: Array) -> tuple[Array, Array]:
-    """The last complete loop of a recording, from its largest displacement on, as it dissipates."""
-    if len(cycles := cycles_of(x)) > 1:
-        x, force = x[cycles[-1]], force[cycles[-1]]
-    if float(force @ (np.roll(x, -1) - np.roll(x, 1))) < 0.0:
-        x, force = x[::-1], force[::-1]
-    begin = int(x.argmax())
-    x, force = np.roll(x, -begin), np.roll(force, -begin)
-    down, up = np.split(x, [int(x.argmin()) + 1])
-    back = (
-        (down - np.minimum.accumulate(down)).max(),
-        (np.maximum.accumulate(up) - up).max(initial=0),
-    )
-    if max(back) > _DISORDER * np.ptp(x):
-        rule = "is not one loop: its displacement does not fall and rise once"
-        raise QuantityError(rule, "give the readings of one cycle, one after the other")
-    return x, force

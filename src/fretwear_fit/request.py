@@ -50,7 +50,8 @@ from fretwear.units import (
     exact_text,
     parse_quantity,
 )
-from fretwear_fit.readings import last_loop, profile_of, recording_of
+from fretwear_fit.loops import last_loop, recording_of
+from fretwear_fit.readings import profile_of
 from fretwear_measured.files import Source, SourceFile
 from fretwear_measured.tables import Layout
 
@@ -306,6 +307,11 @@ class Measurement(Part):
         BeforeValidator(_as_tuple),
         Field(description="Their units, if the file lacks them: [mm, um]."),
     ] = None
+    scale: Annotated[
+        tuple[str, ...] | None,
+        BeforeValidator(lambda given: given if given is None else (*map(str, _as_tuple(given)),)),
+        Field(description="Factors of the columns, such as [20 um/V, -1]."),
+    ] = None
     skip: Annotated[
         int, Field(description="Lines before the names of the columns.", ge=0, le=10**6)
     ] = 0
@@ -338,21 +344,32 @@ class Measurement(Part):
         except QuantityError as cause:
             _raise([("value" if about else "file", self.value or self.file, cause)])
 
-    @cached_property
+    @property
     def readings(self) -> tuple[Array, Array] | None:
         """Positions and depths of a profile, displacements and forces of a loop; else None."""
+        return None if self._read is None else self._read[:2]
+
+    @property
+    def origin(self) -> str:
+        """What the readings were taken from, such as columns, and how many are missing."""
+        return "" if self._read is None else self._read[2]
+
+    @cached_property
+    def _read(self) -> tuple[Array, Array, str] | None:
         if self.file is None:
             return None
-        layout = Layout(self.columns, self.units, self.skip, self.decimal, self.encoding)
+        layout = Layout(
+            self.columns, self.units, self.skip, self.decimal, self.encoding, self.scale
+        )
         if self.is_loop:
             assert self.force_noise is not None
             recording = recording_of(Path(self.file.path), layout, self.force_noise.si_unit)
-            return last_loop(*recording)
-        x, depth = profile_of(self.file, layout, self.unit, self.along, self.line)
+            return *last_loop(recording), recording.origin
+        x, depth, origin = profile_of(self.file, layout, self.unit, self.along, self.line)
         if not np.ptp(depth) and self.noise is None:
             rule = "is flat: it shows no wear"
             raise QuantityError(rule, "give its noise, such as noise: 50 nm, for an upper limit")
-        return x, depth
+        return x, depth, origin
 
     @property
     def is_profile(self) -> bool:

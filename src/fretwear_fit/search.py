@@ -109,6 +109,9 @@ def fit(
     if not isinstance(request, FitRequest):
         raise FitError(f"{study.file}: needs a section fit, with free (what is sought) and data")
     tests = _Tests.of(study, request)
+    for datum in request.data:
+        if datum.file is not None:
+            tell(f"{datum.file.name}: {datum.origin}")
     lines = {(datum.quantity, datum.along) for datum in request.data if datum.is_profile}
     with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
         each = pool.map if processes > 1 else map
@@ -159,6 +162,11 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         if c.evidence is not None and not c.evidence.is_beside
     ]
     fitter.settled = [None] * len(comparisons)
+    warnings += [
+        f"{datum.file.name}: {missing}"
+        for datum in tests.request.data
+        if datum.file is not None and (missing := datum.origin.partition("; ")[2])
+    ]
     warnings += [
         f"{c.measurement.quantity} shows no scar beyond its noise: if there is one, it is at x = 0"
         for c in fitter.comparisons

@@ -1,37 +1,54 @@
-"""Tables of numbers in text files, as instruments, recorders and spreadsheets write them.
+"""Tables of numbers in files of instruments, recorders and spreadsheets.
 
 The line before the first numbers names the columns, with units in brackets, behind a slash or in a
-line of their own. Its separator is also the table's; other commas are decimal commas.
-Keys beside the name of a file set what the file lacks (`Layout`).
+line of their own. Tabs, semicolons, commas or blanks separate the numbers; other commas are decimal
+commas. Keys beside the name of a file set what the file lacks (`Layout`).
 """
 
 from __future__ import annotations
 
 import codecs
 import csv
+import io
 import re
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from fretwear.arrays import Array
 from fretwear.units import Dimension, QuantityError, listed, parse_quantity
 
-_MOST_HEADLINES = 500
+TABLES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn", ".lvm", ".tdms")
+"""Endings of the files that are read as tables."""
+_MOST_HEADLINES, _SAMPLE = 500, 300  # lines
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _NUMBER = r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_WRITTEN = re.compile(r"[-+−]?[\d.,]*\d[.,]?(?:[eE][-+]?\d+)?")  # with decimals and thousands
+_BLANKS = re.compile(r"\s*[-+−\d.,eE]*\d(?:\s+[-+−\d.,eE]*\d)+\s*")
+_THOUSANDS = r"[-+]?[1-9]\d{{0,2}}(?:{0}\d{{3}})+"
 _MISSING = {"", "nan", "na", "n/a", "-", "--", "---", "***", "bad", "null"}
-_UNITS = "m cm mm um µm μm nm pm N mN kN uN µN μN s ms min h V mV"
-_UNIT = re.compile(rf"[(\[]?({'|'.join(_UNITS.split())}|N/m|N/mm|kN/m|1)[)\]]?")
-_HEAD = re.compile(r"(?P<name>[^(\[/]*?)[\s_]*(?:[(\[/]\s*(?P<unit>[^)\]]*?)\s*[)\]]?)?")
+_UNITS = (
+    "m cm mm um µm μm nm pm N mN kN uN µN μN s sec ms msec min h V mV Hz rpm K C °C degC % - 1 "
+    "Pa MPa J mJ Nm"
+)
+_ANY_UNIT = "|".join(_UNITS.split())
+_UNIT = re.compile(rf"[(\[]?((?:{_ANY_UNIT})(?:/(?:{_ANY_UNIT}))?)[)\]]?")
+_HEADS = (
+    re.compile(r"(?P<name>[^(\[]*?)[\s_]*[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]]?(?P<more>[^)\]]*)"),
+    re.compile(r"(?P<name>[^/]*?)\s*/\s*(?P<unit>\S*)(?P<more>)"),
+)
 # A word with the unit in brackets behind it, where blanks separate columns.
 _WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
+_EXTRA = "install it: pip install 'fretwear[recordings]'"
+_SUBSTRING = 5  # letters of a word that may be a part of a longer one, such as frictionforce
 
 
 @dataclass(frozen=True)
@@ -43,6 +60,40 @@ class Layout:
     skip: int = 0  #: lines before the names of the columns
     decimal: str | None = None  #: sign between whole numbers and decimals: . or ,
     encoding: str | None = None  #: such as latin-1
+    scale: tuple[str, ...] | None = None  #: factors of the columns, such as 20 um/V or -1
+
+
+PLAIN = Layout()
+"""Nothing is said."""
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A quantity sought among the columns of a table, by words in their names."""
+
+    dimension: Dimension
+    words: tuple[str, ...]  #: lists of words, the most telling ones first
+    foreign: str = ""  #: words of columns that hold something else
+
+    def rank(self, name: str, unit: str) -> tuple[bool, int] | None:
+        """How far a column is from what is sought, by its unit and its words; None: another one."""
+        if has_word(name, self.foreign):
+            return None
+        rank = next((n for n, words in enumerate(self.words) if has_word(name, words)), None)
+        return None if rank is None else (bool(unit.strip("-1#")) and not self._fits(unit), rank)
+
+    def _fits(self, unit: str) -> bool:
+        try:
+            parse_quantity(f"1 {unit}", self.dimension, units_required=True)
+        except QuantityError:
+            return False
+        return True
+
+
+def has_word(name: str, words: str) -> bool:
+    """Whether a name has one of some words, as a word or, if it is long, as a part of one."""
+    parts = {*re.findall(r"[^\W_]+", name), re.sub(r"[\W_]", "", name)}
+    return any(w in parts or (len(w) >= _SUBSTRING and w in name) for w in words.split())
 
 
 @dataclass(frozen=True)
@@ -52,23 +103,57 @@ class Table:
     names: tuple[str, ...]  #: in lower case; empty if the file does not name them
     units: tuple[str, ...]  #: empty where unknown
     values: Array  #: shape (rows, columns), NaN where missing
-    lines: tuple[int, ...]  #: numbers of the rows in the file, from 1
     layout: Layout
+    lines: Sequence[int] = ()  #: numbers of the rows in the file, from 1
+    #: cells that are no numbers, by column, with their rows
+    words: Mapping[int, pd.Series[str]] = field(default_factory=dict)
 
-    def find(self, place: int, words: Collection[str]) -> int | None:
-        """The number of a column: that at a place of `Layout.columns`, or one of these words."""
-        if chosen := self.layout.columns:
-            asked = chosen[place] if place < len(chosen) else chosen[-1]
-            if isinstance(asked, int) and 0 <= asked < self.values.shape[1]:
-                return asked
-            if isinstance(asked, str) and asked.casefold() in self.names:
-                return self.names.index(asked.casefold())
-            there = listed(self.names) if self.names else f"0 to {self.values.shape[1] - 1}"
-            raise QuantityError(f"has no column {asked!r}", f"its columns are {there}")
-        for number, name in enumerate(self.names):
-            if name in words or {*re.findall(r"\w+", name)} & {*words}:
-                return number
-        return place if not self.names and place < self.values.shape[1] else None
+    def choose(self, sought: Sequence[Sought], example: str, first: int = 0) -> list[int]:
+        """The number of a column for each quantity, all different; `QuantityError` otherwise.
+
+        They are those of `Layout.columns` from a place on, or the only ones that fit.
+        """
+        count = self.values.shape[1]
+        if asked := self.layout.columns:
+            chosen = [self._numbered(one) for one in asked[first : first + len(sought)]]
+            if len({*chosen}) < len(sought):
+                given = ", ".join(map(str, asked))
+                rule = f"needs {len(sought)} different columns, not columns: [{given}]"
+                raise QuantityError(rule, f"its columns are {self._there}")
+            return chosen
+        if not self.names:
+            if first + len(sought) > count:
+                raise QuantityError(f"has {count} column without a name", example)
+            return [*range(first, first + len(sought))]
+        found = [self.ranked(one) for one in sought]
+        best = [[n for n, rank in one.items() if rank == min(one.values())] for one in found]
+        options = _different(best) or _different([[*one] for one in found])
+        if len(options) == 1:
+            return [*options[0]]
+        for each, numbers in zip(sought, zip(*options, strict=True), strict=False):
+            if several := sorted({*numbers}) if len({*numbers}) > 1 else []:
+                names = listed(f"{self.names[n]!r}" for n in several)
+                rule = f"has several columns that may be {each.dimension.name}: {names}"
+                pick = ", ".join(map(str, options[0]))
+                raise QuantityError(rule, f"say which, by number from 0: columns: [{pick}]")
+        missing = next((s for s, one in zip(sought, best, strict=True) if not one), sought[-1])
+        there = f"{listed(self.names)}, not {listed(sorted(one.split()[0] for one in missing.words), 'or')}"
+        pick = ", ".join(map(str, range(len(sought))))
+        raise QuantityError(f"has the columns {there}", f"{example}, or columns: [{pick}]")
+
+    def ranked(self, sought: Sought) -> dict[int, tuple[bool, int]]:
+        """The columns that may hold a quantity, with their ranks."""
+        ranks = (sought.rank(*column) for column in zip(self.names, self.units, strict=True))
+        return {n: rank for n, rank in enumerate(ranks) if rank is not None}
+
+    def read(self, sought: Sequence[Sought], example: str) -> tuple[list[int], list[Array]]:
+        """The numbers of the columns for some quantities, and their values in SI units."""
+        numbers = self.choose(sought, example)
+        columns = zip(numbers, sought, strict=True)
+        return numbers, [
+            self.in_si(number, place, one.dimension, example)
+            for place, (number, one) in enumerate(columns)
+        ]
 
     def column(
         self, place: int, words: Sequence[str], dimension: Dimension, example: str
@@ -77,58 +162,243 @@ class Table:
 
         It is the one at a place of the keys `columns` and `units`, if they are given.
         """
-        number = self.find(place, words)
-        if number is None:
-            there = f"{listed(self.names)}, not {listed(words, 'or')}"
-            raise QuantityError(f"has the columns {there}", f"{example}, or columns: [0, 1]")
-        unit = self.units[number]
-        if given := self.layout.units:
-            unit = given[min(place, len(given) - 1)]
+        (number,) = self.choose([Sought(dimension, tuple(words))], example, place)
         name = self.names[number] if self.names else ""
-        if not unit:
-            column = f"its column {name!r}" if name else f"its column {number}"
-            raise QuantityError(f"has no unit for {column}", f"{example}, or units: [um, um]")
-        scale = parse_quantity(f"1 {unit}", dimension, units_required=True)
-        return self.values[:, number] * scale, name
+        return self.in_si(number, place, dimension, example), name
+
+    def in_si(self, number: int, place: int, dimension: Dimension, example: str) -> Array:
+        """A column in SI units, by its number and its place in the keys `units` and `scale`."""
+        if (words := self.words.get(number)) is not None:
+            row, cell = next(iter(words.items()))
+            column = f"its column {self.label(number)}"
+            if np.isnan(self.values[:, number]).all():
+                rule = f"has no numbers in {column}, but {cell[:30]!r} in line {self.lines[row]}"
+                raise QuantityError(
+                    rule, f"choose others: columns: [0, 1]; there are {self._there}"
+                )
+            decimal = "," if cell.rfind(",") > cell.rfind(".") else "."
+            rule = f"has {cell[:20]!r} in line {self.lines[row]}, which is no number"
+            remedy = f"remove it, or say how decimals are written: decimal: '{decimal}'"
+            raise QuantityError(rule, remedy)
+        units, scales = self.layout.units, self.layout.scale
+        unit = units[min(place, len(units) - 1)] if units else self.units[number]
+        scale = scales[min(place, len(scales) - 1)] if scales else "1"
+        plain = re.fullmatch(_NUMBER, scale)
+        if not unit and plain:
+            rule = f"has no unit for its column {self.label(number)}"
+            raise QuantityError(rule, f"{example}, or units: [um, um]")
+        # A scale without a unit of the column, such as 20 um/V, tells that unit itself.
+        unit = unit or scale.rpartition("/")[2]
+        text = f"{scale} {unit}" if plain else f"{scale}*({unit})" if "/" in scale else scale
+        sign, text = (-1.0, text[1:]) if text[0] == "-" else (1.0, text)
+        return self.values[:, number] * sign * parse_quantity(text, dimension, units_required=True)
+
+    def label(self, number: int) -> str:
+        """The name of a column, or its number."""
+        return repr(self.names[number]) if self.names and self.names[number] else str(number)
+
+    @property
+    def _there(self) -> str:
+        return listed(self.names) if any(self.names) else f"0 to {self.values.shape[1] - 1}"
+
+    def _numbered(self, asked: int | str) -> int:
+        """The number of a column from its number or its name."""
+        if isinstance(asked, int) and 0 <= asked < self.values.shape[1]:
+            return asked
+        same = [n for n, name in enumerate(self.names) if name in _head(str(asked).casefold())]
+        if isinstance(asked, int) or not same:
+            raise QuantityError(f"has no column {asked!r}", f"its columns are {self._there}")
+        if len(same) > 1:
+            rule = f"has {len(same)} columns named {asked!r}"
+            raise QuantityError(rule, f"say which, by number: {listed(map(str, same), 'or')}")
+        return same[0]
 
 
-def read_text_table(path: Path, layout: Layout = Layout()) -> Table:
+def _different(found: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
+    """All ways to choose one number of each list, no number twice."""
+    return [chosen for chosen in product(*found) if len({*chosen}) == len(chosen)]
+
+
+def read_table(path: Path, layout: Layout = PLAIN) -> Table:
+    """Read the table of a text, of a LabVIEW measurement (.lvm) or of TDMS (.tdms)."""
+    if path.suffix.lower() == ".tdms":
+        return _tdms_table(path, layout)
+    if path.suffix.lower() == ".lvm":
+        text = _text(path, layout.encoding)
+        if text.startswith("LabVIEW Measurement"):
+            return _lvm_table(text, layout)
+    return read_text_table(path, layout)
+
+
+def read_text_table(path: Path, layout: Layout = PLAIN) -> Table:
     """Read the table of a text file; `QuantityError` says why it cannot be read."""
     lines = _text(path, layout.encoding).splitlines()
     if layout.skip >= len(lines) > 0:
         raise QuantityError(f"has {len(lines)} lines, and skip leaves none of them")
-    rows = [(n, line.strip()) for n, line in enumerate(lines, 1) if n > layout.skip]
-    rows = [(n, line) for n, line in rows if line and not line.startswith("#")]
-    # The first of two lines of numbers begins the table; a number alone may be in a preamble.
-    first = next(
-        (
-            at
-            for at, (_, line) in enumerate(rows[:_MOST_HEADLINES])
-            if _is_numeric(line) and all(_is_numeric(other) for _, other in rows[at + 1 : at + 2])
-        ),
+    kept = [n for n, line in enumerate(lines) if n >= layout.skip and _is_content(line)]
+    first = _first_numbers([lines[n] for n in kept[: _MOST_HEADLINES + 1]])
+    if first is None:
+        rule = f"has no table of numbers within {_MOST_HEADLINES} lines"
+        raise QuantityError(rule, "say where the names of its columns are: skip: 12")
+    at, rows = kept[first:], [lines[n] for n in kept[first:]]
+    names, units = _heads([lines[n] for n in kept[:first]])
+    separator = _separator(rows[0])
+    if separator == "," and not names and layout.decimal is None and "." not in rows[0]:
+        separator = None  # these may be decimal commas
+    decimal = layout.decimal or _decimal_sign(rows, separator)
+    widths = [line.count(separator) + 1 if separator else len(line.split()) for line in rows]
+    cells = pd.read_csv(
+        io.StringIO("\n".join(rows).replace("−", "-")),
+        sep=separator or r"\s+",
+        header=None,
+        names=range(max(widths)),
+        index_col=False,
+        decimal=decimal,
+        na_values=[*_MISSING, *map(str.upper, _MISSING)],
+        skipinitialspace=separator != "\t",
+        skip_blank_lines=False,
+        low_memory=False,
+    )
+    if cells[0].isna().all() and cells.notna().any().sum() == len(names):
+        cells = cells.drop(columns=0).set_axis(range(cells.shape[1] - 1), axis="columns")
+    width = len(names) or cells.shape[1]
+    if (extra := cells.iloc[:, width:].notna().any(axis="columns")).any():
+        row = int(extra.to_numpy().argmax())
+        rule = f"has {widths[row]} cells in line {at[row] + 1}, but {width} columns"
+        remedy = "give every column a name above its numbers"
+        if separator == ",":
+            remedy = "export decimal commas with semicolons between the columns"
+        raise QuantityError(f"{rule}: {rows[row].strip()[:40]!r}", remedy)
+    values, words = np.full((len(rows), width), np.nan), {}
+    for column in cells.columns[:width]:
+        values[:, column], words[column] = _numbers(cells[column], decimal, layout)
+    # A line without any number, such as a title between two parts, does not count.
+    counts = np.asarray(np.isfinite(values).any(axis=1))
+    words = {n: kept for n, one in words.items() if len(kept := one[counts[one.index]])}
+    return Table(names, units or ("",) * width, values, layout, [n + 1 for n in at], words)
+
+
+def _numbers(cells: pd.Series, decimal: str, layout: Layout) -> tuple[Array, pd.Series]:
+    """The numbers of a column, NaN where it has none, and its cells that are no numbers."""
+    if cells.dtype.kind in "fi":
+        return cells.to_numpy(float), cells[:0]
+    text = cells.fillna("").astype(str).str.strip()
+    if layout.decimal:
+        group = "." if decimal == "," else ","
+        grouped = _THOUSANDS.format(re.escape(group)) + rf"(?:\{decimal}\d*)?"
+        text = text.mask(text.str.fullmatch(grouped), text.str.replace(group, "", regex=False))
+    number = text.str.fullmatch(_NUMBER.replace(r"\.", re.escape(decimal)))
+    values = pd.to_numeric(text.str.replace(decimal, ".", regex=False).where(number))
+    return values.to_numpy(float), text[~number & ~text.str.casefold().isin(_MISSING)]
+
+
+def _decimal_sign(rows: Sequence[str], separator: str | None) -> str:
+    """The decimal sign of the numbers; `QuantityError` if their commas may separate thousands."""
+    for part in (rows[:_SAMPLE], rows):
+        if separator == "," and '"' not in part[0]:
+            return "."
+        cells = {
+            cell for row in part for cell in _split(row, separator) if "," in cell or "." in cell
+        }
+        cells = {cell for cell in cells if _WRITTEN.fullmatch(cell)}
+        commas = {cell for cell in cells if "," in cell}
+        if not commas or any("." in cell for cell in cells):
+            return "."
+        if not all(re.fullmatch(_THOUSANDS.format(","), cell) for cell in commas):
+            return ","
+    one = min(commas)
+    rule = f"has {one!r}, which may be {one.replace(',', '.', 1)} or {one.replace(',', '')}"
+    raise QuantityError(
+        f"{rule}: every comma stands before three digits", "say which: decimal: ',' or decimal: '.'"
+    )
+
+
+def _lvm_table(text: str, layout: Layout) -> Table:
+    """The table of a LabVIEW measurement, whose parts follow each other."""
+    try:
+        import lvm_read
+    except ImportError as error:
+        raise QuantityError("needs the package lvm-read, which is not installed", _EXTRA) from error
+    try:
+        # Its `read` would also load a pickle beside the file, which may run code.
+        content = lvm_read.read_str(text)
+        parts = [content[n] for n in range(content["Segments"])]
+        names = [name.casefold() for name in parts[0]["Channel names"]]
+        data = [np.asarray(part["data"], float) for part in parts]
+    except Exception as error:
+        rule = f"cannot be read as a LabVIEW measurement: {str(error)[:100]}"
+        raise QuantityError(rule, "save it as text with tabs, named .txt") from error
+    has_time = content.get("X_Columns", "One") != "No"
+    labels = (["s"] if has_time else []) + [*parts[0].get("Y_Unit_Label", [])]
+    units = [*map(_spelled, labels), *[""] * len(names)]
+    columns = ["time" if name == "x_value" else name for name in names]
+    values = [
+        np.pad(one, ((0, 0), (0, max(len(names) - one.shape[1], 0))), constant_values=np.nan)
+        for one in data
+    ]
+    if not has_time:
+        steps = [np.nanmax(part.get("Delta_X", [np.nan])) for part in parts]
+        times = [step * np.arange(len(one)) for step, one in zip(steps, values, strict=True)]
+        columns, units = ["time", *columns], ["s", *units]
+        values = [np.column_stack(pair) for pair in zip(times, values, strict=True)]
+    count = len(columns)
+    return Table((*columns,), (*units[:count],), np.concatenate(values)[:, :count], layout)
+
+
+def _tdms_table(path: Path, layout: Layout) -> Table:
+    """The channels of a TDMS file, the names of several groups in front of theirs."""
+    try:
+        from nptdms import TdmsFile
+    except ImportError as error:
+        raise QuantityError("needs the package nptdms, which is not installed", _EXTRA) from error
+    try:
+        groups = TdmsFile.read(path).groups()
+    except Exception as error:
+        raise QuantityError(
+            f"cannot be read as TDMS: {str(error)[:100]}", "save it as text"
+        ) from error
+    columns: dict[tuple[str, str], pd.Series] = {}
+    for group in groups:
+        for channel in group.channels():
+            of = f"{group.name} " if len(groups) > 1 else ""
+            unit = _spelled(str(channel.properties.get("unit_string", "")))
+            columns[f"{of}{channel.name}".casefold(), unit] = pd.Series(channel[:])
+            if step := channel.properties.get("wf_increment"):
+                columns.setdefault((f"{of}time", "s"), pd.Series(step * np.arange(len(channel))))
+    if not columns:
+        raise QuantityError("has no channels", "save it as text")
+    values = np.full((max(map(len, columns.values())), len(columns)), np.nan)
+    words = {}
+    for n, column in enumerate(columns.values()):
+        values[: len(column), n], words[n] = _numbers(column, ".", layout)
+    names, units = zip(*columns, strict=True)
+    lines = range(1, len(values) + 1)
+    return Table(names, units, values, layout, lines, {n: w for n, w in words.items() if len(w)})
+
+
+def _is_content(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith("#")
+
+
+def _first_numbers(lines: Sequence[str]) -> int | None:
+    """The first of two lines of numbers, else of two with numbers beside words such as a clock.
+
+    A number alone may be in a preamble.
+    """
+    rows = [_split(line, _separator(line)) for line in lines]
+    forms = [[_is_number(cell) or cell.casefold() in _MISSING for cell in row] for row in rows]
+    counts = [sum(map(_is_number, row)) for row in rows]
+    plain = [
+        len(form) > 1 and all(form) and count > 0 for form, count in zip(forms, counts, strict=True)
+    ]
+    for n in range(len(rows)):
+        if all(plain[n : n + 2]):
+            return n
+    pairs = zip(forms, forms[1:], counts, strict=False)
+    return next(
+        (n for n, (form, following, count) in enumerate(pairs) if count > 1 and form == following),
         None,
     )
-    if first is None:
-        raise QuantityError("has no table of numbers", "say where it begins: skip: 12")
-    heads = [line for _, line in rows[:first]]
-    names, units, separator = _heads(heads, rows[first][1])
-    cells = [_split(line, separator) for _, line in rows[first:]]
-    if separator is not None and all(len(row) == 1 for row in cells):
-        separator, cells = None, [_split(line, None) for _, line in rows[first:]]
-    decimal = layout.decimal
-    if decimal is None:
-        written = [cell for row in cells for cell in row]
-        comma = any("," in cell for cell in written) and not any("." in cell for cell in written)
-        decimal = "," if comma else "."  # cells with such a comma are quoted
-    count = len(names) or max(map(len, cells))
-    values = np.full((len(cells), count), np.nan)
-    for place, ((number, line), row) in enumerate(zip(rows[first:], cells, strict=True)):
-        if any(row[count:]):
-            rule = f"has {len(row)} cells in line {number}, but {count} columns: {line[:40]!r}"
-            raise QuantityError(rule, "export decimal commas with semicolons between the columns")
-        for column, cell in enumerate(row[:count]):
-            values[place, column] = _value(cell, decimal, number)
-    return Table(names, units or ("",) * count, values, tuple(n for n, _ in rows[first:]), layout)
 
 
 def _text(path: Path, encoding: str | None) -> str:
@@ -153,64 +423,67 @@ def _text(path: Path, encoding: str | None) -> str:
     raise QuantityError("cannot be read as text", "give its encoding, such as encoding: utf-16")
 
 
+def _separator(line: str) -> str | None:
+    """The sign between the cells of a line; None: blanks."""
+    if (separator := next((s for s in "\t;" if s in line), None)) is None and "," in line:
+        return None if _BLANKS.fullmatch(line) else ","
+    return separator
+
+
 def _split(line: str, separator: str | None) -> list[str]:
     """The cells of a line, without empty ones at its end."""
-    if separator:
-        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    if separator is None:
+        cells = line.split()
+    elif '"' in line:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t"))
     else:
-        cells = re.split(r"[;\t]\s*|,\s+|\s+", line)
+        cells = line.split(separator)
     cells = [cell.strip().strip('"').strip() for cell in cells]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
     return cells
 
 
-def _is_numeric(line: str) -> bool:
-    """Whether a line has two cells or more, all of them numbers or signs of a missing one."""
-    cells = _split(line, next((s for s in ("\t", ";") if s in line), None))
-    if len(cells) == 1 and "," in line:
-        cells = _split(line, ",")
-    numbers = [cell for cell in cells if cell.casefold() not in _MISSING]
-    return (
-        len(cells) > 1
-        and len(numbers) > 0
-        and all(re.fullmatch(_NUMBER, part) for cell in numbers for part in cell.split(","))
-    )
+def _is_number(cell: str) -> bool:
+    """Whether a cell is a number, with any signs of decimals and thousands."""
+    return _WRITTEN.fullmatch(cell) is not None
 
 
-def _heads(lines: Sequence[str], first: str) -> tuple[tuple[str, ...], tuple[str, ...], str | None]:
-    """Names and units of the columns, from the lines above the numbers, and their separator."""
-    above = lines[-1] if lines else first
-    separator = next((s for s in ("\t", ";", ",") if s in above), None)
+def _heads(lines: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the columns, from the lines above the numbers."""
+    if not lines:
+        return (), ()
+    separator = next((s for s in "\t;," if s in lines[-1]), None)
 
     def cells(line: str) -> list[str]:
         return _split(line, separator) if separator else _WORD.findall(line)
 
-    if not lines:
-        return (), (), separator if separator != "," or "." in first else None
-    own = cells(above)
-    if len(lines) > 1 and all(_UNIT.fullmatch(cell) or not cell for cell in own) and any(own):
-        names = cells(lines[-2])
-        units = [cell.strip("()[]") for cell in own]
+    own, above = cells(lines[-1]), cells(lines[-2]) if len(lines) > 1 else []
+    if (
+        any(own)
+        and all(_UNIT.fullmatch(cell) or not cell for cell in own)
+        and len(above) >= len(own)
+    ):
+        names, units = above, [cell.strip("()[]") for cell in own]
         units += [""] * (len(names) - len(units))
     else:
-        found = [_HEAD.fullmatch(cell) for cell in own]
-        names = [at["name"] if at else cell for at, cell in zip(found, own, strict=True)]
-        units = [(at["unit"] or "") if at else "" for at in found]
+        names, units = map(list, zip(*map(_head, own), strict=True))
     for number, name in enumerate(names):
         word, _, unit = re.sub(r"[\s_]+", " ", name).rpartition(" ")
         if not units[number] and word and _UNIT.fullmatch(unit):
-            names[number], units[number] = word, unit
-    return tuple(name.strip().casefold() for name in names), tuple(units), separator
+            names[number], units[number] = word.rstrip(","), unit
+    return tuple(name.strip().casefold() for name in names), tuple(map(_spelled, units))
 
 
-def _value(cell: str, decimal: str, line: int) -> float:
-    if cell.casefold() in _MISSING:
-        return np.nan
-    text = cell.replace("−", "-")
-    if decimal == ",":
-        text = text.replace(",", ".")
-    if not re.fullmatch(_NUMBER, text):
-        rule = f"has {cell[:20]!r} in line {line}, which is no number"
-        raise QuantityError(rule, "remove it, or say how decimals are written: decimal: ','")
-    return float(text)
+def _head(cell: str) -> tuple[str, str]:
+    """The name and the unit of a column."""
+    for form in _HEADS:
+        if found := form.fullmatch(cell):
+            return f"{found['name']} {found['more']}".strip(), found["unit"]
+    return cell, ""
+
+
+def _spelled(unit: str) -> str:
+    """A unit as `parse_quantity` knows it, without capitals and plurals of words."""
+    unit = re.sub(r"[A-Za-z]{4,}", lambda word: word[0].lower().removesuffix("s"), unit)
+    return re.sub(r"\b([mu]?)sec\b", r"\1s", unit)
