@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.study.case import Case
+from fretwear.study.case import Case, CaseError
+from fretwear.study.case_warnings import case_warnings
 from fretwear.study.spacing import rounded_down
 
 from ..studies import WAVES, near, refusal, steel
@@ -126,6 +127,30 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     assert all(part in message for part in parts)
 
 
+LINE = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+FORCES = {"load": "135 N", "tangential_ratio": None, "tangential_load": "138 N"}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "keys"),
+    [
+        ({**LINE, **FORCES}, ["load", "tangential_load"]),
+        ({**LINE, "load": "135 N", "bulk_stress": "100 MPa"}, ["load"]),
+        ({"load": "135 N/mm", "bulk_stress": "100 MPa"}, ["load"]),
+        ({**LINE, "load": "135 kN", "sliding_amplitude": "3 mm", "tangential_ratio": None,
+          "wear_coefficient": ["1e-14 / Pa", "1e-14 / Pa"]}, ["load"]),
+        ({**LINE, "load": "100 N/mm", "cycles": None, "tangential_ratio": None,
+          "blocks": [{"cycles": 5, "load": "30 N", "tangential_load": "25 N/mm"}]}, ["blocks"]),
+    ],
+)  # fmt: skip
+def test_no_rule_is_tried_on_a_value_that_is_refused(wrong, keys):
+    """A force in place of a force per length would break others by a factor of a thousand."""
+    with pytest.raises(CaseError) as caught:
+        steel(**wrong)
+    assert [problem.key for problem in caught.value.problems] == keys
+    assert "per length" in str(caught.value)
+
+
 def test_a_contact_may_be_as_wide_as_a_fifth_of_the_radius():
     """Half-space theory ends there; Hertz: a³ = 3PR/4E*."""
     largest = 4 / 3 * steel().composite_modulus * 0.2**3 * 10e-3**2
@@ -163,3 +188,27 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
     assert max(dx, dy) <= min(radius / 64, stick / 8, (radius - stick) / 4)
     # The default passes the rules that a given spacing has to pass.
     assert case.replace(cell=(dx, dy)).cell == (dx, dy)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"load": "80 kN"}, "harder than"),  # 12.6 GPa
+        ({"load": "80 kN", "plastic_limit": "11 GPa"}, "wide beside"),
+        ({"youngs_modulus": "208 MPa", "load": "80 N"}, "wide beside"),
+        ({**LINE, "load": "40 kN/mm"}, "harder than"),
+        ({"load": "3 kN"}, ""),
+        ({"youngs_modulus": "2 MPa", "load": "0.02 N"}, ""),
+    ],
+)
+def test_pressures_beyond_all_hardness_and_wide_contacts_are_told_once(changes, words):
+    told = [str(each) for each in case_warnings(steel(**changes))]
+    assert [words in each for each in told] == [True] * bool(words), told
+
+
+@pytest.mark.parametrize("model", ["jaeger", "cerruti", "coupled"])
+def test_one_coupling_in_all_directions_is_told_of_the_model_that_has_it(model):
+    ellipse = {"radius": None, "indenter": {"kind": "ellipsoid", "radius_x": "10 mm"}}
+    ellipse["indenter"]["radius_y"] = "20 mm"
+    told = case_warnings(steel(**ellipse, slip_model=model))
+    assert any("elongated" in str(each) for each in told) == (model == "jaeger")

@@ -13,6 +13,12 @@ from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
+GREATEST_WIDTH = (
+    0.1  # contact radius over the radius of curvature, from which theory errs by some %
+)
+# Hardness over E* that few materials exceed, hardened steel among them, and the least E*, Pa, of
+# those that yield rather than stretch.
+GREATEST_HARDNESS, LEAST_STIFFNESS = 0.07, 1e9
 
 # Relative errors of results: above the first, results are marked; above the second, named.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
@@ -99,7 +105,8 @@ def _of_slip(case: Case) -> _Words:
                 "model neglects",
                 _lengths(sliding_amplitude=slid, contact_radius=case.hertz_radius),
             )
-    if others := case.indenter.couplings(case.bodies):
+    others = case.indenter.couplings(case.bodies)
+    if others and case.slip_model.is_isotropic:
         error = max(abs(other / case.coupling - 1.0) for other in others)
         by_curvatures = " and ".join(f"{other:.4g}" for other in others)
         yield (
@@ -152,7 +159,28 @@ def _of_materials(case: Case) -> _Words:
         numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
         what = "yields all over at first loading, which a pressure limit does not describe"
         yield what, "plastic limit {}, mean Hertz pressure {}".format(*numbers)
+    yield from _of_strains(case)
     if case.rough is not None and case.rough.steepest > GREATEST_SLOPE:
         steepest = number_text(case.rough.steepest, 2)
         what = "touches on slopes that are too steep for half-space theory"
         yield what, f"steepest slope {steepest}, at most {GREATEST_SLOPE:g}"
+
+
+def _of_strains(case: Case) -> _Words:
+    """Elastic half-spaces are no model of bodies that yield, nor of contacts as wide as bodies."""
+    if not case.indenter.is_hertzian:
+        return
+    peak, stiffness = case.hertz_pressure, case.composite_modulus
+    width = case.hertz_radius / case.indenter.curvature_radius
+    is_elastic = math.isinf(case.plastic_limit) and stiffness >= LEAST_STIFFNESS
+    if is_elastic and peak > GREATEST_HARDNESS * stiffness:
+        what = "presses elastic bodies harder than most materials bear; give plastic_limit"
+        yield (
+            what,
+            f"peak pressure {format_quantity(peak, PRESSURE, 3)}, {peak / stiffness:.2g} E*; "
+            f"hardened steel bears about {GREATEST_HARDNESS:g} E*",
+        )
+    elif width > GREATEST_WIDTH:
+        what = "is so wide beside the radius of the bodies that half-space theory is inexact"
+        lengths = _lengths(contact_radius=case.hertz_radius, radius=case.indenter.curvature_radius)
+        yield f"{what}; check load, radius and youngs_modulus", lengths

@@ -151,6 +151,17 @@ class FrettingContact(Setup):
         names = field_names(type(self))
         return self.of({n: v for n, v in vars(self).items() if n in names} | members)
 
+    def without(self, names: Set[str]) -> FrettingContact:
+        """The case without the values of some keys, as if they could not be read."""
+        if not names:
+            return self
+        keys = case_keys()
+        unknown = {name for key in names for name in (key, keys.member_of(key))}
+        known = {n: value for n, value in vars(self).items() if n in self.__dataclass_fields__}
+        return IncompleteContact.of(
+            {**known, "unknown": unknown | vars(self).get("unknown", set())}
+        )
+
     @cached_property
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.

@@ -96,7 +96,7 @@ def _of_stroke(case: FrettingContact) -> Iterator[Problem]:
     if law.is_in_zones and not loading.stroke:
         rule = "has a rim and a core, which only a contact that slides as a whole has"
         yield Problem(next(iter(law.parameters())), None, rule)
-    if loading.stroke and not [*_units_of_loads(case)]:
+    if loading.stroke:
         reach, radius = case.scar_half_width + travel, indenter.curvature_radius
         if travel > MOST_STROKE * case.hertz_radius:
             rule = f"is more than {MOST_STROKE:g} times the {case.frame.extent} of the contact"
@@ -245,7 +245,6 @@ def _of_cell(case: FrettingContact) -> Iterator[Problem]:
 
 # Rules of every case without blocks, and of each block of a case.
 _RULES: tuple[Rules, ...] = (
-    _units_of_loads,
     _of_theory,
     _of_pairs_of_keys,
     _of_stroke,
@@ -286,8 +285,11 @@ def _of_blocks(case: FrettingContact) -> Iterator[Problem]:
 
 
 def _broken(case: FrettingContact) -> list[Problem]:
-    """The rules that a case breaks, without those whose values could not be read."""
-    broken = []
+    """The rules that a case breaks, without those whose values could not be read or are refused."""
+    broken: list[Problem] = []
+    with suppress(UnknownValueError):
+        broken += _units_of_loads(case)
+    case = case.without({problem.key for problem in broken})
     for rules in _RULES:
         with suppress(UnknownValueError):
             for problem in rules(case):

@@ -97,6 +97,8 @@ class SlipModel(Part):
     follows_shape: ClassVar[bool] = False
     #: Whether displacements along x and y are coupled, which breaks rotational symmetry.
     couples: ClassVar[bool] = False
+    #: Whether tractions move the surface alike in all directions, by a single κ.
+    is_isotropic: ClassVar[bool] = True
 
     def reduced(
         self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
@@ -272,6 +274,7 @@ class Cerruti(Jaeger):
 
     kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, along x"
+    is_isotropic: ClassVar[bool] = False
 
     def sheared_bodies(self, setup: Setup, half_space: HalfSpace) -> HalfSpace:
         """The bodies under tractions along x."""
@@ -289,6 +292,7 @@ class Coupled(Jaeger):
     kind: Literal["coupled"] = "coupled"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, in two directions"
     couples: ClassVar[bool] = True
+    is_isotropic: ClassVar[bool] = False
 
     def reduced(
         self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
