@@ -7,8 +7,8 @@ repository that pages need (`Snakefile`, `profiles/`, `studies/`):
   ``# in studies/mine.yaml`` instead changes single entries of an existing file.
 - ``bash``: commands, run by bash as they stand; the first that fails ends them.
 - ``python``: run like the cells of a notebook, with one set of names for the whole page.
-- ``text``: the output of the block before it, with ``...`` for omissions; numbers that are not
-  whole agree within 1 %.
+- ``text``: the output of the block before it, with ``...`` for omissions. Numbers agree within
+  1 %, the error that stands after them (``0.986 ± 0.002``), or a unit of their last decimal.
 
 A comment above a block says what else to expect: ``<!-- fails with status 2 -->`` or
 ``<!-- not run: the reason -->``. Blocks of any other language are an error unless they are not run.
@@ -22,7 +22,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import math
 import os
 import re
 import shutil
@@ -43,7 +42,8 @@ _BLOCK = re.compile(
     r"(?:^<!-- (?P<note>[^>]*) -->\n+)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
-_NUMBER = r"\d+\.\d+(?:e[+-]\d+)?"
+# With decimals, or whole ones that stand alone: digits of a name are words.
+_NUMBER = r"\d+\.\d+(?:e[+-]\d+)?|(?<![\w.-])\d+(?![\w.-])"
 _TOLERANCE = 0.01
 
 
@@ -188,7 +188,7 @@ def outputs(page: str, session: Session) -> Iterator[tuple[Block, str]]:
 
 def agrees(shown: str, printed: str) -> bool:
     """Return whether the shown output agrees with the actual one, by the rules of this file."""
-    parts = re.split(rf"(\.\.\.|{_NUMBER}|\s+)", shown.strip())
+    parts = [part for part in re.split(rf"(\.\.\.|{_NUMBER}|\s+)", shown.strip()) if part]
     pattern = "".join(
         ".*?"
         if part == "..."
@@ -200,20 +200,37 @@ def agrees(shown: str, printed: str) -> bool:
         for part in parts
     )
     match = re.fullmatch(pattern, printed.strip(), re.DOTALL)
-    numbers = [float(part) for part in parts if re.fullmatch(_NUMBER, part)]
-    return match is not None and all(
-        math.isclose(number, float(other), rel_tol=_TOLERANCE)
-        for number, other in zip(numbers, match.groups(), strict=True)
+    if match is None:
+        return False
+    places = [place for place, part in enumerate(parts) if re.fullmatch(_NUMBER, part)]
+    return all(
+        abs(float(parts[place]) - float(number)) <= 1.001 * _allowed(parts[place:])
+        for place, number in zip(places, match.groups(), strict=True)
+    )
+
+
+def _allowed(parts: list[str]) -> float:
+    """By how much a number, with which the parts begin, may differ."""
+    number, *rest = parts
+    error = re.match(rf"\s*±\s*({_NUMBER})", "".join(rest))
+    digits, _, power = number.partition("e")
+    unit = 10.0 ** (int(power or 0) - len(digits.partition(".")[2])) if "." in digits else 0.0
+    return max(_TOLERANCE * float(number), unit, float(error[1]) if error else 0.0)
+
+
+def differences(page: str, session: Session) -> str:
+    """Run a page to its end; return where its output differs from the page, empty if nowhere."""
+    return "\n".join(
+        f"line {block.line}: the page shows\n{block.text}\nbut it prints\n{printed}"
+        for block, printed in outputs(page, session)
+        if not agrees(block.text, printed)
     )
 
 
 def check(page: str, session: Session) -> None:
     """Run a page and raise `ExampleError` if its output differs from the page."""
-    for block, printed in outputs(page, session):
-        if not agrees(block.text, printed):
-            raise ExampleError(
-                f"line {block.line}: the page shows\n{block.text}\nbut it prints\n{printed}"
-            )
+    if different := differences(page, session):
+        raise ExampleError(different)
 
 
 def written(page: str, session: Session) -> str:

@@ -1,8 +1,8 @@
 """Sphinx extension: the pictures of a page are made by the blocks of that page.
 
 A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own commands
-leave in their folder (`examples.Session`). It is made when the pages are built; a page that does
-not run, or prints something else than it shows, stops the build.
+leave in their folder (`examples.Session`). It is made when the pages are built. A page that does
+not run, or prints something else than it shows, is a warning; other output costs no picture.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from examples import ExampleError, Session, check
+from examples import ExampleError, Session, differences
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -31,10 +31,12 @@ def make(page: Path, folder: Path) -> None:
     logger.info("running %s", page.name)
     text = page.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as place:
-        check(text, Session(Path(place)))
+        different = differences(text, Session(Path(place)))
         for name in pictures_of(page):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(Path(place, name), folder / name)
+    if different:
+        raise ExampleError(different)
 
 
 def _make_all(app: Sphinx) -> None:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import blocks
+from examples import ExampleError, agrees, blocks
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -42,6 +42,52 @@ def outcomes():
 def test_a_page_runs_and_shows_what_it_prints(page, outcomes):
     said, errors = outcomes
     assert f"{page}: done\n" in said, errors[-9000:]
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed"),
+    [
+        ("0.9864 ± 0.0016", "0.9864 ± 0.0017"),  # a unit of the last decimal
+        ("0.9864 ± 0.0016", "0.9849 ± 0.0016"),  # within the error
+        ("wear 2.10 ± 0.30 µm", "wear 1.81 ± 0.30 µm"),
+        ("4 ± 1", "3 ± 1"),
+        ("1.0e-15 m3", "1.1e-15 m3"),
+        ("0.004", "0.005"),
+        ("10537 µm³", "10600 µm³"),  # 1 %
+        ("a\n...\n9.99 %", "a\nb\nc\n 10.01 %"),
+    ],
+)
+def test_numbers_of_a_page_may_differ_within_their_error_and_their_last_decimal(shown, printed):
+    assert agrees(shown, printed)
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed"),
+    [
+        ("0.9864 ± 0.0016", "0.9901 ± 0.0016 or so"),
+        ("0.9864 ± 0.0016", "1.0064 ± 0.0016"),
+        ("0.0250 ± 0.0001", "0.0254 ± 0.0001"),
+        ("24 cases", "23 cases"),
+        ("10537 µm³", "10700 µm³"),
+        ("P25N-N1000-abc12345", "P25N-N1001-abc12345"),
+        ("1.0e-15 m3", "1.0e-16 m3"),
+        ("file_101.nc", "file_102.nc"),
+    ],
+)
+def test_other_numbers_and_words_of_a_page_are_errors(shown, printed):
+    assert not agrees(shown, printed)
+
+
+def test_a_page_that_prints_other_digits_still_has_its_pictures(tmp_path):
+    pictures = pytest.importorskip("pictures", reason="the extra docs is not installed")
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```bash\necho 23 cases\n```\n\n```text\n24 cases\n```\n\n"
+        "```bash\ntouch one.svg\n```\n\n![One](generated/page/one.svg)\n"
+    )
+    with pytest.raises(ExampleError, match=r"shows\n24 cases\n+but it prints\n23 cases"):
+        pictures.make(page, tmp_path / "made")
+    assert (tmp_path / "made/one.svg").exists()
 
 
 def test_every_block_that_is_not_run_says_why_and_the_tutorial_installs_as_the_readme_does():
