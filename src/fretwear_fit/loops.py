@@ -14,7 +14,7 @@ import pandas as pd
 from fretwear.arrays import Array, Places
 from fretwear.units import BY_SI_UNIT, Dimension, QuantityError, listed, parse_quantity
 from fretwear_fit.readings import LARGEST_FORCE, check_sizes
-from fretwear_measured.tables import PLAIN, TABLES, Layout, Sought, Table, read_table
+from fretwear_measured.tables import PLAIN, TABLES, Layout, Sought, Table, open_table
 
 _MOST_POINTS = 12  # of a table over cycles
 _DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
@@ -58,7 +58,7 @@ def recording_of(path: Path, layout: Layout, force_unit: str) -> Recording:
     """Read a recording of loops; `QuantityError` says why a file cannot be used."""
     if path.suffix.lower() not in TABLES:
         raise QuantityError(f"must be a table, with the ending {listed(TABLES, 'or')}")
-    table, force_is = read_table(path, layout), BY_SI_UNIT[force_unit]
+    table, force_is = open_table(path, layout), BY_SI_UNIT[force_unit]
     example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
     numbers, (x, force) = table.read([_DISPLACEMENT, Sought(force_is, *_FRICTION)], example)
     there = np.isfinite(x) & np.isfinite(force)

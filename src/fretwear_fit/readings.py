@@ -10,7 +10,7 @@ from fretwear.arrays import Array
 from fretwear.results import X
 from fretwear.units import BY_SI_UNIT, QuantityError
 from fretwear_measured.files import Source, read_line, read_topography
-from fretwear_measured.tables import TABLES, Layout, Sought, has_word, read_table
+from fretwear_measured.tables import TABLES, Layout, Sought, has_word, open_table
 
 _FEWEST = 5
 _NARROWEST, _FARTHEST, LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
@@ -36,7 +36,7 @@ def profile_of(
     """
     path = Path(file.path)
     if path.suffix.lower() in TABLES:
-        table, example = read_table(path, layout), "such as x (um),depth (um)"
+        table, example = open_table(path, layout), "such as x (um),depth (um)"
         is_pair = all(map(table.ranked, _PAIR)) or len(layout.columns or ()) > 2
         numbers, (x, *parts) = table.read([_POSITION, *(_PAIR if is_pair else [_WORN])], example)
         name = table.names[numbers[-1]] if table.names else ""

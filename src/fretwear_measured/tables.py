@@ -37,7 +37,7 @@ _THOUSANDS = r"[-+]?[1-9]\d{{0,2}}(?:{0}\d{{3}})+"
 _MISSING = {"", "nan", "na", "n/a", "-", "--", "---", "***", "bad", "null"}
 _UNITS = (
     "m cm mm um µm μm nm pm N mN kN uN µN μN s sec ms msec min h V mV Hz rpm K C °C degC % - 1 "
-    "Pa MPa J mJ Nm"
+    "Pa MPa J mJ Nm newton volt micron micrometer millimeter second"
 )
 _ANY_UNIT = "|".join(_UNITS.split())
 _UNIT = re.compile(rf"[(\[]?((?:{_ANY_UNIT})(?:/(?:{_ANY_UNIT}))?)[)\]]?")
@@ -219,7 +219,7 @@ def _different(found: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
     return [chosen for chosen in product(*found) if len({*chosen}) == len(chosen)]
 
 
-def read_table(path: Path, layout: Layout = PLAIN) -> Table:
+def open_table(path: Path, layout: Layout = PLAIN) -> Table:
     """Read the table of a text, of a LabVIEW measurement (.lvm) or of TDMS (.tdms)."""
     if path.suffix.lower() == ".tdms":
         return _tdms_table(path, layout)
@@ -461,7 +461,7 @@ def _heads(lines: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     own, above = cells(lines[-1]), cells(lines[-2]) if len(lines) > 1 else []
     if (
         any(own)
-        and all(_UNIT.fullmatch(cell) or not cell for cell in own)
+        and all(_UNIT.fullmatch(_spelled(cell)) or not cell for cell in own)
         and len(above) >= len(own)
     ):
         names, units = above, [cell.strip("()[]") for cell in own]
@@ -472,7 +472,9 @@ def _heads(lines: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         word, _, unit = re.sub(r"[\s_]+", " ", name).rpartition(" ")
         if not units[number] and word and _UNIT.fullmatch(unit):
             names[number], units[number] = word.rstrip(","), unit
-    return tuple(name.strip().casefold() for name in names), tuple(map(_spelled, units))
+    return tuple(name.strip().casefold().replace("x_value", "time") for name in names), tuple(
+        map(_spelled, units)
+    )
 
 
 def _head(cell: str) -> tuple[str, str]:

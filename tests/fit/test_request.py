@@ -148,3 +148,54 @@ def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_
     assert "displacement and depth, not force" in refusal(
         tmp_path, scar.replace("force (kN)", "depth (um)"), **loop
     )
+
+
+@pytest.mark.parametrize(
+    ("head", "keys"),
+    [
+        ("Position along profile (um),Height before (um),Height after (um)", {}),
+        ("Wear track position (um),Unworn (um),Worn (um)", {}),
+        ("a (um),b (um),c (um)", {"columns": [0, 1, 2]}),
+    ],
+)
+def test_heights_before_and_after_the_test_give_their_difference(tmp_path, head, keys):
+    waves = 2.0 * np.sin(X / 40.0)
+    rows = zip(X, waves, waves - SCAR, strict=True)
+    scar = "\n".join([head, *(",".join(f"{v:.6f}" for v in row) for row in rows)])
+    (datum,) = study(tmp_path, scar, **keys).added["fit"].data
+    assert datum.readings[1] == pytest.approx(SCAR * 1e-6, abs=1e-11)
+    if not keys:
+        assert "less" in datum.origin
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["Profile length (um),Height (um)", "Vertical track distance (um),x (um)", "x (um),Profile (um)"],
+)  # fmt: skip
+def test_no_column_is_position_and_height_at_once(tmp_path, head):
+    turned = head.startswith("Vertical")
+    columns = (-SCAR, X) if turned else (X, -SCAR)
+    (datum,) = study(tmp_path, text(*columns, head)).added["fit"].data
+    assert datum.readings[0] == pytest.approx(X * 1e-6)
+    assert datum.readings[1] == pytest.approx(SCAR * 1e-6)
+
+
+def test_several_columns_of_heights_are_asked(tmp_path):
+    rows = "\n".join(f"{a},{b},{b}" for a, b in zip(X, SCAR, strict=True))
+    told = refusal(tmp_path, f"x (um),depth left (um),depth right (um)\n{rows}")
+    assert "'depth left' and 'depth right'" in told
+    assert "columns: [0, 1]" in told
+
+
+def test_a_hole_in_a_map_of_a_scar_is_no_reading(tmp_path):
+    library = pytest.importorskip("SurfaceTopography")
+    heights = np.tile(-SCAR[:, None], (1, 9))
+    hole = np.zeros(heights.shape, bool)
+    hole[26:35, 2:7] = True
+    surface = library.Topography(np.ma.array(heights, mask=hole), (610.0, 90.0), unit="um")
+    surface.to_netcdf(str(tmp_path / "map.nc"))
+    (datum,) = study(tmp_path, file="map.nc", noise="20 nm").added["fit"].data
+    assert datum.readings[0].size == X.size - 9
+    read, expected = datum.readings[1], SCAR[~hole[:, 4]] * 1e-6
+    assert read - read.mean() == pytest.approx(expected - expected.mean(), abs=1e-12)
+    assert "9 of 61 readings are missing" in datum.origin

@@ -58,6 +58,10 @@ def test_position_and_depth_are_found_in_si_units(tmp_path, text, encoding, layo
         ("x (mm),depth (N)\n1,2\n2,3\n", {}, "'N' is a force"),
         ("x (mm),colour (um)\n1,2\n2,3\n", {}, "columns x and colour, not depth or wear"),
         ("x (mm),depth (um)\n1,2\n2,3\n", {"columns": (0, 7)}, "no column 7"),
+        ("x (mm);depth (nm)\n1;25,000\n2;30,500\n3;1,125\n", {}, "'1,125'.*1.125 or 1125"),
+        ('x (mm),depth (nm)\n1,"25,000"\n2,"30,500"\n', {}, "decimal: ',' or decimal: '.'"),
+        ("x (mm),depth (um)\n1,2\n2,3\n", {"columns": (0, "width (um)")}, "no column 'width"),
+        ("x (mm)\tdepth (um)\n1\t2\t3\n2\t3\t3\n", {}, "give every column a name"),
         ("nothing here\n", {}, "no table of numbers"),
         ("x (mm),depth (um)\n1,2\n2,3\n", {"skip": 9}, "skip leaves none"),
         ("x (mm),depth (um)\n1,2\n2,3\n", {"encoding": "klingon"}, "no encoding 'klingon'"),
@@ -74,3 +78,39 @@ def test_signs_of_missing_values_are_not_numbers(tmp_path):
     file = tmp_path / "scar.csv"
     file.write_text("x (mm);depth (um)\n1;2\n2;***\n3;\n4;5\n")
     assert np.isnan(columns(file)[1]).tolist() == [False, True, True, False]
+
+
+@pytest.mark.parametrize("decimal", [",", "."])
+def test_a_said_decimal_sign_tells_thousands_from_decimals(tmp_path, decimal):
+    file = tmp_path / "scar.csv"
+    file.write_text("x (mm);depth (nm)\n1;25,000\n2;1,030,500\n".replace(",500", ",500"))
+    if decimal == ",":
+        file.write_text("x (mm);depth (nm)\n1;25,000\n2;1.030,500\n")
+    depth = columns(file, decimal=decimal)[1]
+    factor = 1.0 if decimal == "," else 1e3
+    np.testing.assert_allclose(depth, factor * 1e-9 * np.array([25.0, 1030.5]), rtol=1e-12)
+
+
+def test_an_empty_cell_at_the_beginning_keeps_the_others_in_their_columns(tmp_path):
+    """What pandas writes with its index, and rows whose time is left out."""
+    file = tmp_path / "scar.txt"
+    file.write_text("\tx (mm)\tdepth (um)\n0\t-0.5\t0.001\n1\t0\t-0.25\n2\t1.25\t0.3\n")
+    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
+    file.write_text("time\tx (mm)\tdepth (um)\n\t-0.5\t0.001\n\t0\t-0.25\n\t1.25\t0.3\n")
+    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
+
+
+def test_words_beside_numbers_matter_only_in_columns_that_are_used(tmp_path):
+    file = tmp_path / "scar.csv"
+    rows = "12:00:01;-0.5;0.001;ok\n12:00:02;0;-0.25;ok\n12:00:03;1.25;0.3;warm\n"
+    file.write_text(f"clock;x (mm);depth (um);state\n{rows}")
+    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
+    with pytest.raises(QuantityError, match="no numbers in its column 'state', but 'ok' in line 2"):
+        columns(file, columns=("x", "state"))
+
+
+def test_a_scale_turns_volts_into_lengths(tmp_path):
+    file = tmp_path / "scar.csv"
+    file.write_text("x (mV);depth\n-50;0.001\n0;-0.25\n125;0.3\n")
+    layout = {"columns": (0, 1), "scale": ("10 mm/V", "1 um")}
+    np.testing.assert_allclose(columns(file, **layout), [X, DEPTH], rtol=1e-12)
