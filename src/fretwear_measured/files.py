@@ -11,10 +11,8 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-import warnings
 from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -25,19 +23,18 @@ from pydantic_core import core_schema
 
 from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Readable, Schema, is_list
-from fretwear.units import LENGTH, QuantityError, listed, parse_quantity
-from fretwear_measured.tables import Layout, Table, read_text_table
+from fretwear.units import LENGTH, QuantityError, format_quantity, listed
+from fretwear_measured.maps import LEAST_POINTS, open_surface, read_map, without_marks
+from fretwear_measured.tables import read_text_table
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
 
 Rectangle = tuple[float, float, float, float]
 
-_LEAST_POINTS = 4
 _RELAXATIONS = 200
 _SPIKE = 10.0
 _CORRECTIONS = 6
-_TABLES = (".csv", ".txt", ".dat", ".xyz", ".asc")
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
@@ -143,6 +140,8 @@ class Topography:
     measured: Mask  #: whether each point was measured; the others have been filled in
     spikes: int = 0  #: points that differed from their neighbours by more than 10 rms heights
     checksum: str = ""  #: of the heights and sides as read from the file
+    summary: str = ""  #: what was read and how, for people
+    positions: int = 0  #: uneven positions between which heights were interpolated; 0 on a grid
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -237,15 +236,16 @@ def read_topography(
     outliers
         ``fill`` replaces points that differ from their neighbours by more than 10 rms heights.
     unit, size, file_format, channel
-        What the file does not say: its unit of length; its sides, such as "900 um, 900 um"; a
-        format and the number or name of a channel of SurfaceTopography.
+        What the file does not say: its unit of length, or units of x, y and z, "mm, mm, um"; its
+        sides, "900 um, 900 um"; a format and the number or name of a channel of SurfaceTopography.
 
     Raises
     ------
     QuantityError
         If the file cannot be used; the message says why.
     """
-    values, sides = _map_of(source, unit, size, file_format, channel)
+    found = read_map(Path(source.path), unit or "", size, file_format, channel)
+    values, sides = found.heights, found.sides
     checksum = hashlib.sha256(np.append(values, sides).tobytes()).hexdigest()[:8]
     points = [
         (np.arange(count) + 0.5) * (side / count)
@@ -258,22 +258,42 @@ def read_topography(
         ]
         values = values[np.ix_(*inside)]
         points = [at[within] for at, within in zip(points, inside, strict=True)]
-    if min(values.shape) < _LEAST_POINTS:
+    if min(values.shape) < LEAST_POINTS:
         raise QuantityError(
             f"has {values.shape[0]} x {values.shape[1]} points in the part to be read, too few for "
             "a surface",
             "give a map, and a patch that lies in it",
         )
     measured = np.isfinite(values)
-    if measured.sum() < _LEAST_POINTS:
+    if measured.sum() < LEAST_POINTS:
         raise QuantityError("has no heights: every point is missing")
+    summary = _summary_of(points, values)
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
     values = _without(form, x, y, values, measured)
     spikes = find_spikes(values, measured)
     if outliers == "fill" and spikes.any():
         measured = measured & ~spikes
         values, spikes = _without(form, x, y, values, measured), spikes & False
-    return Topography(x, y, _filled(values, measured), measured, int(spikes.sum()), checksum)
+    filled = _filled(values, measured)
+    summary = f"{summary}, rms {format_quantity(filled.std(), LENGTH, 3)} less form; {found.reader}"
+    count = int(spikes.sum())
+    return Topography(x, y, filled, measured, count, checksum, summary, found.positions)
+
+
+def _summary_of(points: Sequence[Array], values: Array) -> str:
+    """Points, sides, missing points and heights of a map, and where it is highest, as text."""
+
+    def length(value: float) -> str:
+        return format_quantity(value, LENGTH, 4)
+
+    sides = " x ".join(length(at.size * (at[1] - at[0])) for at in points)
+    top = np.unravel_index(np.nanargmax(values), values.shape)
+    at_x, at_y = (length(at[n]) for at, n in zip(points, top, strict=True))
+    return (
+        f"{values.shape[0]} x {values.shape[1]} points over {sides}, "
+        f"{np.count_nonzero(np.isnan(values))} missing; heights {length(np.nanmin(values))} to "
+        f"{length(np.nanmax(values))}, highest at x = {at_x}, y = {at_y} from the corner"
+    )
 
 
 def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Array:
@@ -348,103 +368,16 @@ def fitted(
     return result
 
 
-def _map_of(
-    source: Source, unit: str | None, size: str, file_format: str, channel: str
-) -> tuple[Array, tuple[float, float]]:
-    """Heights, NaN where missing, and lengths of the sides of a map, m."""
-    if Path(source.path).suffix.lower() in _TABLES and not file_format:
-        table = None
-        with suppress(QuantityError):
-            table = read_text_table(Path(source.path))
-            columns = table.values.shape[1]
-            if columns >= 3 and (table.units[0] or unit) and not size:
-                return _grid(table, unit)
-        if table and columns > 3 and unit and size and not table.names:  # a line for each y
-            scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
-            return scale * table.values.T, _sides(size)
-    surface = _opened(source, unit, size, file_format, channel)
-    if surface.dim != 2:
-        raise QuantityError("is a line scan, but a map of heights over x and y is needed")
-    x, y = surface.physical_sizes
-    return np.ma.filled(surface.heights().astype(float), np.nan), (x, y)
-
-
-def _sides(size: str) -> tuple[float, float]:
-    """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
-    sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
-    if len(sides) != 2:
-        raise QuantityError(f"needs two sides, not size: {size}", "size: [900 um, 900 um]")
-    return sides[0], sides[1]
-
-
-def _grid(table: Table, unit: str | None) -> tuple[Array, tuple[float, float]]:
-    """Heights and sides of a map whose table has the columns x, y and z."""
-    if unit is not None:
-        table = replace(table, layout=Layout(units=(unit,)))
-    example = "such as x (um),y (um),z (um)"
-    names = (("x",), ("y",), ("z", "height", "heights"))
-    x, y, z = (table.column(n, words, LENGTH, example)[0] for n, words in enumerate(names))
-    (of_x, at_x), (of_y, at_y) = (
-        np.unique(np.round(at / (np.ptp(at) or 1.0), 9), return_inverse=True) for at in (x, y)
-    )
-    if min(of_x.size, of_y.size) < _LEAST_POINTS or of_x.size * of_y.size > 4 * x.size:
-        raise QuantityError("is no map: its points do not lie on a grid of x and y")
-    heights = np.full((of_x.size, of_y.size), np.nan)
-    heights[at_x, at_y] = z
-    sides = (np.ptp(at) * count / (count - 1) for at, count in ((x, of_x.size), (y, of_y.size)))
-    return heights, (next(sides), next(sides))
-
-
 @lru_cache(8)
 def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | None:
     """Positions and heights along a line scan, m; None if the file holds a map."""
-    surface = _opened(source, unit, "", "", "")
-    if surface.dim != 1:
-        return None
+    surface, scales, _ = open_surface(Path(source.path), unit or "", "", "", "")
     heights = np.ma.filled(surface.heights().astype(float), np.nan)
-    return np.asarray(surface.positions(), float), heights
-
-
-def _opened(source: Source, unit: str | None, size: str, file_format: str, channel: str) -> Any:
-    """What SurfaceTopography reads from a file, in m."""
-    try:
-        from SurfaceTopography import open_topography
-    except ImportError as error:
-        raise QuantityError(
-            "needs the package SurfaceTopography, which is not installed",
-            "install it: pip install 'fretwear[surfaces]'",
-        ) from error
-    named: dict[str, Any] = {}
-    chosen_format = {"format": file_format} if file_format else {}
-    try:
-        # The readers of some forty formats raise all sorts of errors.
-        with (
-            warnings.catch_warnings(action="ignore"),
-            open_topography(source.path, **chosen_format) as reader,
-        ):
-            chosen = reader.default_channel
-            if channel:
-                number = int(channel) if channel.isdecimal() else None
-                names = [one.name for one in reader.channels]
-                chosen = reader.channels[names.index(channel) if number is None else number]
-            if chosen.unit is None and unit:
-                named["unit"] = unit
-            if chosen.physical_sizes is None and size and unit:
-                scale = parse_quantity(f"1 {unit}", LENGTH, units_required=True)
-                named["physical_sizes"] = tuple(side / scale for side in _sides(size))
-            surface = chosen.topography(**named)
-    except QuantityError:
-        raise
-    except Exception as error:
-        reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
-        hint = "if it does not say its scale, add size: [900 um, 900 um] and unit: um"
-        if type(error).__name__ == "CannotDetectFileFormat":
-            reason = "no reader knows its format"
-            hint = f"save it as binary x3p or as text with x (um), y (um), z (um); {hint}"
-        raise QuantityError(f"cannot be read as a topography: {reason}", hint) from error
-    if surface.unit is None:
-        raise QuantityError("does not say the unit of its lengths", "add unit: um")
-    return surface.to_unit("m")
+    if heights.ndim != 1 and heights.shape[1] != 1:
+        return None
+    x = np.asarray(surface.positions()[0] if heights.ndim > 1 else surface.positions(), float)
+    x, heights = scales[0] * x.ravel(), scales[2] * heights.ravel()
+    return x, without_marks(heights, float(np.ptp(x)))
 
 
 def _filled(values: Array, measured: Mask) -> Array:
@@ -477,8 +410,8 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     table, example = read_text_table(Path(source.path)), "such as: r (mm), z (um)"
     distance, _ = table.column(0, ("r", "x", "radius", "distance"), LENGTH, example)
     height, _ = table.column(1, ("z", "height", "profile"), LENGTH, example)
-    if len(distance) < _LEAST_POINTS or not np.isfinite([distance, height]).all():
-        raise QuantityError(f"must have at least {_LEAST_POINTS} points, all of them numbers")
+    if len(distance) < LEAST_POINTS or not np.isfinite([distance, height]).all():
+        raise QuantityError(f"must have at least {LEAST_POINTS} points, all of them numbers")
     if distance[0] != 0.0 or not (np.diff(distance) > 0.0).all():
         raise QuantityError("must begin at the axis, r = 0, and go outwards from line to line")
     if not (height[1:] >= height[0]).all() or height[-1] < height.max():

@@ -17,7 +17,7 @@ from fretwear.mechanics.surfaces.indenters import UNKNOWN_RADIUS, RoundIndenter
 from fretwear.mechanics.surfaces.roughness import STEEPEST, TIPS, Roughness
 from fretwear.quantity import Coordinates, Part, Plain, Quantity, Schema, each, is_list, means_none
 from fretwear.theory import Reduced
-from fretwear.units import QuantityError
+from fretwear.units import LENGTH, QuantityError, format_quantity
 from fretwear_measured.files import (
     FORMS,
     UNKNOWN,
@@ -111,6 +111,13 @@ class ProfileIndenter(FromFile, RoundIndenter):
     def surface(self) -> tuple[Array, Array] | None:
         """Distances from the axis and heights, m."""
         return read_profile(self.file) if self.is_known else None
+
+    @property
+    def file_summary(self) -> str:
+        """What the file holds."""
+        distance, height = read_profile(self.file)
+        width, rise = (format_quantity(at[-1], LENGTH, 4) for at in (distance, height))
+        return f"{self.file.name}: {distance.size} points to r = {width}, where it is {rise} high"
 
     def gap(self, x: Array, y: Array) -> Array:
         """Height above the tip, m; beyond the last point it continues with the slope there."""
@@ -243,6 +250,11 @@ class MeasuredRoughness(FromFile, Roughness):
         )
 
     @property
+    def file_summary(self) -> str:
+        """What the file holds."""
+        return f"{self.file.name}: {self.surface().summary}"
+
+    @property
     def checksum(self) -> str:
         """The checksum of the heights as the library reads them."""
         return self.surface().checksum
@@ -294,6 +306,11 @@ class MeasuredRoughness(FromFile, Roughness):
                 "lies on a surface with missing points, which were filled in",
                 f"{100.0 * share:.0f} % of the points within the contact radius and "
                 f"{data.missing:.0f} of {data.heights.size} in the map were not measured",
+            )
+        if data.positions:
+            yield (
+                "lies on a surface measured at uneven positions, between which it is interpolated",
+                f"{data.positions} positions, {data.heights.size} points",
             )
         same = self.body == "indenter" and abs(data.curvature - curvature) < 0.2 * curvature
         if same and self.form in ("", "none", "plane"):

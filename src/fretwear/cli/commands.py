@@ -120,6 +120,8 @@ def plan(file: StudyFile, set_: Assignments = None) -> None:
     rows = [planned.header(), *planned.rows()]
     for line in (*aligned(rows, str.ljust, indent=""), ""):
         say(line)
+    for text in planned.files:
+        say(f"{text}\n")
     jobs = len(resources.grouped(planned))
     say(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {jobs} "

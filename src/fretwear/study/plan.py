@@ -153,6 +153,16 @@ class Plan:
         return warnings
 
     @property
+    def files(self) -> Mapping[str, None]:
+        """What the files of the parts of cases hold, each once, as text."""
+        parts = (
+            part
+            for case in self.study.cases().values()
+            for part in (case.indenter, case.roughness, case.counterface)
+        )
+        return dict.fromkeys(filter(None, (getattr(part, "file_summary", "") for part in parts)))
+
+    @property
     def memory_bytes(self) -> int:
         """Memory of the largest case."""
         return max(cost.memory_bytes for cost in self.estimates.values())
