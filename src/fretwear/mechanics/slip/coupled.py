@@ -6,21 +6,25 @@ displacement δ of distant points; the slip s = δ − Kq vanishes where |q| < �
 of q elsewhere. That is the end of a loading in one step; a cycle between it and its opposite
 travels 4 |s|, and the area of the loop of force and displacement is ∬ 4 µp |s| dA.
 
-The solver is Newton's method on sets of cells, within a descent of the energy. Where a cell sticks
-both components of q are unknown. Where it slips with traction of the direction d, q = µp d turns
-by w along t ⊥ d, and so does the slip, which stays parallel: s·t = |s·d| w/µp. So a step solves
+The solver is a semi-smooth Newton method on q = P(q + s), where P projects on the discs with the
+force, and its even shift is δ. With z = q + s, cells slip where |z| > µp, in the direction d of z.
+Where a cell sticks both components of q are unknown. Where it slips q becomes µp d, which turns by
+w along t ⊥ d, and so does the slip, which stays parallel: s·t = |s| w/µp. So a step v solves
 
-    P (K + |s·d|/µp) P v = P (δ − K q),    P = 1 in stick, t tᵀ in slip,
+    T (K + |s|/µp) T v = T (s − K (µp d − q)),    T = 1 in stick, t tᵀ in slip,
 
-by conjugate gradients, preconditioned by the inverse symbol. Projected on the discs it never
-raises the energy: the step ends at its minimum on the way, and a projected gradient takes the place
-of a step that does not descend.
+by conjugate gradients, preconditioned by the inverse symbol. Projected on the discs, it is taken if
+it halves the residual or does not raise the energy, and else to the least energy on the way. Where
+steps do not reduce the residual, accelerated projected gradients take over, which converge from any
+start: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009), restarted as by O'Donoghue and Candès,
+Found. Comput. Math. 15 (2015).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,23 +34,17 @@ from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.solver import halved
 from fretwear.mechanics.slip.shear import GridShear
 
-_LARGEST_STEPS, _LARGEST_ITERATIONS, _LARGEST_SHIFTS = 60, 40, 60
-# Residual to which a start is computed on wider cells.
-_COARSE = 1e-3
-# Factor by which a Newton step reduces its residual, at first and once the sets of cells settle.
-_ROUGHLY, _WELL = 0.2, 0.03
-# Cells that change sides, over all in contact, up to which the sets count as settled.
-_FEW = 0.01
-# Force that a guess may lack, over all that friction bears.
-_BALANCED = 1e-12
-# A cell whose traction is shorter by less than this part of the bound is at it.
-_AT_BOUND = 1e-9
-# Part of the tolerance down to which a linear problem is solved.
-_ENOUGH = 0.1
-# Residual below which changes of the energy are lost in rounding.
-_ROUNDED = 1e-6
-# Least descent, over the stiffness of a step, that is taken in full; it falls from a half on.
-_ENOUGH_DESCENT = 0.6
+# Iterations of conjugate gradients, of an even shift, and of projected gradients in all.
+_LARGEST_ITERATIONS, _LARGEST_SHIFTS, _LARGEST_GRADIENTS = 40, 200, 20000
+# Projected gradients in a row at first: at a start of at least that residual, and after so many
+# Newton steps in vain, or one of which less than a part descends.
+_GRADIENTS, _FAR, _PATIENCE, _LEAST_PART = 5, 0.05, 3, 0.05
+# Residual to which a start is computed on wider cells, and error of the force over all friction.
+_COARSE, _BALANCED = 1e-3, 1e-13
+# Factors by which a linear problem is solved: in proportion to the residual, at least and at most.
+_IN_PROPORTION, _WELL, _ROUGHLY = 4.0, 0.03, 0.3
+# Part of the tolerance that suffices there, and part of the residual that is neglected.
+_ENOUGH, _NEGLIGIBLE = 0.4, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,16 +148,27 @@ def shear(
         coarse = shear(coarser, means, force, displacement, flexibility, None, _COARSE)
         parts = np.divide(coarse.traction, means, out=0.0 * coarse.traction, where=means > 0.0)
         start, spent = parts.repeat(2, axis=1).repeat(2, axis=2) * bound, coarse.convolutions // 4
-    method = _Descent(bodies, bound, force, displacement, flexibility, start, offset)
-    result = method.solve(tolerance)
+    method = _Descent(bodies, bound, force, displacement, flexibility, offset)
+    result = method.solve(start, tolerance)
     return replace(result, convolutions=result.convolutions + spent)
 
 
+class _State(NamedTuple):
+    """A traction q and its projected gradient, fields as in `_Descent`."""
+
+    traction: Array
+    moved: Array  # K q less the offset, on all cells, shape (2, nx, ny)
+    far: Array  # displacement of distant points along x and y
+    pushed: Array  # z = q + s
+    error: float  # largest change of traction by the projection of z
+
+
 class _Descent:
-    """The current traction within the bounds that carries the force, and its displacement.
+    """Steps of a traction within the bounds.
 
     Tractions are in units of the largest bound, displacements in units of what it moves its own
-    cell by, and fields have shape (2, n) for the n cells that touch.
+    cell by, and fields have shape (2, n) for the n cells that touch. A flexibility in series adds
+    to K, so that either the force or the displacement of its end is given.
     """
 
     def __init__(
@@ -169,7 +178,6 @@ class _Descent:
         force: float | None,
         displacement: float,
         flexibility: float,
-        start: Array | None,
         offset: Array | None,
     ) -> None:
         self.bodies, self.largest = bodies, float(bound.max())
@@ -177,23 +185,14 @@ class _Descent:
         self.cells: Places = np.flatnonzero(bound)
         self.shape, self.bound = bound.shape, bound.ravel()[self.cells] / self.largest
         self.area = bodies.geometry.unit_area
-        self.total = None if force is None else force / (self.area * self.largest)
-        self.given = displacement / self.moves
-        self.series = flexibility * self.area / bodies.self_influence
+        self.given = np.array([displacement / self.moves, 0.0])
+        self.series = flexibility * self.area / bodies.self_influence if force is None else 0.0
         # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
-        self.balances_y = force is not None and not bodies.is_even
-        self.single, self.spent = bodies.single, 0.0
-        # The first step from a guess corrects its force, and leaves cells that slip at the bound.
-        self.guessed = start is not None
-        if start is None:
-            self.traction = self.projected(np.zeros((2, self.cells.size)))
-        else:
-            self.traction = self.clipped(self.at_cells(start) / self.largest)[0]
-        missing = 0.0 if self.total is None else self.total - self.traction[0].sum()
-        self.balanced = abs(missing) <= _BALANCED * self.bound.sum()
-        self.moved = self.displaced(self.traction)  # on all cells, shape (2, nx, ny)
+        self.axes = 0 if force is None else 1 if bodies.is_even else 2
+        self.total = np.zeros(2) if force is None else np.array([force, 0.0])
+        self.total /= self.area * self.largest
+        self.single, self.spent, self.gradients, self.stiffest = bodies.single, 0.0, 0, 1.0
         self.offset = np.zeros((2, 1, 1)) if offset is None else offset / self.moves
-        self.moved -= self.offset
 
     def at_cells(self, field: NDArray[Element]) -> NDArray[Element]:
         """A field of the window, shape (2, nx, ny), on the cells that touch."""
@@ -207,238 +206,250 @@ class _Descent:
 
     def displaced(self, traction: Array) -> Array:
         self.spent += 1.0
-        return self.bodies.displacement(self.everywhere(traction / self.bodies.self_influence))
+        moved = self.bodies.displacement(self.everywhere(traction / self.bodies.self_influence))
+        moved[0] += self.series * float(traction[0].sum())
+        return moved
 
-    def clipped(self, traction: Array) -> tuple[Array, Array]:
-        """The nearest traction within the discs, and µp/|q| of each cell beyond, else 1."""
-        length = np.sqrt(traction[0] ** 2 + traction[1] ** 2)
-        factor = self.bound / np.maximum(length, self.bound)
-        return traction * factor, factor
+    def projected(self, traction: Array, shift: Array) -> tuple[Array, Array]:
+        """The nearest traction within the discs that carries the force, and an even shift.
 
-    def projected(self, traction: Array) -> Array:
-        """The nearest traction within the discs that carries the force, if one is given.
-
-        It belongs to the traction shifted evenly, by Newton's method for the shift.
+        It is the nearest one to the traction shifted, which `_root` finds from a guess: along x the
+        force grows with the shift, and along y it grows while the force along x is kept. Without
+        a force the shift is kept.
         """
-        result, factor = self.clipped(traction)
-        if self.total is None:
-            return result
-        shift, axes = np.zeros(2), [0, 1] if self.balances_y else [0]
-        total = np.array([self.total, 0.0])[axes]
-        low, high = -np.inf, np.inf
-        for _ in range(_LARGEST_SHIFTS):
-            missing = total - result[axes].sum(axis=1)
-            if np.abs(missing).max() <= 1e-13 * max(abs(self.total), 1.0):
-                break
-            # Within the disc a cell follows the shift; beyond it, traction turns.
+        shift, enough, result = shift.copy(), _BALANCED * float(self.bound.sum()), traction
+
+        def clip() -> tuple[Array, Array]:
+            nonlocal result
             moved = traction + shift[:, None]
-            length = np.maximum(np.sqrt((moved**2).sum(axis=0)), np.finfo(float).tiny)
-            ways = (moved / length * (factor < 1.0))[axes]
-            slope = np.diag(np.full(len(axes), float(factor.sum()))) - (factor * ways) @ ways.T
-            if missing[0] > 0.0:
-                low = shift[0]
-            else:
-                high = shift[0]
-            slope += 1e-12 * self.cells.size * np.eye(len(axes))
-            shift[axes] += np.clip(np.linalg.solve(slope, missing), -4.0, 4.0)
-            if not self.balances_y and not low < shift[0] < high:
-                shift[0] = 0.5 * (low + high)
-            result, factor = self.clipped(traction + shift[:, None])
-        return result
+            length = np.sqrt(moved[0] ** 2 + moved[1] ** 2)
+            factor = self.bound / np.maximum(length, self.bound)
+            result = moved * factor
+            # Within the disc a cell follows the shift; beyond it, traction turns.
+            return factor, np.where(factor < 1.0, moved / np.maximum(length, self.bound), 0.0)
 
-    def rigid(self, moved: Array) -> Array:
-        """Displacement of distant points along x and y, from how far cells that stick have moved.
+        def lacking(value: float, axis: int) -> tuple[float, float]:
+            """Force that a shift along an axis lacks, and by how much less a larger one does."""
+            shift[axis] = value
+            if axis:
+                _root(lambda along: lacking(along, 0), shift[0], enough)
+            factor, way = clip()
+            x, slope = ((factor * (1.0 - way[place] ** 2)).sum() for place in (0, axis))
+            if axis:
+                slope -= (factor * way[0] * way[1]).sum() ** 2 / max(x, enough)
+            return float(self.total[axis] - result[axis].sum()), float(slope)
 
-        Cells count by their spare friction, as cells that slip may be hardly below the bound.
+        if self.axes:
+            _root(lambda value: lacking(value, self.axes - 1), shift[self.axes - 1], enough)
+        else:
+            clip()
+        return result, shift
+
+    def at(self, traction: Array, moved: Array, far: Array) -> _State:
+        """The state of a traction, from a guess of the displacement of distant points."""
+        pushed = traction - self.at_cells(moved)
+        projected, far = self.projected(pushed, far)
+        error = float(np.abs(projected - traction).max())
+        return _State(traction, moved, far, pushed + far[:, None], error)
+
+    def solve(self, start: Array | None, tolerance: float) -> Sheared:
+        """Iterate until the residual is below the tolerance.
+
+        It ends: whenever some steps in a row do not halve the least residual, projected gradients
+        follow, twice as many each time.
         """
-        if self.total is None:
-            return np.array([self.given - self.series * self.traction[0].sum(), 0.0])
-        spare = np.maximum(self.bound - np.hypot(*self.traction), 0.0)
-        spare = spare if spare.any() else self.bound
-        x, y = (spare * moved).sum(axis=1) / spare.sum()
-        return np.array([x, y * self.balances_y])
+        if start is None:
+            traction = self.projected(np.zeros((2, self.cells.size)), self.given)[0]
+        else:
+            traction = self.at_cells(start) / self.largest
+            traction *= self.bound / np.maximum(np.hypot(*traction), self.bound)
+        # A guess may be in equilibrium with another force.
+        lacks = np.abs(self.total - traction.sum(axis=1))[: self.axes]
+        guessed = bool((lacks > 10.0 * _BALANCED * self.bound.sum()).any())
+        state = self.at(traction, self.displaced(traction) - self.offset, self.given)
+        least, count = np.inf, _GRADIENTS
+        vain = _PATIENCE if state.error > _FAR and not guessed else 0
+        while guessed or state.error > tolerance:
+            if self.gradients > _LARGEST_GRADIENTS:
+                reached = f"residual {state.error:.1e} instead of {tolerance:.0e}"
+                raise ContactError(f"the shear tractions did not converge: {reached}")
+            vain = vain + 1 if state.error > 0.5 * least or least == np.inf else 0
+            least = min(least, state.error)
+            after = self._newton(state, guessed, tolerance) if vain <= _PATIENCE else None
+            if after is None:
+                after = self._descend(state, count, tolerance)
+                count, vain = 2 * count, 0
+            state, guessed = after, False
+        return self._result(state)
 
-    def solve(self, tolerance: float) -> Sheared:
-        """Iterate until the residual is below the tolerance."""
-        length, stuck = 1.0, np.zeros(self.cells.size, dtype=np.bool_)
-        for _ in range(_LARGEST_STEPS):
-            moved = self.at_cells(self.moved)
-            at_bound = np.hypot(*self.traction) >= (1.0 - _AT_BOUND) * self.bound
-            far = self.rigid(moved)
-            slip = far[:, None] - moved
-            tried, factor = self.clipped(self.traction + slip)
-            error = float(np.abs(tried - self.traction).max())
-            # A guess may be in equilibrium with another force.
-            if error <= tolerance and (self.balanced or not self.guessed):
-                return self._result(far, factor < 1.0, error)
-            # A cell at the bound that slips against its traction sticks again.
-            slips = at_bound & ((slip * self.traction).sum(axis=0) > 0.0)
-            settled = self.guessed or np.count_nonzero(stuck == slips) <= _FEW * self.cells.size
-            stuck = ~slips
-            target = self._newton(slip, slips, _WELL if settled else _ROUGHLY, _ENOUGH * tolerance)
-            trusted, self.guessed = self.guessed or error < _ROUNDED, False
-            if not self._search(self.projected(target), slip, trusted=trusted):
-                # Barzilai and Borwein's step of a projected gradient.
-                before = self.traction
-                self._search(self.projected(self.traction + length * slip), slip)
-                change, by = self.traction - before, self.at_cells(self.moved) - moved
-                work, square = float((change * by).sum()), float((change**2).sum())
-                length = square / work if work > 0.0 else 1.0
-        raise ContactError(
-            f"the shear tractions did not converge: residual {error:.1e} instead of {tolerance:.0e}"
-        )
+    def _newton(self, state: _State, guessed: bool, tolerance: float) -> _State | None:
+        """The state after a step, or at the least energy on the way; None if it leads nowhere.
 
-    def _search(self, target: Array, slip: Array, *, trusted: bool = False) -> bool:
-        """Move to a traction, or to the least energy on the way; False if it leads uphill.
-
-        A trusted step is taken in full: it changes the energy by less than rounding does.
+        The first step from a guess corrects its force, and may raise the energy.
         """
-        step = target - self.traction
-        # The force is the same, so that displacements of distant points do no work.
-        descent = float((step * slip).sum())
-        if not (descent > 0.0 or trusted):
-            return False
+        target = self.projected(state.traction + self._step(state, tolerance), 0.0 * state.far)[0]
+        step = target - state.traction
         moved = self.displaced(step)
+        full = self.at(target, state.moved + moved, state.far)
+        if guessed or full.error <= 0.5 * state.error:
+            return full
+        # The force is the same, so that displacements of distant points do no work.
+        descent = float((step * (state.pushed - state.traction)).sum())
         stiffness = float((step * self.at_cells(moved)).sum())
-        if self.total is None:
-            stiffness += self.series * float(step[0].sum()) ** 2
-        # Beyond half the way to the least energy on the line it still falls; in full, cells stay at
-        # the bound.
-        part = 1.0 if trusted or descent > _ENOUGH_DESCENT * stiffness else descent / stiffness
-        self.traction = target if part == 1.0 else self.traction + part * step
-        self.moved += part * moved
-        return True
+        part = descent / stiffness if stiffness > 0.0 else 0.0
+        if part >= 0.5:
+            return full
+        if part <= _LEAST_PART:
+            return None
+        return self.at(state.traction + part * step, state.moved + part * moved, state.far)
 
-    def _newton(self, slip: Array, slips: Mask, reduction: float, enough: float) -> Array:
-        """The traction of the linear problem of the current sets of cells, in single precision.
+    def _descend(self, state: _State, count: int, tolerance: float) -> _State:
+        """The state after some accelerated projected gradients."""
+        traction, moved = ahead, ahead_moved = state.traction, state.moved
+        momentum, far = 1.0, state.far / self.stiffest
+        for _ in range(count):
+            while True:
+                pushed = ahead - self.at_cells(ahead_moved) / self.stiffest
+                target, far = self.projected(pushed, far)
+                step = target - ahead
+                by = self.displaced(step)
+                self.gradients += 1
+                square, work = float((step**2).sum()), float((step * self.at_cells(by)).sum())
+                if work <= self.stiffest * square:
+                    break
+                far *= self.stiffest * square / (1.1 * work)
+                self.stiffest = 1.1 * work / square
+            after, change = ahead_moved + by, target - traction
+            before = 1.0 if float((step * change).sum()) < 0.0 else momentum
+            momentum = 0.5 + np.sqrt(0.25 + before**2)
+            part = (before - 1.0) / momentum
+            ahead, ahead_moved = target + part * change, after + part * (after - moved)
+            traction, moved = target, after
+            if self.stiffest * float(np.abs(step).max()) <= _ENOUGH * tolerance:
+                break
+        return self.at(traction, moved, self.stiffest * far)
+
+    def _step(self, state: _State, tolerance: float) -> Array:
+        """A Newton step, in single precision.
 
         Its unknowns are both components of cells that stick, and the turn w of those that slip.
         """
-        cells, count = self.cells, self.shape[0] * self.shape[1]
+        cells, count, slip = (
+            self.cells,
+            self.shape[0] * self.shape[1],
+            state.pushed - state.traction,
+        )
+        length = np.hypot(*state.pushed)
+        slips = length > self.bound
         stuck, slipping = np.flatnonzero(~slips), np.flatnonzero(slips)
-        way = self.traction[:, slipping] / self.bound[slipping]
+        way = state.pushed[:, slipping] / length[slipping]
         turn = np.stack([-way[1], way[0]]).astype(np.float32)
         of_stuck = np.concatenate([cells[stuck], cells[stuck] + count])
         of_slipping, ends = cells[slipping] + [[0], [count]], of_stuck.size
-        layer = ((slip[:, slipping] * way).sum(axis=0) / self.bound[slipping]).astype(np.float32)
-        weight = np.ones(ends + slipping.size, np.float32)
-        weight[ends:] /= np.sqrt(1.0 + layer)
-        on_window = np.zeros((2, *self.shape), np.float32)
+        layer = np.zeros(ends + slipping.size, np.float32)
+        layer[ends:] = length[slipping] / self.bound[slipping] - 1.0
+        weight, on_window = 1.0 / np.sqrt(1.0 + layer), np.zeros((2, *self.shape), np.float32)
 
         def spread(unknowns: Single) -> Single:
             """The traction of some unknowns on the window."""
             flat = on_window.reshape(-1)
-            flat[of_stuck] = unknowns[:ends]
-            flat[of_slipping] = turn * unknowns[ends:]
+            flat[of_stuck], flat[of_slipping] = unknowns[:ends], turn * unknowns[ends:]
             return on_window
 
-        def within(stuck: NDArray[Element], slipping: NDArray[Element]) -> Single:
-            """Components of a field by unknowns, from its values in cells that stick and slip."""
-            result = np.empty_like(weight)
-            result[:ends], result[ends:] = stuck, turn[0] * slipping[0] + turn[1] * slipping[1]
-            return result
-
-        def gathered(field: Single) -> Single:
+        def gathered(field: NDArray[Element]) -> Single:
+            """Components by unknowns of a field on the window."""
             flat = field.reshape(-1)
-            return within(flat[of_stuck], flat[of_slipping])
+            of_turn = (turn * flat[of_slipping]).sum(axis=0)
+            return np.concatenate([flat[of_stuck], of_turn]).astype(np.float32)
 
         def condition(unknowns: Single) -> Single:
             self.spent += 0.25
-            return weight * gathered(self.single.inverse(spread(weight * unknowns)))
+            return np.asarray(weight * gathered(self.single.inverse(spread(weight * unknowns))))
 
-        def stiffened(unknowns: Single) -> Single:
+        def moved(traction: Single) -> Single:
             self.spent += 1.0
-            result = gathered(self.single.displacement(spread(unknowns)))
-            result[ends:] += layer * unknowns[ends:]
-            if self.total is None and self.series:
-                result += np.float32(self.series * float(unknowns @ ones[0])) * ones[0]
-            return result
+            result = self.single.displacement(traction)
+            result[0] += np.float32(self.series * float(traction[0].sum()))
+            return gathered(result)
 
-        def compressed(field: Array) -> Single:
-            return within(field[:, stuck].ravel(), field[:, slipping])
+        # The step has no products with the forces but those that its start has.
+        axes = np.eye(2)[: self.axes, :, None, None] * np.ones(self.shape)
+        forces = np.reshape([gathered(axis) for axis in axes], (self.axes, layer.size))
+        smooth = np.reshape([condition(force) for force in forces], forces.shape)
+        # Where all cells slip alike no turn changes the force.
+        gram = np.linalg.pinv(forces @ smooth.T, 1e-6)
 
-        axes = [0, 1] if self.balances_y else [0]
-        ones = [compressed(np.eye(2)[axis][:, None] * np.ones(cells.size)) for axis in axes]
-        held = _Held([] if self.total is None else ones, condition)
-        change, ahead = np.zeros_like(weight), compressed(slip)
-        if held.fields and self.guessed:
-            missing = np.array([self.total, 0.0]) - self.traction.sum(axis=1)
-            change = held.of_products(missing[: len(held.fields)])
-            ahead -= stiffened(change)
-        change = change + _solve(ahead, stiffened, condition, held, reduction, enough)
-        target = self.traction.copy()
-        target[:, stuck] += change[:ends].reshape(2, -1)
-        target[:, slipping] += turn * change[ends:]
-        return target
+        def free(residual: Single) -> Single:
+            """The residual without what distant points take up."""
+            return np.asarray(residual - (gram @ (smooth @ residual)) @ forces, np.float32)
 
-    def _result(self, far: Array, slips: Mask, error: float) -> Sheared:
-        traction = self.everywhere(self.traction * self.largest)
-        slip = (far[:, None, None] - self.moved) * self.moves
-        slip.reshape(2, -1)[:, self.cells[~slips]] = 0.0
-        moved = (self.moved + self.offset) * self.moves
+        # Cells that slip go to the bound, and what the force then lacks to all others.
+        first = np.zeros_like(slip)
+        first[:, slipping] = self.bound[slipping] * way - state.traction[:, slipping]
+        lacks = (self.total - (state.traction + first).sum(axis=1))[: self.axes]
+        change = (gram @ lacks.astype(np.float32)) @ smooth
+        first += self.at_cells(spread(change))
+        left = gathered(self.everywhere(slip))
+        if float(np.abs(first).max()) > _NEGLIGIBLE * state.error:
+            left -= moved(self.everywhere(first).astype(np.float32)) + layer * change
+        left, result, energy = free(left), np.zeros_like(layer), 1.0
+        direction: Single = np.zeros_like(layer)
+        reduction = min(max(_IN_PROPORTION * state.error, _WELL), _ROUGHLY)
+        target = reduction**2 * float(left @ left)
+        for _ in range(_LARGEST_ITERATIONS):
+            # A mean below the tolerance may hide a cell above it, for ever.
+            if float(left @ left) <= target or np.abs(left).max() <= _ENOUGH * tolerance:
+                break
+            preconditioned = condition(left)
+            previous, energy = energy, float(left @ preconditioned)
+            if not energy > 0.0:
+                break
+            direction = preconditioned + np.float32(energy / previous) * direction
+            force: Single = moved(spread(direction)) + layer * direction
+            part = np.float32(energy / float(direction @ force))
+            result += part * direction
+            left = free(np.subtract(left, part * force, dtype=np.float32))
+        return first + self.at_cells(spread(result))
+
+    def _result(self, state: _State) -> Sheared:
+        traction = self.everywhere(state.traction * self.largest)
+        slip = (state.far[:, None, None] - state.moved) * self.moves
+        sticks = np.hypot(*state.pushed) <= self.bound
+        slip.reshape(2, -1)[:, self.cells[sticks]] = 0.0
+        force = float(state.traction[0].sum())
+        moved = (state.moved + self.offset) * self.moves
+        moved[0] -= self.series * force * self.moves
         return Sheared(
             traction,
             slip,
-            float(far[0]) * self.moves,
-            float(self.traction[0].sum()) * self.largest * self.area,
+            float(state.far[0] - self.series * force) * self.moves,
+            force * self.largest * self.area,
             0.5 * sum(map(self.bodies.geometry.integral, traction * moved)),
-            error,
+            state.error,
             round(self.spent),
             self.everywhere(self.bound * self.largest)[0],
         )
 
 
-class _Held:
-    """Fields whose products with a step must vanish for the force to stay."""
+def _root(missing: Callable[[float], tuple[float, float]], guess: float, enough: float) -> None:
+    """Find where what is missing, with its fall per step, vanishes; the last call is there.
 
-    def __init__(self, fields: list[Single], condition: Callable[[Single], Single]) -> None:
-        self.fields = fields
-        self._conditioned = [condition(field) for field in fields]
-        products = [[float(a @ b) for b in self._conditioned] for a in fields]
-        self._gram = np.array(products)
-
-    def of_products(self, values: Array) -> Single:
-        """A smooth field of given products with them."""
-        parts = np.linalg.solve(self._gram, values).astype(np.float32)
-        return np.asarray(sum(part * z for part, z in zip(parts, self._conditioned, strict=True)))
-
-    def free(self, residual: Single) -> Single:
-        """The residual without the parts that distant points take up."""
-        if not self.fields:
-            return residual
-        products = [float(z @ residual) for z in self._conditioned]
-        parts = np.linalg.solve(self._gram, products).astype(np.float32)
-        for part, one in zip(parts, self.fields, strict=True):
-            residual = residual - part * one
-        return residual
-
-
-def _solve(
-    residual: Single,
-    operator: Callable[[Single], Single],
-    condition: Callable[[Single], Single],
-    held: _Held,
-    reduction: float,
-    enough: float,
-) -> Single:
-    """Conjugate gradients, projected so that products of the solution with held fields vanish."""
-    left = held.free(residual)
-    result = np.zeros_like(left)
-    target = max(reduction**2 * float(left @ left), enough**2 * left.size)
-    direction, energy = np.zeros_like(left), 1.0
-    for _ in range(_LARGEST_ITERATIONS):
-        if float(left @ left) <= target:
-            break
-        preconditioned = condition(left)
-        previous, energy = energy, float(left @ preconditioned)
-        if not energy > 0.0:
-            break
-        direction *= np.float32(energy / previous)
-        direction += preconditioned
-        force = operator(direction)
-        length = np.float32(energy / float(direction @ force))
-        result += length * direction
-        force *= length
-        left -= force
-        left = held.free(left)
-    return result
+    Newton's method within a bracket; where it does not halve its steps, bisection. What is missing
+    falls continuously, so that in the end the bracket closes up to rounding.
+    """
+    low, high, last = -np.inf, np.inf, 1.0
+    for _ in range(_LARGEST_SHIFTS):
+        left, slope = missing(guess)
+        if abs(left) <= enough:
+            return
+        low, high = (guess, high) if left > 0.0 else (low, guess)
+        step = left / slope if slope > 0.0 else np.copysign(np.inf, left)
+        if np.isfinite(high - low):
+            if not (low < guess + step < high and abs(step) <= 0.5 * last):
+                step = 0.5 * (low + high) - guess
+        else:
+            step = float(np.clip(step, -2.0 * last, 2.0 * last))
+        guess, last = guess + step, abs(step)
+        if guess in (low, high):
+            return
+    raise ContactError(f"no even shift of the shear tractions carries the force: {left:.1e} lacks")
