@@ -181,7 +181,7 @@ def variables(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
 
 
 (
-    X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE,
+    X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, WARNINGS, ERROR_ESTIMATE,
     CONVOLUTIONS,
 ) = variables("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
@@ -193,6 +193,7 @@ point | 1 | | | point of the study | int32 |
 case_id        |   | | | id of the case and name of its file | |
 code_digest    |   | | | digest of the code and libraries that computed the case | |
 status         |   | | | what became of the point | int8 |
+warnings       |   | | | what is less accurate in the case or outside the model | |
 error_estimate | 1 | | | estimated relative error of the step | |
 convolutions   | 1 | | | convolutions spent on the step | int32 |
 """)  # fmt: skip

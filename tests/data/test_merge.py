@@ -2,21 +2,26 @@
 
 import json
 import math
+import re
 import shutil
+from io import StringIO
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fretwear.data.atomic import DataFileError
+from fretwear.data.effects import results_table
 from fretwear.data.files import MERGED_PROFILES, open_case, open_history, open_summary, write_case
 from fretwear.data.merge import Tally, check_belongs, merge_study
 from fretwear.data.stack import (
     NOT_DONE,
     open_study,
 )
-from fretwear.results import FIELDS, SCALARS, PointStatus
+from fretwear.results import FIELDS, RESULTS, SCALARS, PointStatus
+from fretwear.run.accuracy import ASKED
 
-from ..studies import WAVES, near, run_study
+from ..studies import WAVES, base, near, run_study
 from .conftest import study_in
 
 pytestmark = pytest.mark.slow
@@ -259,6 +264,26 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     with open_summary(file) as summary:
         assert [summary.attrs["warnings"]] == told
     assert "cases computed by another version of the code: 6 of 6" in told[0]
+
+
+def test_what_is_less_accurate_than_asked_for_is_told_with_its_case_in_summary_and_table(
+    make_study, merged
+):
+    given = base(accuracy=None, budget=1.0, cycles=100)
+    vary = {"load": ["20 N", "50 N"], "accuracy": ["none", 0.001]}
+    study = make_study(vary, base=given, output={"cycles": [0, 100]})
+    with open_summary(merged(study) / "summary.nc") as summary:
+        table = pd.read_csv(StringIO(results_table(summary)), keep_default_na=False)
+        lines = summary.attrs["warnings"].splitlines()
+        for load in (20.0, 50.0):
+            (line,) = (line for line in lines if f" in {load:.0f} N, accuracy 0.001: " in line)
+            assert line.endswith(": raise `budget`")
+            words, error = re.match(r"(.*?) ± ([\d.]+) %", line).groups()
+            assert words.lower() in {RESULTS[name].words for name in ASKED}
+            assert float(error) > 0.1
+            rows = table[table["load"] == load].set_index("accuracy")["warnings"]
+            assert f"({words[:1].lower()}{words[1:]} ± {error} %" in rows.iloc[1]
+            assert rows.iloc[0] == ""
 
 
 def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(

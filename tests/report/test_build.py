@@ -111,6 +111,19 @@ def test_every_point_has_a_row_of_values_with_errors_in_the_same_unit(finished):
     assert list(table["Case"])[place] in finished.plan.study.cases()
 
 
+def test_the_first_screen_says_what_is_less_accurate_in_which_case_and_what_to_do(finished):
+    lines = [f"Wear volume ± {n} % in {n} N: raise `budget`" for n in (12, 9, 8, 7)]
+    summary = finished.summary.assign_attrs(warnings="\n".join(lines))
+    told = []
+    page = Page(build_report(finished.plan, summary, finished.folder, tell=told.append)[0])
+    head = page.text.split("Wear volume ±", 1)[0]
+    assert re.search(r"largest error: [a-z ]+ ± [\d.]+ %", head)
+    for line in lines:
+        assert line in page.text
+    assert page.text.index(lines[2]) < page.text.index("1 more warning") < page.text.index(lines[3])
+    assert told == [f"warning: {line}" for line in lines]
+
+
 def test_areas_stand_in_the_matrix_beside_what_is_called_an_outline(parsed):
     """The outline of a rough contact grows while its area may shrink."""
     shown = [

@@ -10,11 +10,13 @@ from fretwear.run.accuracy import (
     GridRun,
     next_width,
     relative_errors,
+    unreached,
     without_jumps,
 )
 from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case
+from fretwear.study.case_warnings import CaseWarning
 from fretwear.study.spacing import WIDEST
 
 from ..studies import near
@@ -102,6 +104,18 @@ def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(
         assert next_width(make(roughness=WAVES, budget=budget), runs) == width
 
 
+def test_a_missed_accuracy_names_results_and_a_remedy_that_allows_narrower_cells():
+    runs = [finished(width, at=0.025) for width in (1.4, 1.0)]
+    for budget, remedy in ((1.0, "raise `budget`"), (1000.0, "set a narrower `cell`")):
+        found = unreached(make(roughness=WAVES, budget=budget), runs)
+        assert found.remedy == remedy
+        assert found.error == near(2.5)
+        assert "± 2.5 % at cycle " in found.detail
+        assert found.detail.endswith(f"and {len(ASKED) - 3} more")
+        assert CaseWarning.read(str(found)) == found
+    assert unreached(make(roughness=WAVES, accuracy=0.03), runs) is None
+
+
 def test_an_accuracy_of_the_energy_is_relative_to_its_largest_value_all_others_to_the_value():
     values, error = np.array([4.0, 1.0, 1e-3]), np.array([0.1, 0.1, 0.1])
     names = ("wear_volume", "dissipated_energy")
@@ -141,7 +155,8 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
     (doubt,) = told
     assert doubt in ds.attrs["warnings"]
     assert "less accurately than the 0.1 % asked for" in doubt
-    reached = float(doubt.split(": ")[1].split(" %")[0])
+    assert doubt.endswith(": raise `budget`")
+    reached = CaseWarning.read(doubt).error
     errors = [float((ds[f"{n}_error"] / ds[n].max()).max()) for n in ASKED if float(ds[n].max())]
     assert reached >= 99.0 * max(errors)
 

@@ -11,7 +11,7 @@ from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.window import first_cells
 from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
-from fretwear.study.case_warnings import case_warnings
+from fretwear.study.case_warnings import CaseWarning, case_warnings, study_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
     greatest_contact_radius,
@@ -233,6 +233,25 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
     assert not case_warnings(steel(**capped, cycles=int(yields / 1.4)))
     (warning,) = case_warnings(steel(**capped, cycles=math.ceil(yields)))
     assert "narrower than a cell" in warning.what
+
+
+def test_a_study_names_quantity_case_and_remedy_of_the_largest_errors_first():
+    small, large = (
+        CaseWarning.inaccurate(0.02, [(error, "maximum wear depth", "")], "raise `budget`")
+        for error in (0.03, 0.12)
+    )
+    rings = CaseWarning("is computed on rings", "by up to 16 %")
+    steep = CaseWarning("touches on slopes", "slope 0.4 (at most 0.3)")
+    cases = {"20 N, elastic": [rings, small], "40 N, elastic": [large, rings], "": [steep]}
+    assert study_warnings(cases, 27) == [
+        "Maximum wear depth ± 12 % in 40 N, elastic: raise `budget`",
+        "Maximum wear depth ± 3 % in 20 N, elastic: raise `budget`",
+        "2 of 27 cases: the contact is computed on rings (by up to 16 %)",
+        "The contact touches on slopes (slope 0.4 (at most 0.3))",
+    ]
+    for warning in (small, rings, steep):
+        assert CaseWarning.read(str(warning)) == warning
+    assert CaseWarning.read("Something else (1)") is None
 
 
 def test_dundurs_constant_is_that_of_the_closed_form():

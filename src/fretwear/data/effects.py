@@ -25,6 +25,7 @@ from fretwear.results import (
     POINT,
     RESULTS,
     STATUS,
+    WARNINGS,
     PointStatus,
     Variable,
     headlines,
@@ -108,19 +109,21 @@ def points_table(summary: xr.Dataset) -> pd.DataFrame:
     """
     dims, varied = set(point_dims(summary)), varied_names(summary)
     along = [str(name) for name, about in summary.variables.items() if set(about.dims) <= dims]
-    placed = {*BOOKKEEPING, *varied, CODE_DIGEST.name}
+    last = [name for name in (CODE_DIGEST.name, WARNINGS.name) if name in summary]
+    placed = {*BOOKKEEPING, *varied, *last}
     names = [CASE_ID.name, STATUS.name, *varied, *(name for name in along if name not in placed)]
     columns = {name: point_values(summary, name) for name in names}
     columns[STATUS.name] = np.array([PointStatus(int(s)).word for s in columns[STATUS.name]])
     columns |= {name: values.ravel() for name, values in final_results(summary).items()}
-    if CODE_DIGEST.name in summary:
-        columns[CODE_DIGEST.name] = point_values(summary, CODE_DIGEST.name)
+    columns |= {name: point_values(summary, name) for name in last}
     return pd.DataFrame({name: list(values) for name, values in columns.items()})
 
 
 def results_table(summary: xr.Dataset) -> str:
     """Return the points of a merged study as CSV; see `points_table`."""
     table = points_table(summary).rename(columns=WRITTEN)
+    if WARNINGS.name in table:
+        table[WARNINGS.name] = table[WARNINGS.name].str.replace("\n", "; ")
     text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
     return text
 

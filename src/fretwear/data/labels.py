@@ -29,6 +29,7 @@ from fretwear.results import (
     STEP,
     SYMMETRIES,
     VECTOR_FIELDS,
+    WARNINGS,
     Variable,
     X,
     Y,
@@ -121,7 +122,7 @@ def case_dataset(
         "case_id": case.case_id,
         CODE_DIGEST.name: case_digest(case),
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, reasons)),
+        WARNINGS.name: "\n".join(map(str, reasons)),
         "complete": 1,
     }
     return xr.Dataset(variables, coordinates, attributes)

@@ -33,10 +33,13 @@ from fretwear.results import (
     POINT,
     STATUS,
     STEP,
+    WARNINGS,
     PointStatus,
     Variable,
     X,
 )
+from fretwear.study.case_warnings import CaseWarning, study_warnings
+from fretwear.study.problems import few_of
 from fretwear.version import case_digest, code_digest
 
 if TYPE_CHECKING:
@@ -81,6 +84,7 @@ def merge_study(
     then names them all.
     """
     points = [(point.id, point.case) for point in study.points()]
+    names = {point.id: point.words for point in study.points()}
     rows, histories, errors = dict[int, Variables](), dict[int, Variables](), list[DataFileError]()
     stored: list[Mapping[str, Any]] = [{} for _ in points]  # attributes
     status = np.full(len(points), PointStatus.INVALID, STATUS.dtype)
@@ -125,30 +129,37 @@ def merge_study(
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
     digests = [about.get(CODE_DIGEST.name, "") for about in stored]
+    lines = [str(about.get(WARNINGS.name, "")) for about in stored]
     sources = sorted({about["source"] for about in stored if "source" in about})
     coordinates, parameters = _columns(study, points)
     summary = summary.assign(
         {
             STATUS.name: _laid(study, status, flags),
             CODE_DIGEST.name: _laid(study, digests, CODE_DIGEST.attributes),
+            WARNINGS.name: _laid(study, lines, WARNINGS.attributes),
             **parameters,
         }
     ).assign_coords(coordinates)
     remarks = _remarks_on((digests[number], points[number][1]) for number in rows)
+    found = {points[n][0]: lines[n].splitlines() for n in rows}
+    remarks += study_warnings(
+        {names[n]: [*filter(None, map(CaseWarning.read, told))] for n, told in found.items()},
+        len(found),
+    )
     summary.attrs = {
         "title": study.title,
         **FORMAT,
         "source": "; ".join(sources[:_MOST_SOURCES]),
         "history": history_line(command),
         CODE_DIGEST.name: code_digest(),
-        "warnings": "\n".join(remarks),
+        WARNINGS.name: "\n".join(remarks),
         "study": study.name,
         "design": study.design.kind,
         "study_file": json.dumps(study.content, default=str),
         **study_attributes(study.content),
     }
     write_groups(path, {"": summary, HISTORY_GROUP: history})
-    for remark in remarks:
+    for remark in few_of(remarks):
         tell(remark)
     count = Counter(status.tolist())
     return Tally(*(count[kind] for kind in PointStatus))

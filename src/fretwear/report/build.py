@@ -33,6 +33,7 @@ from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
 from fretwear.run.cases import failures
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
+from fretwear.study.problems import few_of
 from fretwear.units import NO_UNIT, axis_label, cycle_text, number_text, span
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
@@ -113,9 +114,7 @@ def build_report(
         for cell in row.cells
     }
     warnings = summary.attrs["warnings"].splitlines()
-    for what, numbers in plan.warnings.items():
-        warnings.append(f"{len(numbers)} of {len(points.table)} cases: the contact {what}")
-    for warning in warnings:
+    for warning in few_of(warnings):
         tell(f"warning: {warning}")
     images = _images(folder / "figures")
     added = list(sections)
@@ -161,14 +160,17 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
     finished = str(count) if done == count else f"{done} of {count}"
     facts = [f"{finished} case{'s' * (count != 1)}"]
     facts.append(f"{span({case.cycles for case in cases}, cycle_text)} cycles")
-    shares = []
+    largest = []
     for name in headlines(points.results):
         values, error = points.results[name], points.results.get(f"{name}_error")
         if error is not None:
             kept = np.abs(values) > _TRACE * np.nanmax(np.abs(values), initial=0.0)
-            shares += (error[kept] / np.abs(values[kept])).tolist()
-    known = [100.0 * share for share in shares if math.isfinite(share)]
-    return [*facts, f"errors: {span(known, partial(number_text, digits=2))} %"] if known else facts
+            shares = error[kept] / np.abs(values[kept])
+            share = float(shares.max(initial=0.0, where=np.isfinite(shares)))
+            largest.append((share, points.variables[name].words))
+    share, words = max(largest, default=(0.0, ""))
+    text = f"largest error: {words} ± {number_text(100.0 * share, 2)} %"
+    return [*facts, text] if words else facts
 
 
 def _undone(summary: xr.Dataset, folder: Path) -> list[tuple[str, str, str]]:

@@ -15,7 +15,6 @@ from fretwear.results import HEADLINES, RESULTS
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import CaseWarning
 from fretwear.study.memory import affordable_width
-from fretwear.units import number_text
 
 _Columns: TypeAlias = dict[str, NDArray[np.float64]]
 
@@ -115,19 +114,20 @@ def next_width(case: Case, rounds: Sequence[GridRun]) -> float | None:
         return 1.0
     if not last.errors:
         return None
-    narrowest = max(
-        (_left(case, rounds) / last.work) ** (-1.0 / _growth(rounds)),
-        affordable_width(case),
-        1.0 / _MOST_RATIO,
-    )
+    narrowest = _narrowest(case, rounds, case.budget or USUAL_BUDGET)
     width = min(_AIM * accuracy / last.error, 1.0 / case.times_coarser)
     return width if width >= narrowest else None
 
 
-def _left(case: Case, rounds: Sequence[GridRun]) -> float:
-    """Work that the budget of a case leaves after the run on default cells, at least as much."""
+def _narrowest(case: Case, rounds: Sequence[GridRun], budget: float) -> float:
+    """Width of the narrowest cells after the run on default ones, within budget and memory.
+
+    The budget leaves at least as much work as that run took.
+    """
     usual = rounds[-1].work
-    return max((case.budget or USUAL_BUDGET) * usual - sum(run.work for run in rounds), usual)
+    left = max(budget - sum(run.work for run in rounds) / usual, 1.0)
+    of_work: float = left ** (-1.0 / _growth(rounds))
+    return max(of_work, affordable_width(case), 1.0 / _MOST_RATIO)
 
 
 def _growth(rounds: Sequence[GridRun]) -> float:
@@ -157,16 +157,22 @@ def relative_errors(
 
 
 def unreached(case: Case, rounds: Sequence[GridRun]) -> CaseWarning | None:
-    """Return which result of a case misses its accuracy most, by how much and when."""
+    """Return which results of a case miss its accuracy, by how much, and what to do."""
     accuracy, last = case.asked_accuracy, rounds[-1]
     if accuracy is None or not last.errors or last.error <= accuracy:
         return None
-    name = max(last.errors, key=lambda name: float(last.errors[name].max()))
-    cycle = case.output_cycles[int(last.errors[name].argmax())]
-    of_largest = " of its largest value" if name == _OF_LARGEST else ""
-    asked, reached = (number_text(100.0 * part, 2) for part in (accuracy, last.error))
-    detail = f"{RESULTS[name].words}: {reached} %{of_largest} at cycle {cycle}"
-    return CaseWarning(f"is computed less accurately than the {asked} % asked for", detail)
+    missed = []
+    for name, errors in last.errors.items():
+        cycle = case.output_cycles[int(errors.argmax())]
+        when = " of its largest value" if name == _OF_LARGEST else ""
+        when += f" at cycle {cycle}" if cycle < case.output_cycles[-1] else ""
+        if (error := float(errors.max())) > accuracy:
+            missed.append((error, RESULTS[name].words, when))
+    usual = [run for run in rounds if run.width >= 1.0]
+    budget = case.budget or USUAL_BUDGET
+    is_bound = _narrowest(case, usual, budget) > _narrowest(case, usual, math.inf)
+    remedy = "raise `budget`" if is_bound else "set a narrower `cell`"
+    return CaseWarning.inaccurate(accuracy, missed, remedy)
 
 
 def without_jumps(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from fretwear.mechanics.surfaces.loading import Displacement
 from fretwear.study.case import Case
+from fretwear.study.problems import few_of
 from fretwear.study.spacing import zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
+_NAMED = 3  # most results that a warning names
 FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
 GREATEST_WIDTH = (
@@ -23,6 +26,9 @@ GREATEST_HARDNESS, LEAST_STIFFNESS = 0.07, 1e9
 # Relative errors of results: above the first, results are marked; above the second, named.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
+_LINE = re.compile(r"The contact (.*?) \((.*)\)(?:: (.*))?")
+_INACCURATE = "is computed less accurately than the"
+
 _Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
 
 
@@ -32,9 +38,68 @@ class CaseWarning:
 
     what: str  # a sentence whose subject is the contact; the same for every case of a kind
     detail: str  # the numbers of this case
+    remedy: str = ""  # what to do, in the imperative
+
+    @classmethod
+    def inaccurate(
+        cls, asked: float, errors: Iterable[tuple[float, str, str]], remedy: str
+    ) -> CaseWarning:
+        """The warning of errors above the accuracy asked for: relative error, result, and when."""
+        largest = sorted(errors, key=lambda each: -each[0])
+        limit = number_text(100.0 * asked, 2)
+        texts = []
+        for error, words, when in largest:
+            number = number_text(100.0 * error, 2)
+            number = number_text(100.0 * error, 3) if number == limit else number
+            texts.append(f"{words} ± {number} %{when}")
+        what = f"{_INACCURATE} {limit} % asked for"
+        return cls(what, ", ".join(few_of(texts, _NAMED)), remedy)
+
+    @classmethod
+    def read(cls, line: str) -> CaseWarning | None:
+        """Return what a line of the attribute ``warnings`` says; None if it is not of a contact."""
+        return cls(*found.groups(default="")) if (found := _LINE.fullmatch(line)) else None
+
+    @property
+    def error(self) -> float:
+        """The largest error, %, of a contact that is less accurate than asked for, otherwise 0."""
+        found = re.search(r"± ([\d.]+) %", self.detail) if self.is_inaccuracy else None
+        return float(found[1]) if found else 0.0
+
+    @property
+    def is_inaccuracy(self) -> bool:
+        """Whether results are less accurate than asked for."""
+        return self.what.startswith(_INACCURATE)
 
     def __str__(self) -> str:
-        return f"The contact {self.what} ({self.detail})"
+        return f"The contact {self.what} ({self.detail})" + f": {self.remedy}" * bool(self.remedy)
+
+
+def study_warnings(cases: Mapping[str, Sequence[CaseWarning]], count: int) -> list[str]:
+    """Return the warnings of some of the `count` cases of a study, by their words, as sentences.
+
+    Results less accurate than asked for are first, each case with its quantities and what to do.
+    """
+    missed, groups = list[tuple[float, str]](), dict[str, list[tuple[str, CaseWarning]]]()
+    for words, warnings in cases.items():
+        where = f" in {words}" if words else ""
+        for warning in warnings:
+            if warning.is_inaccuracy:
+                label = f"{warning.detail[:1].upper()}{warning.detail[1:]}"
+                missed.append((warning.error, f"{label}{where}: {warning.remedy}"))
+            else:
+                groups.setdefault(warning.what, []).append((where, warning))
+    sentences = [text for _, text in sorted(missed, key=lambda each: -each[0])]
+    for what, alike in groups.items():
+        where, first = alike[0]
+        if len(alike) == 1:
+            sentences.append(f"{replace(first, what=what + where)}")
+            continue
+        details = {warning.detail for _, warning in alike}
+        numbers = f" ({first.detail})" if len(details) == 1 else ""
+        remedy = f": {first.remedy}" if first.remedy else ""
+        sentences.append(f"{len(alike)} of {count} cases: the contact {what}{numbers}{remedy}")
+    return sentences
 
 
 def case_warnings(

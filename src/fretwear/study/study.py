@@ -11,8 +11,10 @@ from typing import Any
 from fretwear.study.case import Case
 from fretwear.study.contact import FrettingContact
 from fretwear.study.designs import Axis, Design
+from fretwear.study.parameters import value_text, words_text
 from fretwear.study.problems import Problems
 from fretwear.study.sections import StudySection
+from fretwear.units import in_unit
 
 
 def as_mapping(given: object) -> Mapping[str, Any]:
@@ -129,6 +131,23 @@ class Point:
     def values(self) -> dict[str, object]:
         """Varied parameters by dotted name, in SI units."""
         return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
+
+    @property
+    def words(self) -> str:
+        """What tells the point from others, for people: ``40 N, 0.4 µm, elastic``."""
+        texts = []
+        for axis, place in zip(self.study.axes, self.index, strict=True):
+            if len(axis.values) < 2:
+                continue
+            value, name = axis.values[place], axis.coordinate
+            if not isinstance(value, float | int | str):
+                texts.append(f"{axis.name} {axis.labels[place]}")
+                continue
+            if axis.drawn_from is not None:
+                value = in_unit(float(f"{value:.3g}"), getattr(value, "si_unit", ""))
+            text = value_text(name, value)
+            texts.append(words_text(name, value) if text[-1].isdigit() else text)
+        return ", ".join(texts)
 
     @property
     def labels(self) -> dict[str, str]:
