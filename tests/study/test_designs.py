@@ -162,7 +162,7 @@ def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):
     study = studies.load(content)
     rows = table(study)
     assert [float(row["load"]) for row in rows] == [25.0, 25.0, 50.0, 50.0]
-    assert [float(row["plastic_limit"]) for row in rows] == [float("inf"), 4.5e9] * 2
+    assert [float(row["plastic_limit"]) for row in rows] == [4.5e9, float("inf")] * 2
     for row, point in zip(rows, study.points(), strict=True):
         assert float(row["hertz_radius"]) == point.case.hertz_radius
         assert float(row["cell_x"]) == point.case.grid_spacing[0]
@@ -183,9 +183,9 @@ def test_invalid_points_are_in_the_table_with_the_reason_and_warnings_once_each(
     content["invalid"] = "skip"
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}
     good, bad = table(studies.load(content))
-    assert (bad["id"], bad["cells"], bad["tangential_ratio"]) == ("", "", "1.5")
+    assert (bad["case_id"], bad["cells"], bad["tangential_ratio"]) == ("", "", "1.5")
     assert "gross sliding" in bad["problem"]
-    assert good["id"]
+    assert good["case_id"]
     assert list(Plan(studies.load(content)).rows())[1][0] == "(invalid)"
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}
     plan = Plan(studies.load(content))

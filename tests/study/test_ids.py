@@ -19,8 +19,8 @@ PINNED = Path(__file__).with_name("ids.csv")
 
 
 def pinned(name):
-    """Name, number of points, digest of the ids of all points in order, and the first id."""
-    ids = [point.id for point in load_study(STUDIES[name]).points()]
+    """Name, number of points, digest of their ids, and the first id, all in alphabetical order."""
+    ids = sorted(point.id for point in load_study(STUDIES[name]).points())
     return [name, str(len(ids)), hashlib.sha256("\n".join(ids).encode()).hexdigest()[:16], ids[0]]
 
 

@@ -72,7 +72,7 @@ class Axis:
     """One varied parameter."""
 
     name: str  # dotted, as in the file
-    values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
+    values: tuple[Any, ...]  # SI units; of a grid: numbers rising, words as in the file
     written: tuple[Any, ...]  # as in a study file
     drawn_from: Range[float] | None = None  # None if the values were listed
 
@@ -158,4 +158,8 @@ def _axis(name: str, value: Any, written: Any, design: Design, problems: Problem
         if one in value[:position]:
             rule = "is the same value as one before it"
             problems.add(f"{place}[{position}]", written[position], rule, "leave one of them out")
-    return Axis(name, tuple(value), tuple(written))
+    order = [*range(len(value))]
+    # Programs that read a dataset expect levels that rise. Paired lists have an order of their own.
+    if isinstance(design, Combinations) and all(isinstance(one, int | float) for one in value):
+        order.sort(key=value.__getitem__)
+    return Axis(name, tuple(value[i] for i in order), tuple(written[i] for i in order))
