@@ -29,6 +29,11 @@ def pytest_configure(config):
     config.option.loadscopereorder = False
 
 
+def pytest_report_header():
+    """Tell whether `tests/shaken` changes the last bits, or hides a library."""
+    return [f"{n}={v}" for n, v in os.environ.items() if n.startswith("FRETWEAR_TEST_") and v]
+
+
 def pytest_collection_modifyitems(items):
     """Begin with files of many slow tests: workers side by side end at about the same time."""
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))

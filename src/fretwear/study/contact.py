@@ -157,7 +157,7 @@ class FrettingContact(Setup):
             return self
         keys = case_keys()
         unknown = {name for key in names for name in (key, keys.member_of(key))}
-        known = {n: value for n, value in vars(self).items() if n in self.__dataclass_fields__}
+        known = {n: value for n, value in vars(self).items() if n in field_names(type(self))}
         return IncompleteContact.of(
             {**known, "unknown": unknown | vars(self).get("unknown", set())}
         )
