@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import measure
 from fretwear.mechanics.wear.window import first_cells
 from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
+from fretwear.study.case import CaseError
 from fretwear.study.case_warnings import CaseWarning, case_warnings, study_warnings
 from fretwear.study.plan import estimate
 from fretwear.study.spacing import (
@@ -205,6 +207,38 @@ def test_rings_carry_a_default_contact_only_where_a_grid_would_miss_its_edges(ch
     case = studies.steel(**changes)
     assert issubclass(case.geometry, Rings) == on_rings
     assert any("on rings" in warning.what for warning in case_warnings(case)) == on_rings
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"tangential_ratio": 0.1},
+        {"tangential_ratio": 0.99999},
+        {"plastic_limit": "3000 MPa", "cycles": 30000},
+        {"tangential_ratio": None, "displacement_ratio": 1.2},
+    ],
+    ids=str,
+)
+def test_a_slip_model_that_is_written_is_solved(changes):
+    by_default, written = (
+        studies.steel(**changes, **model) for model in ({}, {"slip_model": "cerruti"})
+    )
+    assert (by_default.geometry, written.geometry) == (Rings, Grid)
+    solved = (by_default.solved_slip_model.kind, written.solved_slip_model.kind)
+    assert solved == ("jaeger", "cerruti")
+    for case, kind in zip((by_default, written), solved, strict=True):
+        assert case.scalar_coordinates()["slip_model"][0] == kind
+    assert by_default.case_id != written.case_id
+    # In gross slip it is the same everywhere, and rings leave nothing out.
+    slides = by_default.tangential_ratio >= 1.0
+    told = ["write slip_model: cerruti" in str(each) for each in case_warnings(by_default)]
+    assert told == [True] * (not slides)
+
+
+def test_a_pulsating_load_refuses_a_slip_model_along_x():
+    with pytest.raises(CaseError, match="with slip_model: jaeger"):
+        studies.steel(pulsating_load=0.9, slip_model="cerruti")
+    assert studies.steel(pulsating_load=0.9, slip_model="jaeger").geometry is Rings
 
 
 @pytest.mark.slow

@@ -371,7 +371,7 @@ def wear_problem(
     blocks[-1] = math.inf, blocks[-1][1]
     return WearProblem(
         **vars(blocks[0][1]),
-        slip_model=case.slip_model,
+        slip_model=case.solved_slip_model,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
         geometry=geometry or case.geometry,

@@ -45,6 +45,8 @@ from fretwear.study.spacing import (
     usual_spacing,
 )
 
+# What stands for members of which a default depends on the contact, among the coordinates.
+_SOLVED = {"cell": "grid_spacing", "slip_model": "solved_slip_model"}
 _SNAPSHOTS = {"output_cycles": Snapshots}
 _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
@@ -77,7 +79,8 @@ class Case(FrettingContact):
     The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
     neglects the coupling of normal and tangential directions (Dundurs' β), which two different
     materials have, and traction along y, unless ``slip_model`` is ``coupled``. On rings slip is
-    the mean over all directions: at ν = 0.3 the maximum wear depth is up to 16 % too small.
+    the mean over all directions: at ν = 0.3 the maximum wear depth is up to 16 % too small, unless
+    ``slip_model`` is ``cerruti``, which takes a grid.
 
     Raises
     ------
@@ -299,7 +302,7 @@ class Case(FrettingContact):
         if self.loading.is_force or self.loading.stroke:
             del following["displacement_amplitude"], following["displacement_ratio"]
         for member, about in members().items():
-            value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
+            value: Any = getattr(self, _SOLVED.get(member, member))
             if isinstance(about, Inline):
                 for name, one in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):

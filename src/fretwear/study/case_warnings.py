@@ -29,7 +29,8 @@ SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 _LINE = re.compile(r"The contact (.*?) \((.*)\)(?:: (.*))?")
 _INACCURATE = "is computed less accurately than the"
 
-_Words = Iterator[tuple[str, str]]  # a sentence whose subject is the contact, and its numbers
+# A sentence whose subject is the contact, its numbers and, if there is one, what to do.
+_Words = Iterator[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,8 @@ def _of_slip(case: Case) -> _Words:
     """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
     if error := case.error_of_directions(0.0):
         what = "is computed on rings, where slip is the same in all directions, so that the deepest"
-        yield f"{what} wear is too small", f"by up to {100.0 * error:.0f} %, most at first"
+        remedy = "" if case.normal.pulsating_load < 1.0 else "write slip_model: cerruti"
+        yield f"{what} wear is too small", f"by up to {100.0 * error:.0f} %, most at first", remedy
     loading, hertz = case.loading, case.hertz
     if isinstance(loading, Displacement):
         compliant = case.coupling * hertz.approach + loading.flexibility(hertz) * hertz.load
@@ -239,13 +241,13 @@ def _of_strains(case: Case) -> _Words:
     width = case.hertz_radius / case.indenter.curvature_radius
     is_elastic = math.isinf(case.plastic_limit) and stiffness >= LEAST_STIFFNESS
     if is_elastic and peak > GREATEST_HARDNESS * stiffness:
-        what = "presses elastic bodies harder than most materials bear; give plastic_limit"
         yield (
-            what,
+            "presses elastic bodies harder than most materials bear",
             f"peak pressure {format_quantity(peak, PRESSURE, 3)}, {peak / stiffness:.2g} E*; "
             f"hardened steel bears about {GREATEST_HARDNESS:g} E*",
+            "give plastic_limit",
         )
     elif width > GREATEST_WIDTH:
         what = "is so wide beside the radius of the bodies that half-space theory is inexact"
         lengths = _lengths(contact_radius=case.hertz_radius, radius=case.indenter.curvature_radius)
-        yield f"{what}; check load, radius and youngs_modulus", lengths
+        yield what, lengths, "check load, radius and youngs_modulus"

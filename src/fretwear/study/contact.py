@@ -12,7 +12,7 @@ from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
-from fretwear.mechanics.slip.models import Cerruti, SlipModel
+from fretwear.mechanics.slip.models import Auto, Cerruti, Jaeger, SlipModel
 from fretwear.mechanics.surfaces.loading import Loading, SlidingDistance
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.plugins import plugins
@@ -35,7 +35,7 @@ from fretwear.units import LINE_CONTACT
 for _kinds in plugins("fretwear.parts").values():
     _kinds.load()
 
-_USUAL_SLIP = Cerruti()
+_USUAL_SLIP = Auto()
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
@@ -58,7 +58,9 @@ class FrettingContact(Setup):
 
     cycles: Annotated[int, CYCLES, "Number of load cycles."]
     slip_model: Annotated[
-        SlipModel, PartOf(SlipModel, "slip model", like="cerruti"), "Model of slip."
+        SlipModel,
+        PartOf(SlipModel, "slip model", like="cerruti"),
+        "Model of slip; auto by default.",
     ] = _USUAL_SLIP
     cell: Annotated[
         tuple[float, float] | None,
@@ -166,25 +168,36 @@ class FrettingContact(Setup):
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
 
-        Rings remain under a pulsating load, where a grid would not resolve the slip annulus, the
-        stick zone or the ring at its edge that yields, and where yielding bodies wear so long that
-        the direction hardly counts at last; slip is then the mean over all directions.
+        Unless a slip model along one direction is written, rings remain under a pulsating load,
+        where a grid would not resolve the slip annulus, the stick zone or the ring at its edge that
+        yields, and where yielding bodies wear so long that the direction hardly counts at last;
+        slip is then the mean over all directions.
         """
         if self.frame is LINE_CONTACT:
             return Row if self.bulk_stress else Strips
         is_round = self.indenter.is_axisymmetric and self._is_plain and not self.bulk_stress
         if not is_round or self.slip_model.couples:
             return Grid
+        if not (self.slip_varies and isinstance(self.slip_model, Auto)):
+            return Grid if self.slip_varies else Rings
         is_narrow = not _NARROW < self.stick_radius / self.hertz_radius < 1.0 - _NARROW
         cell = self.hertz_radius / CELLS_PER_YIELDING_CONTACT_RADIUS
         is_narrow |= self.edge_yields and self.yielding_ring < cell
         fits = self.normal.pulsating_load == 1.0 and not (is_narrow or self.folds > _LONG)
-        return Grid if self.slip_varies and fits else Rings
+        return Grid if fits else Rings
 
     @property
     def slip_varies(self) -> bool:
         """Whether slip depends on the direction from the middle of a round contact."""
-        return isinstance(self.slip_model, Cerruti) and self.coupling != 1.0
+        return not self.slip_model.is_isotropic and self.coupling != 1.0
+
+    @cached_property
+    def solved_slip_model(self) -> SlipModel:
+        """The slip model, in whose place `auto` has one that the cells can show."""
+        if not isinstance(self.slip_model, Auto):
+            return self.slip_model
+        has_directions = self.geometry is Grid and not self.loading.stroke
+        return Cerruti() if has_directions else Jaeger()
 
     @cached_property
     def folds(self) -> float:
@@ -194,7 +207,8 @@ class FrettingContact(Setup):
 
     def error_of_directions(self, cycle: float) -> float:
         """Return by which part the deepest wear may be too small where slip has no direction."""
-        if not (issubclass(self.geometry, Rings) and self.slip_varies):
+        slides = self.tangential_ratio >= 1.0  # as a whole, by the same slip everywhere
+        if slides or not (issubclass(self.geometry, Rings) and self.slip_varies):
             return 0.0
         worn = self.folds * cycle / self.cycles
         return _OF_DIRECTION * abs(self.coupling - 1.0) / (1.0 + worn / _FORGOTTEN)

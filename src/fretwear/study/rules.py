@@ -141,7 +141,7 @@ def _of_pulsating_load(case: FrettingContact) -> Iterator[Problem]:
     if varies or not (case.loading.is_force and is_smooth) or math.isfinite(case.plastic_limit):
         rule = (
             "works with strokes, and under a force for smooth elastic spheres, round punches and "
-            "line contacts of constant friction and wear, with slip_model: cerruti or jaeger"
+            "line contacts of constant friction and wear, with slip_model: jaeger"
         )
         yield Problem("pulsating_load", f"{least:g}", rule)
     elif (lowest := max(ratio, 1.0 - 2.0 * ratio)) >= least:

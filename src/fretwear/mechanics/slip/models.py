@@ -282,6 +282,14 @@ class Cerruti(Jaeger):
 
 
 @dataclass(frozen=True)
+class Auto(Cerruti):
+    """`Cerruti` on cells that tell directions apart, `Jaeger` on rings and strips."""
+
+    kind: Literal["auto"] = "auto"  # type: ignore[assignment]
+    caption: ClassVar[str] = "slip of the worn shape, along x where cells have directions"
+
+
+@dataclass(frozen=True)
 class Coupled(Jaeger):
     """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.slip.coupled`.
 
