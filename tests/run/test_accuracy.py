@@ -5,6 +5,7 @@ import pytest
 
 import fretwear
 from fretwear.mechanics.wear.state import State
+from fretwear.run import accuracy
 from fretwear.run.accuracy import (
     ASKED,
     GridRun,
@@ -92,7 +93,12 @@ def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
     last = finished(1.0, at=0.025)
     assert next_width(case, [first, last]) == near(0.64)
     assert next_width(case, [first, finished(1.0, at=0.021)]) == near(1.0 / 1.4)
-    assert next_width(case, [first, last, finished(0.64, at=0.05)]) is None
+    growth = np.log(1 / 0.36) / np.log(1.4) + 0.5
+    # A budget that errors exceed is used up, if cells can become enough narrower.
+    assert next_width(case, [first, finished(1.0, at=0.2)]) == near(8.64 ** (-1 / growth))
+    third = finished(0.5, at=0.05)
+    assert next_width(case, [first, last, third]) is None
+    assert next_width(case.replace(budget=100), [first, last, third]) == near(0.5 * 0.32)
 
 
 @pytest.mark.parametrize("growth", [2.0, 3.0, 4.5])
@@ -100,14 +106,17 @@ def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(
     """Even where work grows by a power larger by 0.5 from the second run to the third."""
     needed = 0.5 ** -(growth + 0.5) + 1.0 + 1.4**-growth
     runs = [finished(width, at=0.032, growth=growth) for width in (1.4, 1.0)]
-    for budget, width in ((1.001 * needed, near(0.5)), (0.999 * needed, None)):
-        assert next_width(make(roughness=WAVES, budget=budget), runs) == width
+    assert next_width(make(roughness=WAVES, budget=1.001 * needed), runs) == near(0.5)
+    width = next_width(make(roughness=WAVES, budget=0.9 * needed), runs)
+    assert width ** -(growth + 0.5) + 1.0 + 1.4**-growth == near(0.9 * needed)
+    assert next_width(make(roughness=WAVES, budget=1.0), runs) is None
 
 
-def test_a_missed_accuracy_names_results_and_a_remedy_that_allows_narrower_cells():
+def test_a_missed_accuracy_names_results_and_a_remedy_that_allows_narrower_cells(monkeypatch):
     runs = [finished(width, at=0.025) for width in (1.4, 1.0)]
-    for budget, remedy in ((1.0, "raise `budget`"), (1000.0, "set a narrower `cell`")):
-        found = unreached(make(roughness=WAVES, budget=budget), runs)
+    for narrowest, remedy in ((0.0, "raise `budget`"), (1.0, "set a narrower `cell`")):
+        monkeypatch.setattr(accuracy, "affordable_width", lambda _, width=narrowest: width)
+        found = unreached(make(roughness=WAVES, budget=1.0), runs)
         assert found.remedy == remedy
         assert found.error == near(2.5)
         assert "± 2.5 % at cycle " in found.detail

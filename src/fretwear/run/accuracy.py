@@ -99,42 +99,47 @@ def next_width(case: Case, rounds: Sequence[GridRun]) -> float | None:
     """Return the width of cells over the default for the next run of a case; None: it is done.
 
     A case that asks for an accuracy begins on cells of its `first_width` and goes on with default
-    ones if it has not reached the accuracy. If these do not reach it either, a last run has cells
-    as narrow as errors call for that fall with the width, within the budget.
+    ones if it has not reached the accuracy. If these do not reach it either, further runs have
+    cells as narrow as errors call for that fall with the width, or as the budget allows.
     """
-    accuracy = case.asked_accuracy
-    if accuracy is None:
+    if case.asked_accuracy is None:
         return None if rounds else 1.0
     if not rounds:
         return case.first_width
-    last = rounds[-1]
-    if last.error <= accuracy or last.width < 1.0:
+    if rounds[-1].error <= case.asked_accuracy:
         return None
-    if last.width > 1.0:
+    if rounds[-1].width > 1.0:
         return 1.0
+    return _narrower(case, case.asked_accuracy, rounds, case.budget or USUAL_BUDGET)
+
+
+def _narrower(
+    case: Case, accuracy: float, rounds: Sequence[GridRun], budget: float
+) -> float | None:
+    """Width of the next cells after the default ones within budget and memory, if they help.
+
+    The budget leaves at least as much work as the run on default cells took.
+    """
+    last = rounds[-1]
     if not last.errors:
         return None
-    narrowest = _narrowest(case, rounds, case.budget or USUAL_BUDGET)
-    width = min(_AIM * accuracy / last.error, 1.0 / case.times_coarser)
-    return width if width >= narrowest else None
-
-
-def _narrowest(case: Case, rounds: Sequence[GridRun], budget: float) -> float:
-    """Width of the narrowest cells after the run on default ones, within budget and memory.
-
-    The budget leaves at least as much work as that run took.
-    """
-    usual = rounds[-1].work
-    left = max(budget - sum(run.work for run in rounds) / usual, 1.0)
-    of_work: float = left ** (-1.0 / _growth(rounds))
-    return max(of_work, affordable_width(case), 1.0 / _MOST_RATIO)
+    usual = next(run.work for run in rounds if run.width <= 1.0)
+    left = budget * usual - sum(run.work for run in rounds)
+    left = max(left, usual) if last.width == 1.0 else left
+    aimed = last.width * min(_AIM * accuracy / last.error, 1.0 / case.times_coarser)
+    of_work = math.inf
+    if left > 0.0:
+        of_work = last.width * (left / last.work) ** (-1.0 / _growth(rounds))
+    width = max(aimed, of_work, affordable_width(case), last.width / _MOST_RATIO)
+    # Two runs on nearly the same cells tell little about errors.
+    return width if width <= last.width / case.times_coarser * (1.0 + 1e-9) else None
 
 
 def _growth(rounds: Sequence[GridRun]) -> float:
-    """Power of the inverse width of cells by which work grows, from the first two runs."""
+    """Power of the inverse width of cells by which work grows, from the last two runs."""
     grown, runs = _LEAST_GROWTH, [run for run in rounds if run.work]
     if len(runs) > 1:  # one, if cells wider than the default ones have failed
-        wide, narrow, *_ = runs
+        *_, wide, narrow = runs
         grown = math.log(narrow.work / wide.work) / math.log(wide.width / narrow.width)
     return max(grown, _LEAST_GROWTH) + _FASTER
 
@@ -168,9 +173,7 @@ def unreached(case: Case, rounds: Sequence[GridRun]) -> CaseWarning | None:
         when += f" at cycle {cycle}" if cycle < case.output_cycles[-1] else ""
         if (error := float(errors.max())) > accuracy:
             missed.append((error, RESULTS[name].words, when))
-    usual = [run for run in rounds if run.width >= 1.0]
-    budget = case.budget or USUAL_BUDGET
-    is_bound = _narrowest(case, usual, budget) > _narrowest(case, usual, math.inf)
+    is_bound = _narrower(case, accuracy, rounds, math.inf) is not None
     remedy = "raise `budget`" if is_bound else "set a narrower `cell`"
     return CaseWarning.inaccurate(accuracy, missed, remedy)
 
