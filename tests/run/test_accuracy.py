@@ -98,7 +98,7 @@ def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
     assert next_width(case, [first, finished(1.0, at=0.2)]) == near(8.64 ** (-1 / growth))
     third = finished(0.5, at=0.05)
     assert next_width(case, [first, last, third]) is None
-    assert next_width(case.replace(budget=100), [first, last, third]) == near(0.5 * 0.32)
+    assert next_width(case.replace(budget=100), [first, last, third]) == near(0.5 * 0.64)
 
 
 @pytest.mark.parametrize("growth", [2.0, 3.0, 4.5])
