@@ -161,5 +161,5 @@ def _axis(name: str, value: Any, written: Any, design: Design, problems: Problem
     order = [*range(len(value))]
     # Programs that read a dataset expect levels that rise. Paired lists have an order of their own.
     if isinstance(design, Combinations) and all(isinstance(one, int | float) for one in value):
-        order.sort(key=value.__getitem__)
+        order.sort(key=lambda position: value[position])
     return Axis(name, tuple(value[i] for i in order), tuple(written[i] for i in order))
