@@ -148,6 +148,7 @@ def build_report(
         else table_html(values.T.set_axis([""], axis=1), index=True),
         count=len(values),
         computation=_computation(plan, summary),
+        directions=_directions(plan),
         text=plan.study.file.read_text(encoding="utf-8"),
     )
     return html, answer_text(effects)
@@ -171,6 +172,20 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
     share, words = max(largest, default=(0.0, ""))
     text = f"largest error: {words} ± {number_text(100.0 * share, 2)} %"
     return [*facts, text] if words else facts
+
+
+def _directions(plan: Plan) -> str:
+    """Return what the cases on rings leave out, with the number of their warnings; empty without.
+
+    The slip on rings is the mean over all directions.
+    """
+    error = max((case.error_of_directions(0.0) for case in plan.study.cases().values()), default=0)
+    if not error:
+        return ""
+    return (
+        "Spheres computed on rings slip alike in all directions, and their deepest wear is too "
+        f"small by up to {100.0 * error:.0f} %, most at first."
+    )
 
 
 def _undone(summary: xr.Dataset, folder: Path) -> list[tuple[str, str, str]]:
