@@ -1,10 +1,13 @@
 """Cells of the matrix and curves of the report have the numbers of the study."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
 from fretwear.data.effects import Points, effects_table
+from fretwear.report import answer_text
 from fretwear.report.matrix import build_matrix
 from fretwear.report.plots import curve, explorer
 
@@ -51,6 +54,18 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     # The logarithm is a sum with variances 4/12 and 1/12.
     assert (load.text, friction.text) == ("80\xa0%", "20\xa0%")
     assert (load.grows, friction.grows) == (True, False)
+    # ρ of 2a − b: shares of the variance and rank correlations stand in tables of their own.
+    assert [words for words, _ in matrix.tables] == [
+        "Share of the variance (95 % interval)",
+        "Rank correlation",
+    ]
+    assert all(cell.text.startswith("ρ") for cell in matrix.ranks[0].cells)
+    rows = json.loads(answer_text(effects_table(points), points))
+    assert [row["parameter"] for row in rows] == ["load", "friction"]
+    for row, share in zip(rows, (0.8, 0.2), strict=True):
+        assert row["total_low"] < share < row["total_high"]
+        assert row["total_high"] - row["first_low"] < 0.1
+        assert (row["from"], row["to"]) == (0.0, 1.0)
     (dots,) = curve(points, effects_table(points), "wear_volume", "load")["data"]
     assert len(dots["x"]) == 64
     assert dots["mode"] == "markers"

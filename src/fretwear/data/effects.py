@@ -7,7 +7,7 @@ sampled one, Sobol indices come from an emulator.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -65,6 +65,8 @@ COLUMNS = (
 # Spread of logarithms of factors that matters, and the share of it that a parameter must explain.
 _MATTERS, _EXPLAINED = math.log(1.05), 0.3
 _FOLDS, _DRAWS, _MOST_EMULATED = 8, 1024, 1000
+# Quantile of Student's t of 95 % for the groups, and what draws leave open.
+_QUANTILE, _OF_DRAWS = 2.36, 0.005
 
 
 def point_dims(summary: xr.Dataset) -> tuple[str, ...]:
@@ -258,6 +260,40 @@ class Points:
         )
         return ranks
 
+    def ends(self, name: str) -> tuple[Any, Any]:
+        """Return the first and the last level of a parameter, or the range it was drawn from."""
+        if drawn := self.drawn.get(name):
+            units = str(drawn.get("units", ""))
+            low, high = (in_unit(float(drawn[f"drawn_{end}"]), units) for end in ("from", "to"))
+            return low, high
+        return self.levels[name][0], self.levels[name][-1]
+
+    def good_indices(self, result: str) -> Indices | None:
+        """The Sobol indices of a result; None unless the emulator predicts it."""
+        found = self.indices.get(result)
+        return found if found is not None and found.quality >= GOOD else None
+
+    def shares(self) -> Iterator[dict[str, Any]]:
+        """Yield what each parameter of a sample explains of each headline result.
+
+        Shares of the variance, ``first`` alone and ``total`` with all interactions, have the ends
+        of 95 % intervals. They are None unless the emulator predicts the result.
+        """
+        for result in headlines(self.results) if self.drawn else ():
+            indices, ranks = self.good_indices(result), self.rank_correlations(result)
+            for place, name in enumerate(self.levels):
+                row = dict(zip(("from", "to"), self.ends(name), strict=True))
+                row = {"result": result, "parameter": name, **row}
+                for kind in ("first", "total"):
+                    if indices is None:
+                        row |= dict.fromkeys((kind, f"{kind}_low", f"{kind}_high"))
+                        continue
+                    low, high = getattr(indices, f"{kind}_ends")[:, place].tolist()
+                    row[kind] = float(getattr(indices, kind)[place])
+                    row |= {f"{kind}_low": low, f"{kind}_high": high}
+                row["rank_correlation"] = float(ranks[name])
+                yield row
+
     @cached_property
     def indices(self) -> Mapping[str, Indices]:
         """The Sobol indices of every scalar of a sample, none of other studies.
@@ -371,6 +407,8 @@ class Indices:
 
     first: Array  # shape (d,): each parameter alone
     total: Array  # each parameter with all its interactions
+    first_ends: Array  # shape (2, d): the 95 % interval of each, by which points there are
+    total_ends: Array
     quality: float  # share of the variance predicted at points left out, 1 at best
 
 
@@ -409,10 +447,16 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
         return RBFInterpolator(unit[kept], scaled[kept], kernel="quintic", degree=2)
 
     groups = [fold == k for k in range(fold.max() + 1)]
-    missed = [emulator(~group)(unit[group]) - scaled[group] for group in groups]
+    partial = [emulator(~group) for group in groups]
+    missed = [each(unit[g]) - scaled[g] for each, g in zip(partial, groups, strict=True)]
     quality = 1.0 - (np.concatenate(missed) ** 2).mean(axis=0)
     shares = np.clip(_shares(emulator(fold >= 0), listed), 0.0, 1.0)
-    return [Indices(*each) for each in zip(*shares, quality.tolist(), strict=True)]
+    # The jackknife by groups: what an eighth of the points changes tells what all of them leave
+    # open.
+    without = np.stack([_shares(each, listed) for each in partial])
+    half = _QUANTILE * without.std(axis=0) * math.sqrt(len(groups) - 1) + _OF_DRAWS
+    ends = np.clip(np.stack([shares - half, shares + half], axis=2), 0.0, 1.0)
+    return [Indices(*each) for each in zip(*shares, *ends, quality.tolist(), strict=True)]
 
 
 def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:

@@ -71,13 +71,18 @@ def table_html(frame: pd.DataFrame, *, index: bool = False) -> Markup:
     return Markup(f'<div class="scroll" tabindex="0">{table}</div>')
 
 
-def answer_text(effects: pd.DataFrame) -> str:
-    """Return the table of effects as JSON, for ``answer.json``.
+def answer_text(effects: pd.DataFrame, points: Points | None = None) -> str:
+    """Return the table of effects, or the shares of a sample, as JSON, for ``answer.json``.
 
     Infinite levels are "none", as in study files.
     """
-    table = effects.drop(columns="factor")
-    claims = [_plain(row) for row in table.replace({"parameter": WRITTEN}).to_dict("records")]
+    rows = effects.drop(columns="factor").to_dict("records")
+    if points is not None and points.drawn:
+        rows = [*points.shares()]
+    claims = [
+        _plain({**row, "parameter": WRITTEN.get(str(row["parameter"]), row["parameter"])})
+        for row in rows
+    ]
     return json.dumps(claims, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -110,7 +115,8 @@ def build_report(
     matrix = build_matrix(points, effects)
     plots = {
         cell.curve: curve(points, effects, *cell.curve.split("/"))
-        for row in matrix.rows
+        for _, rows in matrix.tables
+        for row in rows
         for cell in row.cells
     }
     warnings = summary.attrs["warnings"].splitlines()
@@ -151,7 +157,7 @@ def build_report(
         directions=_directions(plan),
         text=plan.study.file.read_text(encoding="utf-8"),
     )
-    return html, answer_text(effects)
+    return html, answer_text(effects, points)
 
 
 def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:

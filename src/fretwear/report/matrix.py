@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from fretwear.arrays import Array
-from fretwear.data.effects import GOOD, SEED, Indices, Points, plain_unit
+from fretwear.data.effects import SEED, Indices, Points, plain_unit
 from fretwear.results import Variable, headlines
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import NO_UNIT, axis_label, in_unit, number_text, with_unit
+from fretwear.units import NO_UNIT, axis_label, number_text, with_unit
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""
@@ -45,14 +45,22 @@ class Matrix(NamedTuple):
     """Rows of results over columns of parameters."""
 
     columns: Sequence[tuple[str, str]]  # words of a parameter, its first and last level
-    rows: Sequence[MatrixRow]
-    is_sampled: bool
+    rows: Sequence[MatrixRow]  # factors, or in a sampled study shares of the variance
+    ranks: Sequence[MatrixRow]  # rank correlations of a sampled study
+
+    @property
+    def tables(self) -> list[tuple[str, Sequence[MatrixRow]]]:
+        """The tables that have rows, with their keys."""
+        key = "Share of the variance (95 % interval)" if self.ranks else "Factor (range)"
+        both = (key, self.rows), ("Rank correlation", self.ranks)
+        return [(words, rows) for words, rows in both if rows]
 
     @property
     def opening(self) -> Cell | None:
         """The cell whose curve is shown first: opposite directions, else the strongest."""
-        clear = [cell for row in self.rows for cell in row.cells if cell.is_clear]
-        first = [cell for row in self.rows[:1] for cell in row.cells if cell.text != "–"]
+        rows = self.rows or self.ranks
+        clear = [cell for row in rows for cell in row.cells if cell.is_clear]
+        first = [cell for row in rows[:1] for cell in row.cells if cell.text != "–"]
         return max(clear[:1] or first, key=lambda cell: (cell.is_opposed, cell.shade), default=None)
 
 
@@ -63,34 +71,31 @@ def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
     whole, parts = (
         effects[kind].set_index(["result", "parameter"]) for kind in (is_whole, ~is_whole)
     )
-    rows = []
+    rows, ranks = [], []
     for result in headlines(points.results):
         values = points.results[result]
         if not np.nan_to_num(values).any():
             continue
-        if points.drawn:
-            cells = _sampled_cells(points, result)
-        else:
-            cells = [
-                _cell(whole.loc[(result, name)], parts[parts.index == (result, name)])
-                for name in names
-            ]
         about = points.variables[result]
-        rows.append(MatrixRow(about.label, range_text(about, values), cells))
+        label = about.label, range_text(about, values)
+        if points.drawn:
+            ranks.append(MatrixRow(*label, _rank_cells(points, result)))
+            if (indices := points.good_indices(result)) is not None:
+                rows.append(MatrixRow(*label, _share_cells(points, result, indices)))
+            continue
+        cells = [
+            _cell(whole.loc[(result, name)], parts[parts.index == (result, name)]) for name in names
+        ]
+        rows.append(MatrixRow(*label, cells))
     columns = [(axis_label(parameter(name).words, NO_UNIT), _ends(points, name)) for name in names]
-    return Matrix(columns, rows if names else [], bool(points.drawn))
+    return Matrix(columns, rows if names else [], ranks if names else [])
 
 
 def _ends(points: Points, name: str) -> str:
     """Return the first and the last level of a parameter, or the range it was drawn from."""
     if name == SEED:
         return f"{len(points.levels[name])} seeds"
-    levels = points.levels[name]
-    ends: Sequence[object] = levels[0], levels[-1]
-    if drawn := points.drawn.get(name):
-        units = str(drawn.get("units", ""))
-        ends = [in_unit(float(drawn[key]), units) for key in ("drawn_from", "drawn_to")]
-    return " → ".join(value_text(name, end) for end in ends)
+    return " → ".join(value_text(name, end) for end in points.ends(name))
 
 
 def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
@@ -120,22 +125,25 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
     return Cell(key, text, spread, shade, factor > 1.0, opposed, clear)
 
 
-def _sampled_cells(points: Points, result: str) -> list[Cell]:
-    """Return cells with Sobol indices, or with rank correlations where no emulator is good."""
+def _share_cells(points: Points, result: str, indices: Indices) -> list[Cell]:
+    """Return cells with the total Sobol indices and their intervals."""
     ranks, cells = points.rank_correlations(result), []
-    indices: Indices | None = points.indices.get(result)
     for place, name in enumerate(points.levels):
-        key, rank = f"{result}/{name}", float(ranks[name])
-        if indices is not None and indices.quality >= GOOD:
-            total, first = indices.total[place], indices.first[place]
-            text = f"{100.0 * total:.0f}\u00a0%"
-            alone = f"alone {100.0 * first:.0f}\u00a0%" if total - first > UNCHANGED else ""
-            cells.append(Cell(key, text, alone, round(100.0 * total), rank > 0.0))
-        elif math.isfinite(rank):
-            text = f"ρ {rank:.2f}".replace("-", "−")
-            cells.append(Cell(key, text, "", round(100.0 * rank**2), rank > 0.0))
-        else:
-            cells.append(Cell(key))
+        total, (low, high) = indices.total[place], indices.total_ends[:, place]
+        text, spread = f"{100.0 * total:.0f}\u00a0%", f"{100.0 * low:.0f}–{100.0 * high:.0f}"
+        grows = float(ranks[name]) > 0.0
+        cells.append(Cell(f"{result}/{name}", text, spread, round(100.0 * total), grows))
+    return cells
+
+
+def _rank_cells(points: Points, result: str) -> list[Cell]:
+    """Return cells with rank correlations."""
+    cells = []
+    for name, rank in points.rank_correlations(result).items():
+        key = f"{result}/{name}"
+        text = f"ρ {rank:.2f}".replace("-", "−")
+        known = Cell(key, text, "", round(100.0 * rank**2), rank > 0.0)
+        cells.append(known if math.isfinite(rank) else Cell(key))
     return cells
 
 
