@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fretwear.cli.common import (
+    FIGURE_FORMATS,
     CommandError,
     Processes,
     Results,
@@ -24,6 +25,7 @@ from fretwear.cli.common import (
 from fretwear.units import BY_SI_UNIT, QuantityError, parse_quantity
 
 _OUTPUT = "File to write, for ArviZ."
+_FIGURE = "Picture of the cycles to draw, of a single recording."
 _COLUMNS = "Displacement and force, by number from 0 or by name: '1, 3'."
 _JSON = "File to write with values, intervals, correlations and warnings."
 
@@ -77,6 +79,7 @@ def split_loops(
     ],
     load: Annotated[str, option("--load", "LOAD", "Normal load, such as '50 N'.")],
     output: Annotated[Path, option("-o/--output", "LOOPS.csv", "Table to write.")],
+    figure: Annotated[Path | None, option("--figure", "FIG.png", _FIGURE)] = None,
     columns: Annotated[str, option("--columns", "LIST", _COLUMNS)] = "",
     units: Annotated[str, option("--units", "LIST", "Their units: 'mm, N'.")] = "",
     scale: Annotated[str, option("--scale", "LIST", "Their factors: '20 um/V, -1'.")] = "",
@@ -89,10 +92,13 @@ def split_loops(
     The last line is the friction in the form for the base of a study.
     """
     from fretwear.data.atomic import write_text
-    from fretwear_fit.loops import friction_text, histories
+    from fretwear_fit.loops import friction_text, histories, split_recording
     from fretwear_measured.tables import Layout
 
     path = check_output(output, ".csv")
+    picture = None if figure is None else check_output(figure, *FIGURE_FORMATS)
+    if picture is not None and len(files) > 1:
+        raise CommandError("--figure: draws one recording, not several files")
     if decimal not in ("", ".", ","):
         raise CommandError(f"--decimal {decimal}: must be '.' or ','")
     chosen = tuple(int(one) if one.isdecimal() else one for one in _listed(columns)) or None
@@ -114,6 +120,11 @@ def split_loops(
         table, notes = histories(files, normal, layout)
     except QuantityError as error:
         raise CommandError(_as_options(str(error))) from error
+    if picture is not None:
+        from fretwear.figures import save_as
+        from fretwear_fit.figures import recording_figure
+
+        save_as(recording_figure(split_recording(files[0], normal, layout)), picture)
     write_text(path, table.to_csv(index=False))
     for text in notes:
         note(text)

@@ -1,14 +1,18 @@
-"""The figures of a fit: data with fit, interval and residuals."""
+"""Figures of measurements: a fit with its interval and residuals, and the cycles of a recording."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
+from fretwear.figures.axes import outside_key
+from fretwear.figures.profiles import cycle_colours
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
-from fretwear.units import readable_unit
+from fretwear.units import cycle_text, readable_unit
+from fretwear_fit.loops import Loops
 
 _HEIGHT = 80.0
+_MOST_LOOPS = 5
 
 
 @styled
@@ -43,4 +47,35 @@ def fit_figure(
     lower.set_ylabel(f"Residual ({unit.name})")
     title = str(measured.attrs["long_name"])
     caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")
+    return figure
+
+
+@styled
+def recording_figure(loops: Loops) -> JournalFigure:
+    """The displacement of a recording with its cycles, and force against displacement of some.
+
+    Readings outside whole cycles are grey.
+    """
+    recording, numbers = loops.recording, loops.table["cycle"].to_numpy()
+    shown = np.unique(np.linspace(0, numbers.size - 1, _MOST_LOOPS).round().astype(int))
+    colors = cycle_colours(numbers[shown])
+    length = readable_unit(recording.displacement, "m")
+    force = readable_unit(recording.force, "N")
+    x, y = length.of(recording.displacement), force.of(recording.force)
+    inside = np.full(x.size, np.nan)
+    for cycle in loops.cycles:
+        inside[cycle] = x[cycle]
+    figure = JournalFigure(1, _HEIGHT)
+    upper, lower = figure.subplots(2, 1, height_ratios=(1, 2))
+    keys = upper.plot(x, color=MUTED, lw=0.4) + upper.plot(inside, color=CATEGORICAL[0], lw=0.4)
+    names = ["left out", f"{numbers.size} cycles"]
+    for n in shown:
+        cycle = loops.cycles[n]
+        upper.plot(np.arange(x.size)[cycle], x[cycle], color=colors[numbers[n]], lw=0.8)
+        keys += lower.plot(x[cycle], y[cycle], color=colors[numbers[n]])
+        names.append(f"cycle {cycle_text(numbers[n])}")
+    upper.set(xlabel="Reading", ylabel=f"Displacement ({length.name})")
+    lower.set(xlabel=f"Displacement ({length.name})", ylabel=f"Force ({force.name})")
+    outside_key(figure, keys, names)
+    caption(figure, "Displacement over the readings, and force against displacement in cycles.")
     return figure

@@ -20,15 +20,15 @@ _MOST_POINTS = 12  # of a table over cycles
 _DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
 _KIND = (
     "mean average amplitude min max minimum maximum rms velocity speed setpoint set target command "
-    "z normal vertical axial preload fn fz normalkraft"
+    "z normal vertical preload clamp fn fz normalkraft"
 )
 _DISPLACEMENT = Sought(
     BY_SI_UNIT["m"],
-    ("displacement position stroke x weg verschiebung", "y lvdt piezo travel delta"),
+    ("displacement disp position stroke x weg hub verschiebung", "y lvdt piezo travel delta"),
     _KIND,
 )
 _FRICTION = (
-    ("friction tangential q fx lateral reibkraft reibungskraft", "force kraft", "load ff ft fy"),
+    ("friction tangential q fx lateral reibkraft reibungskraft", "force kraft", "load f ff ft fy"),
     f"{_KIND} coefficient cof mu µ μ energy work",
 )
 _SECONDS = Dimension("a time", "s", "s", "1 s")

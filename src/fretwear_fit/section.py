@@ -11,10 +11,13 @@ import pandas as pd
 import xarray as xr
 from markupsafe import Markup
 
+from fretwear.cli.common import CommandError
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_group
 from fretwear.report import Section, table_html
+from fretwear.units import QuantityError
 from fretwear_fit.results import parameter_table
+from fretwear_measured.tables import TABLES
 
 if TYPE_CHECKING:
     from fretwear.figures.study import StudyFigure
@@ -54,7 +57,17 @@ def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
 
 
 def plots_of_file(path: Path) -> Iterator[tuple[str, JournalFigure]]:
-    """Yield name and figure of each profile and loop of a file of a fit; none of another file."""
+    """Yield the figures of each profile and loop of a fit, or of a recording, with their names."""
+    if path.suffix.lower() in TABLES:
+        from fretwear_fit.figures import recording_figure
+        from fretwear_fit.loops import split_recording
+
+        try:
+            yield "loops", recording_figure(split_recording(path, 1.0))
+        except QuantityError as error:
+            remedy = "fretwear loops has options for this, and draws the same by --figure FIG.png"
+            raise CommandError(f"{path}: {error.rule}; {remedy}") from error
+        return
     try:
         data, predicted = (
             open_group(path, group, "Fit again").load()

@@ -34,7 +34,7 @@ _NUMBER = r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WRITTEN = re.compile(r"[-+−]?[\d.,]*\d[.,]?(?:[eE][-+]?\d+)?")  # with decimals and thousands
 _BLANKS = re.compile(r"\s*[-+−\d.,eE]*\d(?:\s+[-+−\d.,eE]*\d)+\s*")
 _THOUSANDS = r"[-+]?[1-9]\d{{0,2}}(?:{0}\d{{3}})+"
-_MISSING = {"", "nan", "na", "n/a", "-", "--", "---", "***", "bad", "null"}
+_MISSING = {"", "nan", "na", "n/a", "-", "--", "---", "***", "bad", "null", "over"}
 _UNITS = (
     "m cm mm um µm μm nm pm N mN kN uN µN μN s sec ms msec min h V mV Hz rpm K C °C degC % - 1 "
     "Pa MPa J mJ Nm newton volt micron micrometer millimeter second"
@@ -80,9 +80,10 @@ class Sought:
         if has_word(name, self.foreign):
             return None
         rank = next((n for n, words in enumerate(self.words) if has_word(name, words)), None)
-        return None if rank is None else (bool(unit.strip("-1#")) and not self._fits(unit), rank)
+        return None if rank is None else (bool(unit.strip("-1#")) and not self.fits(unit), rank)
 
-    def _fits(self, unit: str) -> bool:
+    def fits(self, unit: str) -> bool:
+        """Whether a unit is one of the quantity."""
         try:
             parse_quantity(f"1 {unit}", self.dimension, units_required=True)
         except QuantityError:
@@ -122,8 +123,9 @@ class Table:
                 raise QuantityError(rule, f"its columns are {self._there}")
             return chosen
         if not self.names:
-            if first + len(sought) > count:
-                raise QuantityError(f"has {count} column without a name", example)
+            if first + len(sought) > count or 1 < len(sought) < count:
+                rule = f"has {count} columns without names, not {len(sought)}"
+                raise QuantityError(rule, f"name them, {example}, or say which: columns: [1, 2]")
             return [*range(first, first + len(sought))]
         found = [self.ranked(one) for one in sought]
         best = [[n for n, rank in one.items() if rank == min(one.values())] for one in found]
@@ -137,13 +139,15 @@ class Table:
                 pick = ", ".join(map(str, options[0]))
                 raise QuantityError(rule, f"say which, by number from 0: columns: [{pick}]")
         missing = next((s for s, one in zip(sought, best, strict=True) if not one), sought[-1])
-        there = f"{listed(self.names)}, not {listed(sorted(one.split()[0] for one in missing.words), 'or')}"
-        pick = ", ".join(map(str, range(len(sought))))
+        words = listed(sorted(one.split()[0] for one in missing.words), "or")
+        there = f"{listed(self.names)}, not {words}"
+        fits = [[n for n, u in enumerate(self.units) if u and one.fits(u)] for one in sought]
+        pick = ", ".join(map(str, (_different(fits) or [(*range(len(sought)),)])[0]))
         raise QuantityError(f"has the columns {there}", f"{example}, or columns: [{pick}]")
 
     def ranked(self, sought: Sought) -> dict[int, tuple[bool, int]]:
         """The columns that may hold a quantity, with their ranks."""
-        ranks = (sought.rank(*column) for column in zip(self.names, self.units, strict=True))
+        ranks = (sought.rank(*column) for column in zip(self.names, self.units, strict=False))
         return {n: rank for n, rank in enumerate(ranks) if rank is not None}
 
     def read(self, sought: Sequence[Sought], example: str) -> tuple[list[int], list[Array]]:
@@ -178,7 +182,9 @@ class Table:
                 )
             decimal = "," if cell.rfind(",") > cell.rfind(".") else "."
             rule = f"has {cell[:20]!r} in line {self.lines[row]}, which is no number"
-            remedy = f"remove it, or say how decimals are written: decimal: '{decimal}'"
+            remedy = "remove it"
+            if {",", "."} & {*cell}:
+                remedy += f", or say how decimals are written: decimal: '{decimal}'"
             raise QuantityError(rule, remedy)
         units, scales = self.layout.units, self.layout.scale
         unit = units[min(place, len(units) - 1)] if units else self.units[number]
@@ -186,12 +192,19 @@ class Table:
         plain = re.fullmatch(_NUMBER, scale)
         if not unit and plain:
             rule = f"has no unit for its column {self.label(number)}"
-            raise QuantityError(rule, f"{example}, or units: [um, um]")
+            units_of_example = ", ".join(re.findall(r"[(](.*?)[)]", example)) or "um, um"
+            raise QuantityError(rule, f"{example}, or units: [{units_of_example}]")
         # A scale without a unit of the column, such as 20 um/V, tells that unit itself.
         unit = unit or scale.rpartition("/")[2]
         text = f"{scale} {unit}" if plain else f"{scale}*({unit})" if "/" in scale else scale
         sign, text = (-1.0, text[1:]) if text[0] == "-" else (1.0, text)
-        return self.values[:, number] * sign * parse_quantity(text, dimension, units_required=True)
+        try:
+            size = sign * parse_quantity(text, dimension, units_required=True)
+        except QuantityError as error:
+            rule = f"has a wrong unit for its column {self.label(number)}: it {error.rule}"
+            remedy = "choose another, or say what a volt stands for: scale: [1, 10 N/V]"
+            raise QuantityError(rule, error.hint or remedy) from error
+        return self.values[:, number] * size
 
     def label(self, number: int) -> str:
         """The name of a column, or its number."""
@@ -488,4 +501,4 @@ def _head(cell: str) -> tuple[str, str]:
 def _spelled(unit: str) -> str:
     """A unit as `parse_quantity` knows it, without capitals and plurals of words."""
     unit = re.sub(r"[A-Za-z]{4,}", lambda word: word[0].lower().removesuffix("s"), unit)
-    return re.sub(r"\b([mu]?)sec\b", r"\1s", unit)
+    return re.sub(r"\b([mu]?)sec\b", r"\1s", unit, flags=re.IGNORECASE)

@@ -170,8 +170,8 @@ def test_heights_before_and_after_the_test_give_their_difference(tmp_path, head,
 
 @pytest.mark.parametrize(
     "head",
-    ["Profile length (um),Height (um)", "Vertical track distance (um),x (um)", "x (um),Profile (um)"],
-)  # fmt: skip
+    ["Profile length (um),Height (um)", "Vertical track distance (um),x (um)"],
+)
 def test_no_column_is_position_and_height_at_once(tmp_path, head):
     turned = head.startswith("Vertical")
     columns = (-SCAR, X) if turned else (X, -SCAR)
