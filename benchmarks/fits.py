@@ -1,10 +1,12 @@
 """How often intervals of fits hold the truth, on synthetic scars: ``python -m benchmarks.fits``.
 
-Scars of this program with correlated noise, an offset, a tilt and a shift, of 2 to 10 % of their
-depth, are fitted; and scars in partial slip of an independent integrator on rings. Printed are the
-coverage of 90 % intervals, a test of the ranks of the truth among draws from the posterior, which
-are uniform where it is calibrated (Talts et al., "Validating Bayesian inference algorithms with
-simulation-based calibration", 2018), errors and runs.
+Scars of this program with an offset, a tilt, a shift and noise of 2 to 10 % of their depth are
+fitted, and scars in partial slip of an independent integrator on rings. The noise is white, is
+correlated, or is the sum of both. Printed are the coverage of intervals, with the probability of a
+coverage as far from the level, how often the best value lies inside its interval, a test of the
+ranks of the truth among draws from the posterior, which are uniform where it is calibrated (Talts
+et al., "Validating Bayesian inference algorithms with simulation-based calibration", 2018), errors
+and runs.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from tests.studies import TITANIUM
 
 import fretwear
 from fretwear.arrays import Array
+from fretwear_fit.estimate import LEVELS
 from fretwear_fit.noise import Noise
 from fretwear_fit.search import fit
 
@@ -50,6 +53,14 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         {"wear_coefficient": (2e-14, 1e-11), "friction": (0.38, 1.0)},
         300e-6,
     ),
+    "line": (
+        {n: v for n, v in SPHERE.items() if n != "radius"}
+        | {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "100 N/mm"}
+        | {"tangential_load": "40 N/mm"},
+        {"wear_coefficient": (2e-13, 6e-13), "friction": (0.45, 0.6)},
+        {"wear_coefficient": (2e-14, 1e-11), "friction": (0.41, 0.9)},
+        200e-6,
+    ),
     "debris": (
         TITANIUM | {"cycles": 5000},
         {"wear_coefficient": (1e-13, 4e-13), "debris_fraction": (0.5, 0.95)},
@@ -63,6 +74,9 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         300e-6,
     ),
 }
+# Shares of the variance of the noise that are correlated, over a length in half-widths.
+NOISES = {"white": 0.0, "correlated": 1.0, "both": 0.5}
+LENGTH = 0.03
 RATIOS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9)  # Q/µP of the scars on rings
 RESOLUTION = Resolution(swept_width=0.01, edge_width=5e-4, widest=0.025, step=0.1)
 UNITS = {"wear_coefficient": " / Pa"}
@@ -107,11 +121,13 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     base = base | ({"tangential_ratio": ratio} if kind == RINGS else {})
     case = fretwear.Case(**with_values(base, values), error_estimate=False, output_cycles=[0])
     worn_x, worn = scar_on_rings(case, ratio) if kind == RINGS else scar(case)
-    x = np.linspace(-half, half, 201)
+    noise = [*NOISES][number % len(NOISES)]
+    x = np.linspace(-half, half, int(generator.integers(101, 402)))
     size = generator.uniform(0.02, 0.1) * float(worn.max())
     shift = generator.normal(scale=0.02 * half)
     depth = np.interp(x - shift, worn_x, worn, left=0.0, right=0.0)
-    depth += Noise(size, 0.03 * half).drawn(x, generator)
+    for share, length in ((NOISES[noise], LENGTH * half), (1.0 - NOISES[noise], 0.0)):
+        depth += Noise(size * np.sqrt(share), length).drawn(x, generator)
     depth += 3.0 * size * (generator.normal() + generator.normal() * x / half)
     rows = "\n".join(f"{a * 1e6:.6f},{b * 1e6:.8g}" for a, b in zip(x, depth, strict=True))
     (folder / "scar.csv").write_text(f"x (um),depth (um)\n{rows}\n")
@@ -125,15 +141,19 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     file = folder / "scar.yaml"
     file.write_text(json.dumps(content))
     found = fit(file, folder=folder / "runs", seed=number)
-    row: dict[str, Any] = {"kind": kind, "number": number, "runs": found.runs}
+    row: dict[str, Any] = {"kind": kind, "number": number, "noise": noise, "runs": found.runs}
+    row["warnings"] = [*found.warnings]
     for place, unknown in enumerate(found.unknowns):
         true = values[unknown.name]
-        low, high = found.interval(unknown.name, 0.9)
+        best = found.values[unknown.name]
+        ends = [found.interval(unknown.name, level) for level in LEVELS]
         draws = unknown.value(found.posterior.draws[..., place]).ravel()[::40]
         row[unknown.name] = {
             "true": true,
-            "found": found.values[unknown.name],
-            "inside": bool(low <= true <= high),
+            "found": best,
+            "ends": ends,
+            "inside": [bool(low <= true <= high) for low, high in ends],
+            "best_inside": all(low <= best <= high for low, high in ends),
             "rank": float((draws < true).mean()),
         }
     return row
@@ -141,12 +161,13 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scars", type=int, default=200)
+    parser.add_argument("--scars", type=int, default=30)
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
     kinds = [*KINDS]
     for number in range(given.scars):
+        print(number, flush=True)
         with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
             row = one(kinds[number % len(kinds)], number, Path(folder))
             stream.write(json.dumps(row) + "\n")
@@ -154,24 +175,33 @@ def main() -> None:
 
 
 def report(rows: list[dict[str, Any]]) -> None:
-    """Print coverage, ranks, errors and runs of each parameter of each kind."""
-    from scipy.stats import kstest
+    """Print coverage, ranks, errors and runs: of all intervals, by noise, and by parameter."""
+    from scipy.stats import binomtest, kstest
 
-    for kind, (_, truth, _, _) in KINDS.items():
-        of_kind = [row for row in rows if row["kind"] == kind]
-        if not of_kind:
-            continue
-        runs = [row["runs"] for row in of_kind]
-        print(f"{kind}: {len(of_kind)} scars, {np.median(runs):.0f} runs, at most {max(runs)}")
-        for name in truth:
-            each = [row[name] for row in of_kind]
-            errors = [abs(np.log(row["found"] / row["true"])) for row in each]
-            ranks = kstest([row["rank"] for row in each], "uniform").pvalue
-            inside = 100.0 * np.mean([row["inside"] for row in each])
-            print(
-                f"  {name}: {inside:.0f} % of 90 % intervals hold the truth; median error "
-                f"{100 * np.median(errors):.1f} %; ranks uniform with p = {ranks:.2f}"
-            )
+    names = {name for _, truth, _, _ in KINDS.values() for name in truth}
+
+    def told(head: str, chosen: list[dict[str, Any]]) -> None:
+        each = [row[name] for row in chosen for name in names if name in row]
+        parts = []
+        for place, level in enumerate(LEVELS):
+            held = sum(one["inside"][place] for one in each)
+            chance = binomtest(held, len(each), level).pvalue
+            parts.append(f"{held} of {len(each)} within {100 * level:.0f} % (p = {chance:.2f})")
+        inside = sum(one["best_inside"] for one in each)
+        errors = 100.0 * np.median([abs(np.log(one["found"] / one["true"])) for one in each])
+        ranks = kstest([one["rank"] for one in each], "uniform").pvalue
+        runs = [row["runs"] for row in chosen]
+        print(
+            f"{head}: {', '.join(parts)}; best inside {inside}; median error {errors:.1f} %; ranks "
+            f"uniform with p = {ranks:.2f}; {np.median(runs):.0f} runs, at most {max(runs)}"
+        )
+
+    told("all", rows)
+    for key in ("noise", "kind"):
+        for value in dict.fromkeys(row[key] for row in rows):
+            told(value, [row for row in rows if row[key] == value])
+    for name in sorted(names):
+        told(name, [row for row in rows if name in row])
 
 
 if __name__ == "__main__":

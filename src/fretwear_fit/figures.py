@@ -17,14 +17,18 @@ _MOST_LOOPS = 5
 
 @styled
 def fit_figure(
-    measured: xr.DataArray, predicted: xr.DataArray, places: xr.DataArray
+    measured: xr.DataArray,
+    predicted: xr.DataArray,
+    fitted: xr.DataArray,
+    places: xr.DataArray,
 ) -> JournalFigure:
-    """A measured profile or loop, the fit with its interval of 95 %, and the residuals.
+    """A measured profile or loop, the best run with an interval of 95 %, and the residuals.
 
-    The arrays come from the groups ``observed_data`` and ``posterior_predictive`` of a fit.
+    The arrays come from the groups ``observed_data``, ``posterior_predictive`` and
+    ``constant_data`` of a fit.
     """
     draws = predicted.values.reshape(-1, measured.size)
-    mean, (low, high) = draws.mean(axis=0), np.quantile(draws, (0.025, 0.975), axis=0)
+    best, (low, high) = fitted.values, np.quantile(draws, (0.025, 0.975), axis=0)
     si_unit = str(measured.attrs["units"])
     along, unit = readable_unit(places.values, "m"), readable_unit(measured.values, si_unit)
     x, readings, is_profile = along.of(places.values), unit.of(measured.values), si_unit == "m"
@@ -38,11 +42,11 @@ def fit_figure(
     else:
         upper.vlines(x, *ends, color=CATEGORICAL[0], alpha=0.2)
     line = "-" if is_profile else "_"
-    upper.plot(x, unit.of(mean), line, ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
+    upper.plot(x, unit.of(best), line, ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
     upper.set_ylabel(f"{'Depth' if is_profile else 'Force'} ({unit.name})")
     upper.legend()
     lower.axhline(0.0, lw=0.6, color=MUTED)
-    lower.plot(x, readings - unit.of(mean), ".", ms=2.5, color=MUTED)
+    lower.plot(x, readings - unit.of(best), ".", ms=2.5, color=MUTED)
     lower.set_xlabel(f"{'Position' if is_profile else 'Displacement'} ({along.name})")
     lower.set_ylabel(f"Residual ({unit.name})")
     title = str(measured.attrs["long_name"])

@@ -15,11 +15,13 @@ CHAINS, DRAWS = 4, 1000
 TOGETHER = 0.95  # correlation above which intervals come from the draws
 _LOPSIDED = 2.0  # ratio of the halves of an interval above which they do
 _LEVEL = 0.9
+_BESIDE = 0.1  # least part of an interval on either side of the best value
 _WALKERS, _BURN_IN, _THIN = 200, 300, 40
 _SCALES = 32  # values of the variance of the noise
-# Runs at draws: how many at once and how often, among how many draws the farthest is taken, and how
-# far off χ² may be there.
-_CHECKS, _ROUNDS, _AMONG, _TOLERATED = 4, 6, 200, 0.5
+# Runs at draws: how many at once, among how many draws the farthest is taken, and how far off the
+# rise of χ² may be there, besides a part of it.
+_CHECKS, _AMONG, _TOLERATED, _PART = 4, 200, 0.5, 0.1
+_MOST_RUNS = 20  # of a fit, per parameter
 
 
 @dataclass(frozen=True)
@@ -31,18 +33,26 @@ class Posterior:
 
     draws: Array  # in the coordinates in which parameters are sought, shape (4, 1000, p)
     reason: str = ""  # why intervals come from the draws; empty if from profiles
-    missed: float = 0.0  # largest error of χ² at the last runs that checked the emulator
+    missed: float = 0.0  # largest error of χ² at the last runs, over what is tolerated
 
     @property
     def is_checked(self) -> bool:
         """Whether the emulator was right at the draws that were run."""
-        return self.missed <= _TOLERATED
+        return self.missed <= 1.0
 
-    def interval(self, place: int, level: float) -> tuple[float, float]:
-        """The central interval of a parameter, in the coordinate in which it is sought."""
-        ends = 0.5 - 0.5 * level, 0.5 + 0.5 * level
-        low, high = np.quantile(self.draws[..., place], ends)
-        return float(low), float(high)
+    def interval(self, place: int, level: float, best: float) -> tuple[float, float]:
+        """An interval of a parameter, in the coordinate in which it is sought, around its best.
+
+        It is central, but at least a tenth of its draws lies on either side of the best value, or
+        all draws that do.
+        """
+        draws = self.draws[..., place]
+        share = float((draws < best).mean())
+        least = _BESIDE * level
+        below = np.clip(0.5 - 0.5 * level, share - level + least, share - least)
+        below = float(np.clip(below, 0.0, 1.0 - level))
+        low, high = np.quantile(draws, (below, below + level))
+        return min(float(low), best), max(float(high), best)
 
 
 def why_to_sample(profiles: Sequence[Profile], correlation: Array) -> str:
@@ -76,7 +86,8 @@ def sampled(
     """
     generator, draws = np.random.default_rng(seed), _ensemble(fitter, emulator, spread, seed)
     missed = 0.0
-    for _ in range(_ROUNDS if reason else 0):
+    most = max(_MOST_RUNS * emulator.center.size, len(fitter.signals_of) + _CHECKS)
+    while reason and len(fitter.signals_of) + _CHECKS <= most:
         points: list[Array] = []
         for _ in range(_CHECKS):
             few = generator.choice(draws.reshape(-1, emulator.center.size), _AMONG, replace=False)
@@ -85,9 +96,14 @@ def sampled(
             points.append(few[int(apart.argmax())])
         signals = fitter.signals_at(points)
         pairs = zip(signals, emulator.misfit(np.array(points)), strict=True)
-        missed = max(abs(fitter.misfit(s) - emulated) for s, emulated in pairs if s is not None)
+        missed = 0.0
+        for signal, emulated in pairs:
+            if signal is not None:
+                misfit = fitter.misfit(signal)
+                tolerated = _TOLERATED + _PART * max(misfit - emulator.least, 0.0)
+                missed = max(missed, abs(misfit - emulated) / tolerated)
         fitter.teach(emulator, points, signals)
-        if missed <= _TOLERATED:
+        if missed <= 1.0:
             break
         draws = _ensemble(fitter, emulator, spread, seed)
     return Posterior(draws, reason, missed)

@@ -64,12 +64,13 @@ class Fit:
     def interval(self, name: str, level: float = LEVELS[-1]) -> tuple[float, float]:
         """The interval of a parameter, in SI units; an end of its range where it is open.
 
-        By the profile likelihood or, where that does not do, central among draws of the posterior.
+        By the profile likelihood or, where that does not do, of draws from the posterior.
         """
         place = self.names.index(name)
         low, high = self.profiles[place].interval(level)
         if self.posterior.reason and not any(self.profiles[place].is_open(level)):
-            low, high = self.posterior.interval(place, level)
+            best = float(self.emulator.best[place])
+            low, high = self.posterior.interval(place, level, best)
         unknown = self.unknowns[place]
         low = unknown.ends[0] if self.is_limit(name) else low
         return float(unknown.value(low)), float(unknown.value(high))
@@ -170,7 +171,8 @@ class Fit:
         few = self.posterior.draws[:, :: DRAWS * CHAINS // _PREDICTED]
         observed = xr.Dataset(attrs=attributes)
         predicted = of(few)[[*draw]]
-        for number, (comparison, *_) in enumerate(self.measurements, start=1):
+        fitted = xr.Dataset(attrs=attributes)
+        for number, (comparison, *best) in enumerate(self.measurements, start=1):
             name, dim, measured = f"data_{number}", f"reading_{number}", comparison.measurement
             unit = getattr(measured.force_noise or measured.value, "si_unit", "m")
             words = {"long_name": comparison.title, "units": unit}
@@ -180,12 +182,15 @@ class Fit:
                 observed.coords[f"position_{number}"] = dim, x, {"units": "m"}
             observed[name] = dim, readings, words
             predicted[name] = (*draw, dim), self._predicted(number - 1, few), words
+            fitted[name] = dim, comparison.modelled(*best), words
         groups = {
             "": xr.Dataset(),
             "posterior": of(self.posterior.draws, fit=json.dumps(self.as_dict())),
             "prior": of(prior),
             "observed_data": observed,
             "posterior_predictive": predicted,
+            # What the best run predicts, with the base line that suits it.
+            "constant_data": fitted,
         }
         write_groups(path, groups)
 

@@ -192,7 +192,11 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     if reason:
         warnings.append(f"{reason}: intervals are quantiles of draws from the posterior")
     if not posterior.is_checked:
-        warnings.append(f"the emulator of χ² misses runs at its draws by {posterior.missed:.2g}")
+        warnings.append(
+            f"intervals rest on an interpolation of χ² that misses runs by {posterior.missed:.2g} "
+            "times what is tolerated: narrow the ranges in fit.free to the intervals of 95 %, and "
+            "fit again"
+        )
     return Fit(
         tests.study,
         unknowns,

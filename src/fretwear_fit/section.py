@@ -69,9 +69,9 @@ def plots_of_file(path: Path) -> Iterator[tuple[str, JournalFigure]]:
             raise CommandError(f"{path}: {error.rule}; {remedy}") from error
         return
     try:
-        data, predicted = (
+        data, predicted, fitted = (
             open_group(path, group, "Fit again").load()
-            for group in ("observed_data", "posterior_predictive")
+            for group in ("observed_data", "posterior_predictive", "constant_data")
         )
     except DataFileError:
         return
@@ -81,4 +81,4 @@ def plots_of_file(path: Path) -> Iterator[tuple[str, JournalFigure]]:
     for name in map(str, data.data_vars):
         number = name.removeprefix("data_")
         if (places := data.coords.get(f"position_{number}")) is not None:
-            yield f"fit_{number}", fit_figure(data[name], predicted[name], places)
+            yield f"fit_{number}", fit_figure(data[name], predicted[name], fitted[name], places)

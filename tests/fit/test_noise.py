@@ -7,11 +7,12 @@ from fretwear_fit.noise import Noise, NoiseEvidence
 X = np.sort(np.random.default_rng(3).uniform(0.0, 300e-6, 80))
 
 
-@pytest.mark.parametrize("length", [0.0, 5e-6, 40e-6])
-def test_whitening_is_the_inverse_root_of_the_covariance(length):
-    noise = Noise(30e-9, length)
+@pytest.mark.parametrize(("length", "white"), [(0.0, 0.0), (5e-6, 0.0), (40e-6, 0.0), (40e-6, 0.3)])
+def test_whitening_is_the_inverse_root_of_the_covariance(length, white):
+    noise = Noise(30e-9, length, white)
     apart = np.abs(X[:, None] - X)
     correlation = np.exp(-apart / length) if length else np.eye(X.size)
+    correlation = white * np.eye(X.size) + (1.0 - white) * correlation
     columns = noise.whitened(X, np.eye(X.size))
     inverse = np.linalg.inv(30e-9**2 * correlation)
     assert np.allclose(columns.T @ columns, inverse, rtol=1e-6, atol=1e-9 * np.abs(inverse).max())
@@ -29,6 +30,17 @@ def test_size_and_length_of_noise_are_recovered_beside_a_tilted_base_line():
     # About 100 correlation lengths: sizes are known to 1/√100, lengths to twice that.
     assert found.size == pytest.approx(noise.size, rel=0.2, abs=0.0)
     assert found.length == pytest.approx(noise.length, rel=0.4, abs=0.0)
+
+
+def test_white_noise_on_correlated_noise_is_told_apart():
+    """As correlated noise alone it would be of short length, and its mean known too well."""
+    x, ones = np.linspace(0.0, 1e-3, 800), np.ones((800, 1))
+    noise = Noise(30e-9, 10e-6, 0.5)
+    found = NoiseEvidence(x, noise.drawn(x, np.random.default_rng(7)), ones).best()
+    assert found.white == pytest.approx(0.5, abs=0.15)
+    assert found.length == pytest.approx(noise.length, rel=0.5, abs=0.0)
+    told, true = (each.whitened(x, ones) for each in (found, noise))
+    assert (told**2).sum() == pytest.approx((true**2).sum(), rel=0.5, abs=0.0)
 
 
 def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
