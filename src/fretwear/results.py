@@ -94,7 +94,7 @@ class Variable:
     def error(self) -> Variable:
         """The estimated discretisation error of this variable, in the same unit."""
         name, words = f"{self.name}_error", f"estimated error of the {self.words}"
-        comment = "by a run on wider cells"
+        comment = "by a run on wider cells, and of the slip model"
         if self.may_diverge:
             comment += "; infinite where the value grows without bound as cells get narrower"
         return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)

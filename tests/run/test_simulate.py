@@ -29,7 +29,7 @@ from fretwear.run.simulate import (
 )
 from fretwear.theory import HertzContact, PartialSlip
 
-from ..studies import near
+from ..studies import near, steel
 from .conftest import make_case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -370,3 +370,20 @@ def test_the_whole_contact_carries_the_load_and_is_the_quarter_mirrored(
     load = whole.pressure.sum(("x", "y")) * float(whole["cell_x"] * whole["cell_y"])
     np.testing.assert_allclose(load, case.load, rtol=SINGLE * 10)
     xr.testing.assert_identical(whole.drop_attrs(), datasets["rough"].fretwear.full().drop_attrs())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [0.15, 0.3, 0.42, 0.5])
+def test_errors_hold_what_friction_along_x_leaves_out(ratio):
+    """Energy against friction as a vector on the same cells, which leave nothing else out."""
+    asked = {"cell": "8 um", "poisson_ratio": ratio, "cycles": 1, "accuracy": "none"}
+    energies = {
+        model: simulate(steel(**asked, slip_model=model, error_estimate=False)).dissipated_energy
+        for model in ("cerruti", "coupled")
+    }
+    apart = float(energies["cerruti"][0] / energies["coupled"][0]) - 1.0
+    case = steel(**asked, slip_model="cerruti")
+    assert 0.85 * case.error_of_slip_model < apart < case.error_of_slip_model
+    told = simulate(case)
+    for name in ("dissipated_energy", "wear_volume", "maximum_wear_depth"):
+        assert (told[f"{name}_error"][-1] > apart * told[name][-1]).item()

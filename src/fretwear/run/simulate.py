@@ -58,6 +58,8 @@ from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
 
 _MARGIN = 1.15
+# Results that err with the slip model.
+_OF_SLIP = ("dissipated_energy", "sliding", "wear_volume", "maximum_wear_depth")
 
 
 @dataclass
@@ -269,6 +271,8 @@ def _run_on_cells(
         for name, least in errors_of_wear_in(case, scalars).items():
             errors[name] = np.maximum(errors[name], least)
         of_directions = [case.error_of_directions(cycle) for cycle in case.output_cycles]
+        for name in (name for name in errors if name.startswith(_OF_SLIP)):
+            errors[name] = np.hypot(errors[name], case.error_of_slip_model * np.abs(scalars[name]))
         errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, trouble)

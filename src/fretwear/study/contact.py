@@ -36,6 +36,8 @@ for _kinds in plugins("fretwear.parts").values():
     _kinds.load()
 
 _USUAL_SLIP = Auto()
+# Error of energy and wear by friction along x alone, over (1 − 1/κ)².
+_OF_SLIP_MODEL = 0.125
 _IN_BLOCKS = "normal", "loading", "friction_law"
 # Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
@@ -204,6 +206,19 @@ class FrettingContact(Setup):
         """Wear β N p_lim: how often a contact at the plastic limit wears e-fold; 0 if elastic."""
         limit = self.slip_limit
         return 0.0 if math.isinf(limit) else self.cycles * self.wear_growth * limit
+
+    @property
+    def error_of_slip_model(self) -> float:
+        """Return by which part energy and wear err because traction along y is left out.
+
+        A traction along x alone dissipates more by the second order of 1 − 1/κ: against friction as
+        a vector, by 0.12 (1 − 1/κ)² for ν of 0.15 to 0.5 and Q/µP of 0.4 and 0.8, and likewise wear
+        at 300 cycles. Slip alike in all directions, as on rings, errs by twice as much.
+        """
+        if self.slip_model.is_isotropic or self.slip_model.couples or self.frame is LINE_CONTACT:
+            return 0.0
+        part = _OF_SLIP_MODEL * (2.0 if self.solved_slip_model.is_isotropic else 1.0)
+        return part * (1.0 - 1.0 / self.coupling) ** 2
 
     def error_of_directions(self, cycle: float) -> float:
         """Return by which part the deepest wear may be too small where slip has no direction."""
