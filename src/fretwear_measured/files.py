@@ -12,6 +12,7 @@ import hashlib
 import math
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -371,7 +372,12 @@ def fitted(
 @lru_cache(8)
 def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | None:
     """Positions and heights along a line scan, m; None if the file holds a map."""
-    surface, scales, _ = open_surface(Path(source.path), unit or "", "", "", "")
+    path = Path(source.path)
+    if path.suffix.lower() == ".xyz":  # SurfaceTopography takes no map with points left out
+        with suppress(QuantityError):
+            read_map(path, unit or "", "", "", "")
+            return None
+    surface, scales, _ = open_surface(path, unit or "", "", "", "")
     heights = np.ma.filled(surface.heights().astype(float), np.nan)
     if heights.ndim != 1 and heights.shape[1] != 1:
         return None

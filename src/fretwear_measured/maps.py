@@ -29,14 +29,16 @@ _MARKS = "nan|no[ _]?data|bad|n/?a|-+|[*]+|null|[-+]?inf(inite|inity)?|invalid|m
 _CELL = re.compile(rf"(?P<number>[-+−]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?)|{_MARKS}|", re.I)
 _WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 _HEAD = re.compile(r"(.*?)[\s_]*(?:[(\[/]\s*([^)\]]*?)\s*[)\]]?|[\s_]([nuµμm]?m))?")
+_SIDE = re.compile(r"#[^:]+:\s*[\d.,]+\s*\S?m\s*$")  # as Gwyddion writes it
 _MOST_HEADLINES = 500
 _STEEPEST, _FARTHEST = 10.0, 1e3  # heights over the longer side: a map's, and those of marks
 _FAR_AWAY = 10.0  # of a mark, over the range of the other heights
 _OFF_GRID, _FULL = 0.1, 0.25  # of a step; share of the points of a grid with a height
 _MOST_CUBIC, _LONG_EDGE = 200_000, 3.0  # points, of the median
-_LARGEST = 1e300
+_LARGEST, _LONGEST = 1e300, 1.0  # a number, a side in m
 _ADD_UNIT = "add unit: um, or unit: [mm, mm, um] for x, y and z"
 _SAVE = "save it as a map in binary x3p, or as text with x (um), y (um), z (um)"
+_LINE_SCAN = "is a line scan, but a map of heights over x and y is needed", _SAVE
 
 Triple = tuple[float, float, float]
 
@@ -55,6 +57,9 @@ def read_map(path: Path, unit: str, size: str, file_format: str, channel: str) -
     is_text = path.suffix.lower() in _TEXTS and not file_format
     found = _map_of_text(path, unit, size) if is_text else None
     found = found or _map_of_surface(path, unit, size, file_format, channel)
+    if max(found.sides) > _LONGEST:
+        says = " x ".join(format_quantity(side, LENGTH, 4) for side in found.sides)
+        raise QuantityError(f"({found.reader}) has sides of {says}", f"check its units, or {_SAVE}")
     return found._replace(heights=without_marks(found.heights, max(found.sides)))
 
 
@@ -133,12 +138,17 @@ def _checked(sides: Sequence[float], points: Sequence[int], size: str) -> tuple[
 
 def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
     """The map of a text; None if it holds neither columns nor a matrix."""
-    text = re.sub("(?i)no[ _]data", "nan", _text(path, None))
+    try:
+        text = re.sub("(?i)no[ _]data", "nan", _text(path, None))
+    except QuantityError:
+        return None  # some instruments name their binary files .dat
     if text.startswith("Zygo XYZ Data File"):
         return _map_of_zygo(text, unit, size)
     if (block := _block_of(text)) is None:
         return None
     above, separator, values = block
+    if values.shape[1] == 3 and any(map(_SIDE.match, above)):
+        return None  # a narrow matrix
     heads: Sequence[tuple[str, str]] = ()
     for line in above[-2:]:
         cells = _cells(line, separator) if separator else _WORD.findall(line.lstrip("# "))
@@ -373,17 +383,16 @@ def _map_of_surface(
     file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str
 ) -> Map:
     """The map that SurfaceTopography reads."""
-    surface, scales, reader = open_surface(file, unit, size, file_format, channel)
+    surface, scales, reader = open_surface(file, unit, size, file_format, channel, dim=2)
     heights = np.ma.filled(surface.heights().astype(float), np.nan)
-    if heights.ndim != 2 or min(heights.shape) == 1:
-        rule = "is a line scan, but a map of heights over x and y is needed"
-        raise QuantityError(rule, _SAVE)
+    if heights.shape[1] == 1:
+        raise QuantityError(*_LINE_SCAN)
     sides = [one * scale for one, scale in zip(surface.physical_sizes, scales, strict=False)]
     return Map(scales[2] * heights, (sides[0], sides[1]), reader)
 
 
 def open_surface(
-    file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str
+    file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str, dim: int = 1
 ) -> tuple[Any, Triple, str]:
     """What SurfaceTopography reads, the metres of its units along x, y, z, and how it was read."""
     try:
@@ -406,6 +415,8 @@ def open_surface(
             open_topography(file, file_format or None) as reader,
         ):
             chosen = _channel(reader.channels, channel, lambda: reader.default_channel)
+            if chosen.dim < dim:
+                raise QuantityError(*_LINE_SCAN)
             own = (chosen.info.get("raw_metadata") or {}) if chosen.unit is None else {}
             lateral = chosen.unit or own.get("xunit") or ""
             sides, points = chosen.physical_sizes, chosen.nb_grid_pts
@@ -427,6 +438,10 @@ def open_surface(
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
         if type(error).__name__ == "CannotDetectFileFormat":
             reason = "no reader knows its format"
+            if isinstance(file, Path) and file.suffix.lower() in (".gz", ".zip"):
+                raise QuantityError(
+                    "is an archive", "unpack it, and name the file in it"
+                ) from error
         raise QuantityError(f"cannot be read as a topography: {reason}", _SAVE) from error
 
 

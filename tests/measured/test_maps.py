@@ -62,6 +62,12 @@ def test_lines_left_out_are_missing_points(tmp_path):
         assert_is_the_wave(found)
 
 
+def test_a_map_as_xyz_is_no_line_scan(tmp_path):
+    text = columns(on_grid(lambda x, y: x != 60.0))
+    assert read(tmp_path, text, "map.xyz").missing == 19
+    assert read_line(FILE.read(str(tmp_path / "map.xyz"), Path())) is None
+
+
 def test_uneven_and_scattered_positions_are_interpolated_and_holes_stay(tmp_path):
     uneven = (
         np.cumsum(np.r_[0.0, np.geomspace(1.0, 4.0, 40)]),
@@ -122,6 +128,11 @@ MICRO = {"unit": "um"}
         (columns(on_grid(), "x;y;z"), {"unit": "ell"}, "'ell', no unit of length"),
         (columns(on_grid(), "x;y;z"), {"unit": "um, nm"}, "one unit or three"),
         (columns(on_grid(), "x (nm);y (nm);z (mm)"), {}, "differ by more than 10 times its longer"),
+        (
+            columns(on_grid(), "x (m);y (m);z (um)"),
+            {},
+            "has sides of 150 m x 95 m; check its units",
+        ),
         (columns(on_grid() * 2), {}, "several heights at one place"),
         (columns([(x, 0.0, 1.0) for x in X]), {}, "points lie on one line"),
         (columns(on_grid(), "x (um);force (N);z (um)"), {}, "x, force and z, not one each for x"),
@@ -157,6 +168,9 @@ def test_keys_beside_a_file_of_an_instrument_are_checked(tmp_path):
     library = pytest.importorskip("SurfaceTopography")
     file = tmp_path / "map.nc"
     library.Topography(HEIGHTS, (150.0, 95.0), unit="um").to_netcdf(str(file))
+    copy = tmp_path / "map.dat"  # not a text
+    copy.write_bytes(file.read_bytes())
+    assert read_topography(FILE.read(str(copy), Path())).sides == near(SIDES, rel=1e-9)
     source = FILE.read(str(file), Path())
     assert read_topography(source, unit="um", size="144 um, 90 um").sides == near(SIDES, rel=1e-9)
     for keys, sentence in (
