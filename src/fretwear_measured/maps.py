@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed, parse_quantity
-from fretwear_measured.tables import _text
+from fretwear_measured.tables import read_text
 
 LEAST_POINTS = 4
 _TEXTS = (".csv", ".txt", ".dat", ".xyz", ".asc", ".tsv", ".prn")
@@ -139,7 +139,7 @@ def _checked(sides: Sequence[float], points: Sequence[int], size: str) -> tuple[
 def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
     """The map of a text; None if it holds neither columns nor a matrix."""
     try:
-        text = re.sub("(?i)no[ _]data", "nan", _text(path, None))
+        text = re.sub("(?i)no[ _]data", "nan", read_text(path))
     except QuantityError:
         return None  # some instruments name their binary files .dat
     if text.startswith("Zygo XYZ Data File"):

@@ -237,7 +237,7 @@ def open_table(path: Path, layout: Layout = PLAIN) -> Table:
     if path.suffix.lower() == ".tdms":
         return _tdms_table(path, layout)
     if path.suffix.lower() == ".lvm":
-        text = _text(path, layout.encoding)
+        text = read_text(path, layout.encoding)
         if text.startswith("LabVIEW Measurement"):
             return _lvm_table(text, layout)
     return read_text_table(path, layout)
@@ -245,7 +245,7 @@ def open_table(path: Path, layout: Layout = PLAIN) -> Table:
 
 def read_text_table(path: Path, layout: Layout = PLAIN) -> Table:
     """Read the table of a text file; `QuantityError` says why it cannot be read."""
-    lines = _text(path, layout.encoding).splitlines()
+    lines = read_text(path, layout.encoding).splitlines()
     if layout.skip >= len(lines) > 0:
         raise QuantityError(f"has {len(lines)} lines, and skip leaves none of them")
     kept = [n for n, line in enumerate(lines) if n >= layout.skip and _is_content(line)]
@@ -414,7 +414,7 @@ def _first_numbers(lines: Sequence[str]) -> int | None:
     )
 
 
-def _text(path: Path, encoding: str | None) -> str:
+def read_text(path: Path, encoding: str | None = None) -> str:
     """The text of a file in its encoding: given, by its first bytes, UTF-8 or Windows'."""
     try:
         content = path.read_bytes()
