@@ -1,6 +1,6 @@
 """The numbers that describe a contact: half-widths, areas, radii by outlines, the scar."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -242,6 +242,38 @@ def test_a_tip_that_touches_between_centers_is_the_edge_and_next_to_touching_if_
     jump, at_top = next_tip(lines, inside, gap)
     assert jump / spacing[axis] == near((edge - 3.5) / len(lines), rel=1e-9)
     assert at_top == near(1e-9 * lowest / 8.0, rel=1e-6)
+
+
+@dataclass(frozen=True)
+class Skewed(Waves):
+    """Waves without symmetry, mirrored by the signs of x and y, and then turned."""
+
+    signs: tuple[int, int] = (1, 1)
+    is_turned: bool = False
+
+    def height(self, x, y):
+        x, y = (sign * at for sign, at in zip(self.signs, (x, y), strict=True))
+        x, y = (y, x) if self.is_turned else (x, y)
+        oblique = 0.5 * np.sin(11.0 * x / A + 8.0 * y / A)
+        return oblique * self.amplitude + super().height(x + 0.04 * A, y + 0.09 * A)
+
+
+@pytest.mark.parametrize(
+    ("signs", "is_turned"), [((-1, 1), False), ((1, -1), False), ((-1, -1), False), ((1, 1), True)]
+)
+def test_a_map_that_is_mirrored_or_turned_has_the_same_measures(signs, is_turned):
+    def numbers(**changes):
+        waves = Skewed(0.15e-6, 12.0 / A, 12.0 / A, (False, False), **changes)
+        problem = fretting(12, roughness=waves, load_ratio=0.6)
+        state = first_loading(problem)
+        return vars(measure(problem, state)), scatter(state)
+
+    axes = {"_x": "_y", "_y": "_x"} if is_turned else {}
+    changed = numbers(signs=signs, is_turned=is_turned)
+    for before, after in zip(numbers(), changed, strict=True):
+        for name, value in before.items():
+            same = name[:-2] + axes.get(name[-2:], name[-2:])
+            assert after[same] == near(value, rel=1e-6), name
 
 
 @pytest.mark.slow

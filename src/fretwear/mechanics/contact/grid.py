@@ -248,14 +248,20 @@ class Grid(Geometry):
     def along(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m.
 
-        One row if fields are even, else two, for the positive and the negative side.
+        One row if fields are even. Else there is one for the positive and one for the negative
+        side, and one on either side of the axis.
         """
-        first = self._first
+        first, across = self._first, 1 - axis
         distances = (self.x, self.y)[axis][first[axis] :]
         ways = [slice(first[axis], None)]
         if not self.even[axis]:
             ways.append(slice(first[axis] - 1, None, -1))
-        return [((way, first[1]) if axis == 0 else (first[0], way), distances) for way in ways]
+        rows = [first[across]]
+        if not self.even[across] and self.shape[across] > 1:
+            rows.append(first[across] - 1)
+        return [
+            ((way, row) if axis == 0 else (row, way), distances) for row in rows for way in ways
+        ]
 
     def around(self, cells: Mask) -> Grid:
         """The smallest window, fast to transform, that holds some cells and a margin."""

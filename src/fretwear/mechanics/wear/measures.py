@@ -96,7 +96,7 @@ def measure(problem: WearProblem, state: State) -> SimpleNamespace:
         mean_stick_pressure=stick_load / zone.area if zone.area else nan,
         stick_load_share=stick_load / carried if zone.area and carried else nan,
         peak_pressure=peak,
-        central_pressure=float(pressure[geometry.along(0)[0][0]][0]),
+        central_pressure=float(np.mean([pressure[line][0] for line, _ in geometry.along(0)])),
         wear_volume=integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=integral(state.plastic),
