@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipk
 
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.slip.models import CattaneoMindlin, Cerruti
+from fretwear.mechanics.slip.models import CattaneoMindlin, Cerruti, Coupled
 from fretwear.mechanics.surfaces.laws import Archard, EnergyWear
 from fretwear.mechanics.surfaces.loading import DisplacementAmplitude, TangentialRatio
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies, OverEnergy
@@ -101,6 +101,22 @@ def test_wear_above_a_threshold_is_that_of_short_explicit_steps(limit):
     assert state.wear.max() == near(direct.wear.max(), rel=0.01)
     without = explicit_wear(replace(problem, wear_threshold=0.0), cells, cycles, 60)
     assert worn < 0.8 * cells.integral(without.wear)
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        (fretting, {"slip_model": Coupled(), "bodies": ElasticBodies(208e9, 0.3)}),
+        (fretting, {"friction_law": Coulomb(RISING), "geometry": Rings}),
+        (on_strips, {"friction_law": Coulomb(RISING)}),
+    ],
+    ids=["coupled", "friction", "strips"],
+)
+def test_below_the_threshold_nothing_wears(kind, changes):
+    problem = kind(12, wear_threshold=2000.0, **changes)
+    *_, state = evolve(problem, [30])
+    assert 0.0 < energy(problem, state).max() < 2000.0
+    assert not state.wear.any()
 
 
 # Friction that follows slip.

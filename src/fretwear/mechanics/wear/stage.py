@@ -275,7 +275,14 @@ class ImplicitStage:
         flow = WearLayer(zeros, lost, None, opens.unloaded, opens.rate)
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
-        return missing, self.bodies.geometry.integral(flow.displacement(stage.pressure))
+        depth = flow.displacement(stage.pressure)
+        if np.any(opens.withheld):
+            # Below the threshold, more slip wears nothing.
+            shift = lost if drift.shift is None else drift.shift + lost
+            whole = replace(flow, reduced_gap=self.base.reduced.gap, shift=shift)
+            worn = replace(whole, withheld=opens.withheld).displacement(stage.pressure)
+            depth = np.minimum(depth, worn)
+        return missing, self.bodies.geometry.integral(depth)
 
 
 def _bounded(change: Array, gap: Array) -> Array:
