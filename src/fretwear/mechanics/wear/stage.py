@@ -4,7 +4,8 @@ A stage has three parts. Its normal contact has the wear as a layer between the 
 `WearLayer`. Its flow is what follows from that contact: where the pressure
 is at its limit the surface sinks by the penetration, and this, or a sliding that changes, moves the
 reduced contact, which is solved again on the stage's own shape. Both are repeated in turn until the
-wear due to the change of slip no longer changes.
+wear due to the change of slip no longer changes. Friction that follows slip changes with the energy
+that the stage itself dissipates.
 """
 
 from __future__ import annotations
@@ -64,6 +65,14 @@ class Exposure(NamedTuple):
         return np.asarray(self.unloaded + self.rate * pressure)
 
 
+class Dissipation(NamedTuple):
+    """The energy per area that friction follows, at the end of a stage: known + cycles · rate."""
+
+    known: Array  # by earlier rates, J/m², shape of the geometry
+    cycles: float  # weight of the rate at the end of the stage
+    energy: Array  # J/m²; a guess first
+
+
 @dataclass(frozen=True)
 class Drift:
     """The assumed change of G, the part of slip that is not due to wear, over a stage."""
@@ -100,6 +109,7 @@ class ImplicitStage:
     #: Whether it ends at a requested cycle: then the reduced contact is solved to full accuracy,
     #: and the residual follows from a separate convolution.
     output_step: bool
+    dissipation: Dissipation | None = None  #: None if friction does not follow slip
     convolutions: int = 0  #: convolutions spent
 
     @cached_property
@@ -119,7 +129,7 @@ class ImplicitStage:
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         if reduced.follows_pressure:
             exposure = exposure.limited(np.maximum(pressure, self.base.pressure))
-        relaxation, before = 1.0, inf
+        relaxation, before, usual = 1.0, inf, exposure
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
             if isinstance(layer, WearLayer):
@@ -127,7 +137,8 @@ class ImplicitStage:
             stage = self._flow(exposure, contact, layer, reduced, tolerance)
             pressure, reduced = stage.pressure, stage.reduced
             within = self.accuracy.limit * self.tolerance * stage.load
-            settled = limit.suits(contact, reduced, within)
+            settled = limit.suits(contact, reduced, within) & self._rubs_alike(stage)
+            exposure = self._rubbed(usual, problem)
             if not stage.yielded and drift.shift is None:
                 if settled:
                     break
@@ -147,7 +158,37 @@ class ImplicitStage:
             )
         if not stage.is_finite:
             raise ContactError("wear of a stage leads to values that are not finite")
+        if self.dissipation is not None:
+            stage = replace(stage, friction_energy=self.dissipation.energy)
         return stage
+
+    def _rubs_alike(self, stage: Stage) -> bool:
+        """Whether friction suits the energy that a stage dissipates; else friction is changed."""
+        if self.dissipation is None:
+            return True
+        known, cycles, _ = self.dissipation
+        energy = known + cycles * self.problem.energy_rate(stage)
+        law, integral = self.problem.friction_law, self.bodies.geometry.integral
+        ratio = law.after(energy).ratio
+        changed = integral(np.abs(ratio - law.ratio) * stage.pressure)
+        slipping = integral(np.where(stage.reduced.stick, 0.0, ratio * stage.pressure))
+        if changed <= self.accuracy.sweep * self.tolerance * slipping:
+            return True
+        self.problem, self.dissipation = (
+            self.problem.slipped(energy),
+            self.dissipation._replace(energy=energy),
+        )
+        return False
+
+    def _rubbed(self, exposure: Exposure, expected: WearProblem) -> Exposure:
+        """The exposure under the friction of the moment, from that under the expected one."""
+        if self.dissipation is None:
+            return exposure
+        unloaded, rate, withheld = exposure
+        # As much of either as the end of the stage adds.
+        rate = rate * (self.problem.local_wear_growth / expected.local_wear_growth)
+        more = self.problem.withheld_depth - expected.withheld_depth
+        return Exposure(unloaded, rate, withheld + self.dissipation.cycles * more)
 
     def _expected(self, change: Array) -> Drift:
         """The drift of a stage whose G probably changes so much, m."""
