@@ -12,13 +12,13 @@ from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.grid import influence_coefficients
 from fretwear.mechanics.contact.strips import Row
 from fretwear.mechanics.slip.models import Cerruti, Coupled, Jaeger
-from fretwear.mechanics.slip.shear import shear_influence
+from fretwear.mechanics.slip.shear import bodies_under_shear, shear_influence
 from fretwear.mechanics.surfaces.loading import DisplacementAmplitude
-from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import Workspace
-from fretwear.run.simulate import run
+from fretwear.run.simulate import run, wear_problem
 from fretwear.study.case import CaseError
 from fretwear.theory import coupling_ratio
 
@@ -281,6 +281,31 @@ def test_energy_and_wear_are_those_of_a_direct_solution_in_increments(stress, ex
     assert np.ptp(stuck) == near(2.0 * EDGE * np.sqrt(1.0 - RATIO), rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "friction", "stress", "expected"),
+    [(0.4, 0.6, 0.286, 0.2201), (0.55, 0.45, 0.25, 0.3299), (0.3, 0.5, 0.2, None)],
+)
+def test_cells_resolve_the_narrow_side_of_slip(ratio, friction, stress, expected):
+    """The closed form is the slip of a stick zone moved by e = aσ/(4µp0) (Hills and Nowell)."""
+    stick, moved = np.sqrt(1.0 - ratio), stress / (4.0 * friction)
+
+    def deepest(moved):
+        x = np.linspace(-1.0, -stick - moved, 4001)
+        t = np.maximum(-(x + moved) / stick, 1.0)
+        return (np.sqrt(1.0 - x**2) * (t * np.sqrt(t**2 - 1.0) - np.arccosh(t))).max()
+
+    part = deepest(moved) / deepest(0.0)
+    assert expected is None or part == near(expected, rel=1e-3)
+    given = {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "200 N/mm"}
+    given |= {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa"}
+    given |= {"friction": friction, "tangential_ratio": ratio, "cycles": 10}
+    peak = fretwear.Case(**given).hertz_pressure
+    problem = wear_problem(fretwear.Case(**given, bulk_stress=stress * peak))
+    (_, low, _), _ = worn_once(problem)
+    (_, usual, _), _ = worn_once(replace(problem, bulk_stress=0.0))
+    assert low / usual == near(part, rel=0.01)
+
+
 def test_the_scar_of_a_cylinder_is_deeper_on_one_side():
     problem = cylinder(0.286, cells=40)
     *_, state = evolve(problem, [2.0 / (problem.wear_growth * LINE.peak_pressure)])
@@ -297,6 +322,28 @@ def test_friction_as_a_vector_gives_the_same_for_a_sphere():
     assert state.reduced.stick.sum() == near(other.reduced.stick.sum(), rel=0.03)
     x = state.geometry.x[:, None] * state.reduced.stick
     assert x.sum() / state.reduced.stick.sum() < -0.02 * A
+
+
+@pytest.mark.parametrize("even", [True, False])
+def test_where_a_sphere_sticks_friction_strains_it_like_the_flat(even):
+    stress, waves = 0.1 * P0, uneven(None, (False, even))
+    problem = fretting(
+        16,
+        slip_model=Coupled(),
+        load_ratio=0.3,
+        bulk_stress=stress,
+        bodies=ElasticBodies(208e9, 0.3),
+        roughness=waves,
+    )
+    state = first_loading(problem)
+    bodies = bodies_under_shear(state.geometry.half_space(MODULUS), problem.bodies.coupling)
+    moved = bodies.displacement(state.reduced.sheared.traction)
+    x, y = np.meshgrid(state.geometry.x, state.geometry.y, indexing="ij")
+    inside = np.hypot(x, y) < 0.6 * A
+    assert state.reduced.stick[inside].all()
+    along, across = np.polyfit(x[inside], moved[0][inside], 1), moved[1][inside] / y[inside]
+    assert along[0] == near(stress / 208e9, rel=1e-3)
+    np.testing.assert_allclose(across, -0.3 * stress / 208e9, rtol=0.01)
 
 
 def test_a_stress_that_reverses_slip_is_refused():

@@ -46,6 +46,8 @@ equal cells: small spots of stick are lost on much wider ones."""
 WIDEST, STEPS_PER_ACCURACY = 2.0, 1.5
 """Width of the first cells of a case that asks for an accuracy, over the default, and tolerance of
 its steps, over the accuracy."""
+LEAST_SIDE = 0.25
+"""Least part of the slip annulus that counts as its narrow side under a bulk stress."""
 LARGEST_ROUNDING = 1.1
 """Largest ratio of a length to itself rounded down to two digits."""
 # Largest half-width of the window, over the contact radius.
@@ -108,12 +110,15 @@ def needed_spacings(case: FrettingContact) -> tuple[Spacing, Spacing]:
     if in_a_ring:
         share = share_of_band(case.yielding_ring, narrowest_cell(case))
         cells *= (CELLS_PER_YIELDING_CONTACT_RADIUS / cells) ** share
+    # A bulk stress moves the stick zone, so that one side of the annulus is narrower.
+    annulus = radius - stick
+    annulus = max(annulus - case.tilt * case.hertz.radius, LEAST_SIDE * annulus)
     contact = min(
         radius / cells,
         # A growing stick zone need not be resolved at its initial size.
         max(stick / CELLS_PER_STICK_RADIUS, 0.0 if case.force_is_held else radius / 128),
         # Slip of tips that stick in part is seen on these.
-        (radius - stick) / CELLS_PER_SLIP_ANNULUS[bool(zones)],
+        annulus / CELLS_PER_SLIP_ANNULUS[bool(zones)],
     )
     if case.loading.stroke:
         edge = case.indenter.edge(case.hertz) / CELLS_PER_SLIDING_EDGE

@@ -321,8 +321,10 @@ class Coupled(Jaeger):
             displacement = setup.loading.displacement(friction, compliance, setup.hertz)
         before, tilted = None if start is None else start.sheared, None
         if setup.tilt:
-            stretched = friction * compliance * setup.tilt * geometry.x[:, None]
-            tilted = np.stack([stretched + 0.0 * pressure, 0.0 * pressure])
+            # The flat becomes narrower as it is stretched.
+            strain, nu = friction * compliance * setup.tilt, setup.bodies.contraction
+            x, y = np.meshgrid(geometry.x, geometry.y, indexing="ij")
+            tilted = strain * np.stack([x, -nu * y])
         bound = friction * pressure
         sheared = shear(
             bodies_under_shear(pressed.half_space, setup.bodies.coupling),

@@ -21,10 +21,15 @@ class Bodies(Part):
     coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
     dundurs_beta = 0.0  # |β|, which couples normal and tangential directions; neglected
 
+    @property
+    def contraction(self) -> float:
+        """Poisson's ratio of the flat, here of one of two equal bodies."""
+        return 2.0 * (self.coupling - 1.0) / (2.0 * self.coupling - 1.0)
+
     def stretch(self, *, plane_strain: bool) -> float:
         """Strain of the flat along x per stress along x, 1/Pa, here of one of two equal bodies."""
-        nu = 2.0 * (self.coupling - 1.0) / (2.0 * self.coupling - 1.0)
-        return 0.5 / self.composite_modulus / (1.0 if plane_strain else 1.0 - nu**2)
+        shortens = 1.0 if plane_strain else 1.0 - self.contraction**2
+        return 0.5 / self.composite_modulus / shortens
 
     def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
@@ -53,6 +58,11 @@ class ElasticBodies(Bodies):
     kind: Literal["elastic"] = "elastic"
 
     slug = ""  # materials are left out of the id
+
+    @property
+    def contraction(self) -> float:
+        """Poisson's ratio of the flat."""
+        return self._constants[3]
 
     def stretch(self, *, plane_strain: bool) -> float:
         """Strain of the flat along x per stress along x, 1/Pa: 1/E, in plane strain (1 − ν²)/E."""
