@@ -6,9 +6,11 @@ import re
 import shutil
 from io import StringIO
 
+import netCDF4
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import results_table
@@ -20,9 +22,11 @@ from fretwear.data.stack import (
 )
 from fretwear.results import FIELDS, RESULTS, SCALARS, PointStatus
 from fretwear.run.accuracy import ASKED
+from fretwear.study.plan import write_points
 
 from ..studies import WAVES, base, near, run_study
 from .conftest import study_in
+from .test_files import unreadable
 
 pytestmark = pytest.mark.slow
 
@@ -60,8 +64,12 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(stack):
     for name in MERGED_PROFILES:
         assert summary[name].dims == ("normal_load", "plastic_limit", "cycle", "x")
         assert summary[name].dtype == np.float32
-    assert summary["normal_load"].values.tolist() == [20.0, 50.0, 40.0]
-    assert summary.plastic_limit.values.tolist() == [math.inf, 4.5e9]
+    # Levels rise, whatever their order in the study.
+    assert summary["normal_load"].values.tolist() == [20.0, 40.0, 50.0]
+    assert summary.plastic_limit.values.tolist() == [4.5e9, math.inf]
+    assert summary.indexes["plastic_limit"].is_monotonic_increasing
+    nearest = summary.wear_volume.sel(normal_load=44.0, method="nearest")
+    assert nearest.normal_load == 40.0
     assert (summary["normal_load"].attrs["units"], summary.plastic_limit.attrs["units"]) == (
         "N",
         "Pa",
@@ -182,6 +190,60 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     # What a single point has is not shared by all.
     one = summary_of(make_study({"counterface": ["none", ROUGH]}))
     np.testing.assert_allclose(one.counterface_amplitude, [math.nan, 1e-7], rtol=1e-12)
+
+
+def test_a_study_of_words_is_numbers_and_flags_in_its_file_which_lazy_operations_bear(
+    make_study, merged
+):
+    words = {"slip_model": ["jaeger", "cerruti"], "roughness": ["none", ROUGH]}
+    path = merged(make_study(words)) / "summary.nc"
+    with netCDF4.Dataset(path) as file:
+        assert [*unreadable(file)] == []
+        assert file["slip_model"].flag_meanings == "jaeger cerruti"
+        assert len(file["roughness"].flag_meanings.split()) == 2
+    with open_summary(path) as text, xr.open_dataset(path) as raw:
+        assert text.slip_model.values.tolist() == ["jaeger", "cerruti"]
+        assert text.case_id.values.ravel().tolist() == raw.case_id.values.ravel().tolist()
+        np.testing.assert_array_equal(raw.slip_model, [0, 1])
+        along = "slip_model", "roughness"
+        for volume in (raw.wear_volume, text.wear_volume):
+            stacked = volume.stack(place=along).load()
+            turned = volume.transpose("cycle", "roughness", "slip_model").load()
+            for each in (stacked.unstack(), turned):
+                np.testing.assert_array_equal(each.transpose(*volume.dims), text.wear_volume)
+
+
+def test_points_and_results_have_the_same_columns_of_the_same_type(make_study, summary_of):
+    study = make_study({"load": ["20 N"], "slip_model": ["jaeger"]})
+    file = study.file.with_name("points.csv")
+    write_points(study, file)
+    points = pd.read_csv(file, index_col="case_id")
+    results = pd.read_csv(StringIO(results_table(summary_of(study))), index_col="case_id")
+    shared = [name for name in points if name in results]
+    assert {"load", "error_estimate", "cycles", "slip_model"} < {*shared}
+    pd.testing.assert_frame_equal(points[shared], results[shared], check_exact=True)
+
+
+def virtual(path, group=None):
+    """A file as references to its bytes, read by the library of Zarr."""
+    virtualizarr = pytest.importorskip("virtualizarr")
+    from obspec_utils.registry import ObjectStoreRegistry
+    from obstore.store import LocalStore
+
+    parser = virtualizarr.parsers.HDFParser(group=group)
+    store = parser(path.resolve().as_uri(), ObjectStoreRegistry({"file://": LocalStore()}))
+    return xr.open_zarr(store, consolidated=False, zarr_format=3).load()
+
+
+def test_references_to_a_file_give_the_numbers_that_xarray_reads(make_study, merged):
+    folder = merged(make_study({"slip_model": ["jaeger", "cerruti"]}))
+    for path in (folder / "summary.nc", *(folder / "cases").iterdir()):
+        for group in (None, "history"):
+            with xr.open_dataset(path, group=group) as expected:
+                found = virtual(path, group)
+                assert found.variables.keys() == expected.variables.keys()
+                for name, values in expected.variables.items():
+                    np.testing.assert_array_equal(found[name], values, name)
 
 
 def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):

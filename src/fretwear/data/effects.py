@@ -122,11 +122,16 @@ def points_table(summary: xr.Dataset) -> pd.DataFrame:
 
 
 def results_table(summary: xr.Dataset) -> str:
-    """Return the points of a merged study as CSV; see `points_table`."""
+    """Return the points of a merged study as CSV; see `points_table`.
+
+    Parameters are written as in ``points.csv``, results with nine digits.
+    """
     table = points_table(summary).rename(columns=WRITTEN)
     if WARNINGS.name in table:
         table[WARNINGS.name] = table[WARNINGS.name].str.replace("\n", "; ")
-    text: str = table.to_csv(index=False, float_format="%.9g", lineterminator="\n")
+    for name in final_results(summary):
+        table[name] = [float(f"{value:.9g}") for value in table[name]]
+    text: str = table.to_csv(index=False, float_format=str, lineterminator="\n")
     return text
 
 

@@ -7,6 +7,7 @@ of later ones, which have more, therefore open as well.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -57,10 +58,13 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
 """Histories in a merged study."""
 
-_FILTERS: Mapping[str, Any] = {
-    "zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True
-}  # fmt: skip
+_FILTERS: Mapping[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True}
 _FIRST_CHUNKED = 256
+# Attributes: names of the attributes that are text coordinates in memory, and, of a coordinate of
+# flags, its text.
+_TEXTS, _LEVELS = "text_parameters", "levels"
+_OF_FLAGS = {_LEVELS, "flag_values", "flag_meanings"}
+_WORD = re.compile(r"[^\w.+@-]+")  # what flag_meanings may not have
 _OF_ENCODING = {"coordinates", "_FillValue"}  # attributes that xarray writes
 RUN_AGAIN = "Remove the file and run the case again"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
@@ -69,22 +73,73 @@ _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study'
 def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset]) -> None:
     """Write datasets as groups of one file, the first one as its root; the file appears complete.
 
-    Arrays are compressed by zlib (level 1, shuffled), each chunk with the checksum of HDF5. A chunk
-    has one cycle of a field or, in a merged study, one value of the first parameter. Text has a
-    fixed length: strings of variable length have neither checksum nor compression. `DataFileError`
-    if the disk is full or the folder, created if necessary, cannot be written to.
+    Arrays are compressed by zlib (level 1, shuffled), whose checksum each chunk has; programs that
+    read files in the cloud have no other filter. A chunk has one cycle of a field or, in a merged
+    study, one value of the first parameter. Text is written as `_without_text` says.
+    `DataFileError` if the disk is full or the folder, created if necessary, cannot be written to.
     """
     values: list[tuple[Any, Any]] = []
     writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
     # `to_netcdf` would open the file for each group, and end definitions for each variable, which
     # takes three times as long. `dump_to_store` is not documented: a test has what replaces it.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
-        for name, content in groups.items():
+        for name, labelled in groups.items():
+            content = _without_text(labelled)
             store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]
             encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
             content.drop_encoding().dump_to_store(store, encoding=encoding, writer=writer)
         for source, target in values:
             target[...] = source
+
+
+def _without_text(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose coordinates are numbers, which every program reads.
+
+    One text is an attribute; text along a dimension is a flag variable, whose attribute ``levels``
+    has the texts, one a line, and ``flag_meanings`` has them as words. Case ids and text that is no
+    coordinate are arrays of characters, of which no variable of numbers depends.
+    """
+    texts = {str(n): v for n, v in dataset.coords.items() if v.dtype.kind in "OU"}
+    single = {name: str(text.item()) for name, text in texts.items() if not text.dims}
+    flags = {}
+    for name, text in texts.items():
+        if text.dims and name != CASE_ID.name:
+            levels, first, numbers = np.unique(
+                text.values.astype(str), return_index=True, return_inverse=True
+            )
+            # In the order of the study, so that numbers along a dimension rise.
+            order = np.argsort(first)
+            about = {
+                "flag_values": np.arange(levels.size, dtype=np.int32),
+                "flag_meanings": " ".join(_WORD.sub("_", level) for level in levels[order]),
+                _LEVELS: "\n".join(levels[order]),
+            }
+            numbers = np.argsort(order)[numbers].reshape(text.shape).astype(np.int32)
+            flags[name] = xr.Variable(text.dims, numbers, {**text.attrs, **about})
+    labelled = {_TEXTS: " ".join(single), **single} if single else {}
+    stored = dataset.drop_vars([*single]).assign_coords(flags).assign_attrs(labelled)
+    return stored.reset_coords({CASE_ID.name} & stored.coords.keys())
+
+
+def _with_text(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset that was read with the text coordinates that `_without_text` replaced."""
+    from fretwear.study.contact import case_keys
+
+    attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()
+    for name in attributes.pop(_TEXTS, "").split():
+        about = Variable(name, "", words=case_keys().coordinate(name).words).attributes
+        texts[name] = xr.Variable((), attributes.pop(name), about)
+    for name, variable in dataset.variables.items():
+        if _LEVELS in variable.attrs:
+            levels = np.array(variable.attrs[_LEVELS].split("\n"))
+            about = {n: v for n, v in variable.attrs.items() if n not in _OF_FLAGS}
+            texts[str(name)] = xr.Variable(variable.dims, levels[variable.values], about)
+        elif variable.dtype.kind == "O":
+            texts[str(name)] = variable.copy(data=variable.values.astype(str))
+    labels = {n: texts.pop(n) for n in [*texts] if n not in dataset.data_vars or n == CASE_ID.name}
+    read = dataset.assign(texts).assign_coords(labels)
+    read.attrs = attributes
+    return read
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
@@ -112,12 +167,8 @@ def write_case(
     Dataset, history and loops come from `fretwear.data.labels`; history and loops, if any, become
     the groups ``history`` and ``loop``. `attributes` of the study are added to the dataset.
     `DataFileError` as by `write_groups`.
-
-    The file has the case id as a dimension of length 1, along which `xarray.open_mfdataset` puts
-    cases side by side.
     """
-    ids = xr.Variable((CASE_ID.name,), [dataset.attrs[CASE_ID.name]], CASE_ID.attributes)
-    root = dataset.assign_coords({CASE_ID.name: ids}).assign_attrs(attributes or {})
+    root = dataset.assign_attrs(attributes or {})
     loop = {} if loops is None else {LOOP_GROUP: loops}
     write_groups(path, {"": root, HISTORY_GROUP: history, **loop})
 
@@ -147,8 +198,7 @@ def open_group(
             path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
         )
         close = dataset.close
-        texts = {n: v for n, v in dataset.variables.items() if v.dtype.kind == "O"}
-        dataset = dataset.assign({n: v.copy(data=v.values.astype(str)) for n, v in texts.items()})
+        dataset = _with_text(dataset)
     except (OSError, RuntimeError, ValueError) as cause:
         problem = "it is damaged, or not a netCDF-4 file of fretwear"
         if not Path(path).is_file():
@@ -191,7 +241,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     except DataFileError:
         dataset.close()
         raise
-    if CASE_ID.name in dataset.dims:
+    if CASE_ID.name in dataset.dims:  # in files of format 2
         del dataset[CASE_ID.name]
     return dataset.fretwear.full() if full else dataset
 

@@ -43,8 +43,9 @@ from fretwear.version import __version__, case_digest
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-FORMAT: Mapping[str, object] = {"Conventions": "CF-1.11, ACDD-1.3", "format_version": 2}
-"""Attributes of every dataset; those without a version call the normal load ``load``."""
+FORMAT: Mapping[str, object] = {"Conventions": "CF-1.11, ACDD-1.3", "format_version": 3}
+"""Attributes of every dataset; those without a version call the normal load ``load``, version 2 has
+text as coordinates."""
 
 STUDY_ATTRIBUTES = ("creator", "institution", "license", "references")
 """Sections of a study file that become attributes of its datasets, named as in ACDD."""

@@ -186,16 +186,17 @@ class Plan:
 
 
 def write_points(study: Study, path: str | Path) -> None:
-    """Write the points as CSV: id, every parameter in SI units, cells, estimates, problem."""
+    """Write the points as CSV: case id, every parameter in SI units, cells, estimates, problem."""
     import pandas as pd
 
     rows, estimates = list[dict[str, object]](), Plan(study).estimates
     last = ("cells", "estimated_seconds", "estimated_memory_bytes", "problem")
     for point in study.points():
-        row: dict[str, object] = {"id": point.id, "problem": point.problem}
+        row: dict[str, object] = {"case_id": point.id, "problem": point.problem}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
-            row[name.replace(".", "_")] = value if isinstance(value, float | int | str) else label
+            plain = float(value) if isinstance(value, bool) else value
+            row[name.replace(".", "_")] = plain if isinstance(plain, float | int | str) else label
         if point.case is not None:
             coordinates = point.case.scalar_coordinates()
             for name, (value, *_) in coordinates.items():
@@ -203,7 +204,7 @@ def write_points(study: Study, path: str | Path) -> None:
                 # A dataset has the first value of a table as a number, which does not identify the
                 # table.
                 if name not in row or f"{name}_over_cycles" not in coordinates:
-                    row[name] = value
+                    row[name] = value if isinstance(value, str) else float(value)
             cost = estimates[point.id]
             row |= zip(last, (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes), strict=False)
         rows.append(row)
