@@ -10,6 +10,7 @@ import xarray as xr
 from fretwear.data.atomic import DataFileError, atomic_path
 from fretwear.data.files import (
     _encoding,
+    _without_text,
     finished_by,
     open_case,
     open_history,
@@ -59,7 +60,8 @@ def test_groups_are_those_that_xarray_writes_one_by_one(results, tmp_path):
         write_groups(tmp_path / "once.nc", groups)
     except (AttributeError, TypeError) as error:
         pytest.fail(f"write each group by `to_netcdf` as in this test, because of {error!r}")
-    for name, content in groups.items():
+    for name, labelled in groups.items():
+        content = _without_text(labelled)
         encoding = {n: _encoding(v) for n, v in content.variables.items()}
         place = {"path": tmp_path / "each.nc", "mode": "a" if name else "w", "group": name or None}
         content.drop_encoding().to_netcdf(**place, engine="netcdf4", encoding=encoding)
