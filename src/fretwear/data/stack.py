@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import uuid
 from collections.abc import Collection, Sequence
-from contextlib import ExitStack
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.files import open_case, open_summary
+from fretwear.data.atomic import DataFileError
+from fretwear.data.files import open_summary, read_arrays
 from fretwear.results import (
     CASE_ID,
-    CYCLE,
     FIELDS,
     STATUS,
     PointStatus,
@@ -95,7 +96,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """Open the merged study together with the fields of all its cases.
 
     Fields are dask arrays that read one field of one case at a time, so a reduction over any number
-    of cases needs little memory:
+    of cases needs little memory, and its file is open for that time only:
     ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
     Unless all cases have the same grid spacing, fields are interpolated to the cells of the finest
     case in the largest window; ``contact_state`` is taken from the nearest cell. Outside the window
@@ -120,41 +121,77 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """
     # dask takes a while to import, and only this function needs it.
     import dask.array as da
-    from dask.delayed import delayed
 
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
+    dims = contact_frame(summary.variables).dims
     cases: NDArray[Any] = np.full(status.shape, None)
-    stacked, dims = summary.copy(), contact_frame(summary.variables).dims
-    with ExitStack() as opened:
-        opened.callback(summary.close)
+    try:
         for place in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
-            cases[place] = opened.enter_context(open_case(folder / "cases" / f"{ids[place]}.nc"))
-        stacked.set_close(opened.pop_all().close)
-    if rows := [case[Y.name].values for case in cases.flat if case is not None and Y.name in case]:
+            file = folder / "cases" / f"{ids[place]}.nc"
+            cases[place] = file, [*read_arrays(file, dims).values()]
+    except DataFileError:
+        summary.close()
+        raise
+    stacked, rows = summary, [axes[2] for _, axes in filter(None, cases.flat) if len(axes) == 3]
+    if rows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = [stacked[name].to_numpy() for name in dims]
-    shape = tuple(axis.size for axis in axes)
+    chunks = (*(1 for _ in cases.shape), *(axis.size for axis in axes))
     for field in FIELDS:
-        read = [
-            delayed(_on_axes)(None if case is None else case.get(field.name), field, *axes)
-            for case in cases.flat
-        ]
-        fields = [da.from_delayed(one, shape, field.dtype) for one in read]  # type: ignore[no-untyped-call]
-        lazy = da.stack(fields).reshape(*cases.shape, *shape)  # type: ignore[no-untyped-call]
+        # A name, without which dask would look for one in all that the cases hold.
+        name = f"{field.name}-{uuid.uuid4()}"
+        lazy = da.from_array(_Stack(cases, field, axes), chunks, name)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
+    # Closing a derived dataset would not close its file.
+    stacked.set_close(summary.close)
     return stacked
 
 
-def _on_axes(
-    stored: xr.DataArray | None, field: Variable, cycles: Array, *axes: Array
-) -> NDArray[Any]:
-    """Return a field of one case, if it has it, at cycles and positions that all cases share."""
-    shape = (cycles.size, *(axis.size for axis in axes))
-    values = np.full(shape, NOT_DONE if field.flags else math.nan, dtype=field.dtype)
-    if stored is not None:
-        cells = [stored[name].values for name in stored.dims[1:]]
-        _, rows, kept = np.intersect1d(cycles, stored[CYCLE.name], return_indices=True)
-        values[rows] = resampled(stored[kept].values, cells, axes, field.outside)
-    return values
+@dataclass(frozen=True)
+class _Stack:
+    """A field of all cases, read by indexing; a file is open for as long as it is read."""
+
+    cases: NDArray[Any]  # file of each case with its cycles and positions; None if not done
+    field: Variable
+    axes: Sequence[Array]  # cycles and positions that all cases share
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of cases, then cycles and positions."""
+        return (*self.cases.shape, *(axis.size for axis in self.axes))
+
+    @property
+    def ndim(self) -> int:
+        """Number of dimensions."""
+        return len(self.shape)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the field."""
+        return np.dtype(self.field.dtype)
+
+    def __getitem__(self, index: tuple[Any, ...]) -> NDArray[Any]:
+        """Return values at an index of cases, of cycles, and of positions."""
+        outer, (cycle, *inner) = index[: self.cases.ndim], index[self.cases.ndim :]
+        places = np.arange(self.cases.size).reshape(self.cases.shape)[outer]
+        cycles = np.atleast_1d(self.axes[0][cycle])
+        read = [self._of_case(self.cases.flat[place], cycles) for place in np.ravel(places)]
+        values = np.reshape(read, (*np.shape(places), *read[0].shape))
+        keeps = slice(None) if isinstance(cycle, slice) or np.ndim(cycle) else 0
+        return np.asarray(values[..., keeps, *inner])
+
+    def _of_case(self, case: tuple[Path, list[Array]] | None, cycles: Array) -> NDArray[Any]:
+        """Return the field of one case, if it has it, at some cycles."""
+        field, positions = self.field, self.axes[1:]
+        shape = (cycles.size, *(axis.size for axis in positions))
+        values = np.full(shape, NOT_DONE if field.flags else math.nan, self.dtype)
+        if case is not None:
+            file, (snapshots, *cells) = case
+            _, rows, kept = np.intersect1d(cycles, snapshots, return_indices=True)
+            some = slice(kept.min(initial=snapshots.size), kept.max(initial=-1) + 1)
+            for stored in read_arrays(file, [field.name], some).values():
+                at = kept - some.start
+                values[rows] = resampled(stored[at], cells, positions, field.outside)
+        return values
