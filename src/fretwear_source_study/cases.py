@@ -34,7 +34,7 @@ RUN_IN = 7000
 _RADIUS = 0.01
 _FEWEST_CELLS = 12  # in contact on an asperity
 _MOST_NEWTONS, _BISECTIONS = 10.0, 50  # a load above any that a tip carries
-_SHAPE_DEPENDENT = "jaeger"
+_MODELS = ("cerruti", "jaeger", "cattaneo_mindlin")  # the best first
 
 
 @dataclass(frozen=True)
@@ -169,8 +169,8 @@ class DiscAndRing:
 def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, float, Cases]]:
     """Yield slip model, sphere radius, m, and cases of a merged study with the source's parameters.
 
-    All four cases of such a group are done. The first group serves for figures: it has slip that
-    follows the worn shape, and the radius nearest 10 mm, which stands for the unknown radius of the
+    All four cases of such a group are done. The first group serves for figures: it has the best
+    slip model, and the radius nearest 10 mm, which stands for the unknown radius of the
     source study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *SHARED, *ROUGH}
@@ -183,8 +183,9 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
             group = str(points["slip_model"][index]), float(points["radius"][index])
             files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
 
-    def rank(group: tuple[str, float]) -> tuple[bool, float]:
-        return group[0] != _SHAPE_DEPENDENT, abs(math.log(group[1] / _RADIUS))
+    def rank(group: tuple[str, float]) -> tuple[int, float]:
+        model = _MODELS.index(group[0]) if group[0] in _MODELS else len(_MODELS)
+        return model, abs(math.log(group[1] / _RADIUS))
 
     for group in sorted(files_of, key=rank):
         if len(files_of[group]) < len(TITLES):

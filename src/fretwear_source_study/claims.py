@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.report import Section, table_html
-from fretwear.results import ContactState
+from fretwear.results import RESULTS, ContactState
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
 from fretwear_source_study.cases import (
@@ -53,7 +53,8 @@ _WORN_OFF = 0.1
 _EARLY, _MUCH = 100.0, 1.5
 _MODELS = {
     "cattaneo_mindlin": "as the study describes it",
-    "jaeger": "slip that follows the worn shape",
+    "jaeger": "slip of the worn shape, alike in all directions",
+    "cerruti": "slip of the worn shape, along x",
 }
 
 
@@ -177,7 +178,11 @@ def _stick_zone(case: StudyCase) -> Finding:
             for state in (ContactState.STICK, ContactState.SLIP)
         )
         changed = int((sticks & slips).sum())
-        numbers = {"cells that go from stick to slip or back": str(changed)}
+        area = case.dataset["stick_area"].values
+        numbers = {
+            "cells that go from stick to slip or back": str(changed),
+            "stick area left": percent(area[-1] / area[0]),
+        }
         return Finding.graded(not changed, False, numbers)
     area = case.dataset["stick_area"].values
     zones = {cycle: case.zones(cycle) for cycle in case.cycles}
@@ -301,6 +306,19 @@ def _asperities_behave_as_smooth(case: StudyCase) -> Finding:
     return Finding.graded(alike and behave, alike or behave, numbers)
 
 
+def _roughness_matters(smooth: StudyCase, rough: StudyCase) -> Finding:
+    names = ("wear_volume", "wear_depth", "stick_area", "contact_area")
+    ratios = {}
+    for cycle in (smooth.nearest(100), smooth.last):
+        for name in names:
+            both = (case.largest(name, cycle) for case in (rough, smooth))
+            words = f"{RESULTS[name].words}, rough to smooth, cycle {cycle_text(cycle)}"
+            ratios[words] = next(both) / next(both)
+    apart = [abs(ratio - 1.0) > _ALMOST for ratio in ratios.values()]
+    numbers = {words: short(ratio) for words, ratio in ratios.items()}
+    return Finding.graded(all(apart), any(apart), numbers)
+
+
 _MEASURES: tuple[Callable[..., Finding], ...] = (
     _pressure_moves_inward,
     _peak_at_stick_edge,
@@ -313,6 +331,7 @@ _MEASURES: tuple[Callable[..., Finding], ...] = (
     _shear_like_pressure,
     _more_wear_when_rough,
     _asperities_behave_as_smooth,
+    _roughness_matters,
 )
 _SUBJECTS: Mapping[str, Mapping[str, Sequence[str]]] = {
     "each": {title: (title,) for title in TITLES},
@@ -331,15 +350,18 @@ def _claims() -> Iterator[PublishedClaim]:
 
 
 CLAIMS = tuple(_claims())
-"""All claims, in the order of their numbers; 10 and 11 come from the study's conclusions."""
+"""All claims, in the order of their numbers; 10 to 12 come from the study's conclusions."""
 
 
 _INTRODUCTION = Markup(
     "<p>The claims of the study “Wear investigation of rough bodies in contact under partial slip "
     "conditions”, judged by numbers measured on the cases that have its parameters. The source "
     "gives no radius R of the sphere. It takes slip and stick zone of the unworn smooth sphere for "
-    "every cycle (<code>cattaneo_mindlin</code>); slip can also follow the worn shape "
-    "(<code>jaeger</code>).</p>"
+    "every cycle (<code>cattaneo_mindlin</code>); slip can also follow the worn shape, "
+    "along x (<code>cerruti</code>), by which verdicts are, or alike in all directions "
+    "(<code>jaeger</code>). By <code>jaeger</code> an elastic stick zone is constant by identity: "
+    "wear outside it cannot change the contact under the reduced load, which is the stick zone."
+    "</p>"
 )
 _MEASURED = Markup(
     "<h3>What was measured</h3><p>The stick zone is the smallest disc around all cells that stick, "

@@ -27,7 +27,7 @@ STUDY = {
     "vary": {
         "roughness.amplitude": ["0 um", "0.2 um"],
         "plastic_limit": ["none", "4500 MPa"],
-        "slip_model": ["jaeger", "cattaneo_mindlin"],
+        "slip_model": ["jaeger", "cattaneo_mindlin", "cerruti"],
     },
     "output": {"cycles": [1, 10, 100, 300, 1000, 2000, 3500]},
 }
@@ -48,8 +48,8 @@ def merged(made_once):
 
     folder = made_once("source-study", make)
     summary = xr.load_dataset(folder / "summary.nc")
-    *_, cases = next(reference_cases(summary, folder / "cases"))
-    return Merged(summary, folder / "cases", cases)
+    groups = {model: cases for model, _, cases in reference_cases(summary, folder / "cases")}
+    return Merged(summary, folder / "cases", groups["jaeger"])
 
 
 @pytest.fixture(scope="session")

@@ -11,6 +11,7 @@ from fretwear_source_study.cases import (
     growth,
     largest_on_rings,
     late_growth,
+    reference_cases,
     unevenness,
     zone_means,
 )
@@ -209,3 +210,26 @@ def test_unworn_waves_and_shear_against_the_pressure_fail(cases):
         smooth, shear_traction=lambda n: 2.0 * shear - smooth.field("shear_traction", n)
     )
     assert verdict(9, opposite) is FAILS
+
+
+@pytest.mark.parametrize(
+    ("factor", "expected"), [(1.0, FAILS), (1.2, HOLDS), (0.8, HOLDS), (1.04, FAILS)]
+)
+def test_roughness_is_neglected_where_nothing_differs(cases, factor, expected):
+    smooth = cases["smooth elastic"]
+    rough = doctored(smooth, wear_depth=lambda n: factor * smooth.field("wear_depth", n))
+    names = ("wear_volume", "stick_area", "contact_area")
+    scaled = {name: factor * rough.dataset[name] for name in names}
+    rough = replace(rough, dataset=rough.dataset.assign(scaled))
+    assert verdict(12, smooth, rough) is expected
+    only = replace(smooth, dataset=smooth.dataset.assign(stick_area=scaled["stick_area"]))
+    assert verdict(12, smooth, only) is (FAILS if expected is FAILS else IN_PART)
+
+
+def test_the_best_slip_model_comes_first_and_shrinks_an_elastic_stick_zone(merged):
+    groups = {model: cases for model, _, cases in reference_cases(merged.summary, merged.folder)}
+    assert [*groups] == ["cerruti", "jaeger", "cattaneo_mindlin"]
+    held, shrunk = (judged(4, groups[model])["smooth elastic"] for model in ("jaeger", "cerruti"))
+    assert (held.answer, shrunk.answer) == (HOLDS, FAILS)
+    assert held.numbers["stick area left"] == "100 %"
+    assert float(shrunk.numbers["stick area left"].removesuffix(" %")) < 97.5
