@@ -3,8 +3,9 @@
 #     snakemake --cores 2                            runs studies/demo.yaml
 #     snakemake --cores 2 --config study=paper       runs studies/paper.yaml
 #     snakemake --cores 2 --config keep_older=true   keeps cases that other code has computed
-import shlex
+import subprocess
 import sys
+from pathlib import Path
 
 from fretwear.run.workflow import StudyJobs, release_locks
 from fretwear.study.problems import StudyError
@@ -20,9 +21,18 @@ STUDY = str(JOBS.plan.study.file)
 RESULTS = JOBS.results.as_posix()
 FIGURES = JOBS.results / "figures"
 FITTED = [f"{RESULTS}/fit.nc", f"{RESULTS}/fit.json"] if JOBS.measurements else []
-KEEP_OLDER = "--keep-older" if JOBS.keep_older else ""
-# The command of this environment, whose folder may not be on the PATH.
-FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
+
+
+# A module with a prefix moves the outputs of a rule: what a command writes follows from them.
+def in_results():
+    """Parameters of a rule whose first output lies in the folder of the results."""
+    return dict(
+        # The command of this environment, whose folder may not be on the PATH.
+        fretwear=[sys.executable, "-m", "fretwear"],
+        study_file=STUDY,
+        results=lambda wildcards, output: Path(output[0]).parent,
+    )
+
 
 if workflow.is_main_process:
     release_locks()
@@ -56,10 +66,12 @@ rule simulate:
         mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.job),
         runtime=lambda wildcards: JOBS.minutes(wildcards.job),
     params:
+        **in_results(),
         cases=lambda wildcards: JOBS.options(wildcards.job),
     # `exec`, so that a scheduler's request to stop reaches the command, which writes a checkpoint.
     shell:
-        "exec {FRETWEAR} run {STUDY:q} {params.cases} -o {RESULTS}/cases 2>{log:q}"
+        "exec {params.fretwear:q} run {params.study_file:q} {params.cases} "
+        "-o {params.results:q}/../cases 2>{log:q}"
 
 
 rule merge:
@@ -70,10 +82,13 @@ rule merge:
         f"{RESULTS}/points.csv",
         f"{RESULTS}/results.csv",
     params:
+        **in_results(),
         code=(__version__, JOBS.code),
         study=lambda wildcards: JOBS.content,
+        keep_older=["--keep-older"] * JOBS.keep_older,
     shell:
-        "{FRETWEAR} merge {STUDY:q} {KEEP_OLDER}"
+        "{params.fretwear:q} merge {params.study_file:q} --results {params.results:q} "
+        "{params.keep_older}"
 
 
 # The runs of a fit depend on each other: they share the cores of one machine, and are kept, so that
@@ -86,10 +101,12 @@ rule fit:
         f"{RESULTS}/fit.json",
     threads: workflow.resource_settings.cores or 1
     params:
+        **in_results(),
         code=JOBS.code,
         study=lambda wildcards: JOBS.content,
     shell:
-        "exec {FRETWEAR} fit {STUDY:q} --processes {threads}"
+        "exec {params.fretwear:q} fit {params.study_file:q} --results {params.results:q} "
+        "--processes {threads}"
 
 
 rule figures:
@@ -105,9 +122,11 @@ rule figures:
         ),
     threads: 2
     params:
+        **in_results(),
         version=__version__,
     shell:
-        "{FRETWEAR} figures {STUDY:q} --processes {threads}"
+        "{params.fretwear:q} figures {params.study_file:q} --results {params.results:q} "
+        "--processes {threads}"
 
 
 rule report:
@@ -119,13 +138,19 @@ rule report:
         report(f"{RESULTS}/report.html", category="Report"),
         f"{RESULTS}/answer.json",
     params:
+        **in_results(),
         version=__version__,
     shell:
-        "{FRETWEAR} report {STUDY:q}"
+        "{params.fretwear:q} report {params.study_file:q} --results {params.results:q}"
+
+
+# A forced job computes its cases again, although their files are finished.
+onstart:
+    JOBS.remove_forced(workflow.dag_settings.forcerun, workflow.dag_settings.forceall)
 
 
 # With --keep-going the finished cases are merged, drawn and reported although others have failed.
 onerror:
     if workflow.execution_settings.keep_going:
-        for step in (f"merge {KEEP_OLDER}", "figures", "report"):
-            shell("{FRETWEAR} {step} {STUDY:q}")
+        for step in (["merge", *["--keep-older"] * JOBS.keep_older], ["figures"], ["report"]):
+            subprocess.run([sys.executable, "-m", "fretwear", *step, STUDY], check=False)

@@ -9,7 +9,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -123,6 +123,13 @@ class StudyJobs:
     def marker(self, name: str) -> Path:
         """Return the file that tells that a job is done."""
         return self.results / "jobs" / name
+
+    def remove_forced(self, forced: Collection[str], is_all: bool) -> None:
+        """Remove the case files of jobs that Snakemake is forced to do, by rule or by marker."""
+        for name, job in self.by_name.items():
+            if is_all or {"simulate", self.marker(name).as_posix()} & {*forced}:
+                for case_id in job.case_ids:
+                    (self.results / "cases" / f"{case_id}.nc").unlink(missing_ok=True)
 
     def options(self, name: str) -> str:
         """Return the options with which ``fretwear run`` does a job."""
