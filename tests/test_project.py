@@ -107,7 +107,7 @@ TAKEN = {
     "units.py": "BY_SI_UNIT ContactFrame Dimension FloatWithUnit LINE_CONTACT MEGAPASCAL "
     "MICROMETRE NO_UNIT NUMBER_PATTERN PERCENT POINT_CONTACT QuantityError Unit did_you_mean "
     "format_quantity nearest number_text parse_quantity with_unit",
-    "study/problems.py": "LISTED Problem Problems RANGE",
+    "study/mistakes.py": "LISTED Mistake Mistakes RANGE",
     "study/rules.py": "findings",
     "study/materials.py": "MATERIAL Material PROPERTIES",
     "study/short_forms.py": "long_form",

@@ -551,8 +551,8 @@ class Part:
 
     def __post_init__(self) -> None:
         """Check the rule between the fields."""
-        if self.problem is not None:
-            raise QuantityError(*self.problem)
+        if self.mistake is not None:
+            raise QuantityError(*self.mistake)
 
     @classmethod
     def __get_pydantic_core_schema__(
@@ -587,7 +587,7 @@ class Part:
 
     @classmethod
     def unchecked(cls, **values: object) -> Self:
-        """Make a part of values already read; a broken rule shows in `problem`."""
+        """Make a part of values already read; a broken rule shows in `mistake`."""
         part = object.__new__(cls)
         # Values that another part has derived from its fields do not count.
         fields = _defaults(cls).items()
@@ -611,7 +611,7 @@ class Part:
         return declared(cls)
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """The broken rule between the part's parameters, with a remedy; None if all hold."""
         return None
 

@@ -73,7 +73,7 @@ class StressOutput(StudySection, Part):
     cycles: Snapshots = None
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """The constants of a law belong together."""
         for both in _PAIRS:
             there, lacking = ([n for n in both if (vars(self)[n] is None) == no] for no in (0, 1))
@@ -105,7 +105,7 @@ class StressOutput(StudySection, Part):
         return stored_fatigue(case, self.cycles, self.depth, self.constants)
 
     def after_case(self, case: Path) -> None:
-        """Store the fatigue of a case that has just been finished; problems are told by `merge`."""
+        """Store the fatigue of a case that has just been finished; mistakes are told by `merge`."""
         with suppress(StressError):
             self.stored(case)
 

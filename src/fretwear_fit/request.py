@@ -38,7 +38,7 @@ from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Variable, Y
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
-from fretwear.study.problems import Problems
+from fretwear.study.mistakes import Mistakes
 from fretwear.study.sections import StudySection
 from fretwear.study.study import as_mapping
 from fretwear.units import (
@@ -230,7 +230,7 @@ Ranges = Annotated[
 
 
 def _raise(wrong: Sequence[tuple[str, object, QuantityError]]) -> None:
-    """Raise problems of keys as one error, if there are any."""
+    """Raise mistakes of keys as one error, if there are any."""
     details = [
         InitErrorDetails(type="value_error", loc=(key,), input=value, ctx={"error": error})
         for key, value, error in wrong
@@ -405,7 +405,7 @@ class FitRequest(StudySection):
         given: object,
         base: Mapping[str, object],
         vary: Mapping[str, object],
-        problems: Problems,
+        mistakes: Mistakes,
     ) -> dict[str, object]:
         """`base` with a value within its range for each sought parameter that it lacks."""
         filled = dict(base)
@@ -419,44 +419,44 @@ class FitRequest(StudySection):
             if whole in vary or parameter.name in vary:
                 rule = "is varied too: every test has its own value already"
                 remedy = "leave it out of vary and write each: true beside its range"
-                problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
+                mistakes.add(f"fit.free.{parameter.name}", None, rule, remedy)
             elif whole in filled and (
                 (is_pair and ends != _BODIES) if not further else further in ends and not is_pair
             ):
                 rule = f"base has {'two values' if is_pair else 'one value for both together'}"
                 remedy = f"write {whole}: [{', '.join(ends)}] under base for {whole}.{ends[0]}"
-                problems.add(f"fit.free.{parameter.name}", None, rule, remedy)
+                mistakes.add(f"fit.free.{parameter.name}", None, rule, remedy)
             elif parameter.given_in(filled) is None and parameter.name not in filled:
                 key, value = parameter.placed(filled, parameter.middle)
                 filled[key] = value
         return filled
 
-    def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
-        """Add the problems of the measurements with the cases of the points of the study."""
+    def check(self, cases: Sequence[Case | None], mistakes: Mistakes) -> None:
+        """Add the mistakes of the measurements with the cases of the points of the study."""
         for number, datum in enumerate(self.data):
             place = f"fit.data[{number}]"
             case = cases[datum.test - 1] if datum.test <= len(cases) else None
             if case is None:
                 rule = f"is none of the valid points among the {len(cases)} of the study"
-                problems.add(f"{place}.test", datum.test, rule, "fretwear plan numbers them")
+                mistakes.add(f"{place}.test", datum.test, rule, "fretwear plan numbers them")
                 continue
             if datum.cycle is not None and datum.cycle > case.cycles:
                 rule = f"is beyond the {case.cycles} cycles of its test"
-                problems.add(f"{place}.cycle", datum.cycle, rule)
+                mistakes.add(f"{place}.cycle", datum.cycle, rule)
             has_bodies = case.wear_law.shares is not None
             if datum.quantity.endswith(("_indenter", "_flat")) and not has_bodies:
                 rule = "is of one body, but the wear coefficient is one for both together"
                 remedy = "write wear_coefficient: [indenter, flat] under base"
-                problems.add(f"{place}.quantity", datum.quantity, rule, remedy)
+                mistakes.add(f"{place}.quantity", datum.quantity, rule, remedy)
             about = _NUMBERS.get(datum.quantity, LOOP[0])
             unit = about.in_frame(case.frame).si_unit
             for key in ("value", "force_noise"):
                 given = getattr(datum, key)
                 if given is not None and given.si_unit != unit:
                     rule = f"must have the unit of a {case.frame.name} contact"
-                    problems.add(f"{place}.{key}", given, rule, f"in SI {unit}")
+                    mistakes.add(f"{place}.{key}", given, rule, f"in SI {unit}")
             if (datum.along == Y.name or about.across) and Y.name not in case.frame.axes:
-                problems.add(place, None, "lies along y, which a line contact lacks")
+                mistakes.add(place, None, "lies along y, which a line contact lacks")
 
 
 def _places(about: Parameter | None) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.study.case import Case
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import assign, case_of_content, content_of, load_study
 from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError

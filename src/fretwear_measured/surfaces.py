@@ -82,7 +82,7 @@ class FromFile(Part):
         raise NotImplementedError
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """What is wrong with the file."""
         try:
             self.surface()

@@ -10,7 +10,7 @@ import typer
 import fretwear
 from fretwear.cli.program import app
 from fretwear.run.workflow import workspace
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import load_study
 
 from .conftest import Desk, tiny_study
@@ -101,7 +101,7 @@ def test_all_mistakes_in_a_study_are_named_and_nothing_is_written(desk, content,
     result = desk.call(command, "tiny.yaml", status=2)
     with pytest.raises(StudyError) as caught:
         load_study("tiny.yaml")
-    assert len(caught.value.problems) == 5
+    assert len(caught.value.mistakes) == 5
     assert result.stderr == f"fretwear: error: {caught.value}\n"
     assert result.stdout == ""
     assert desk.files() == ["tiny.yaml"]

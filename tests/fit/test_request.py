@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import load_study
 
 from ..studies import base, near, write_study

@@ -101,7 +101,7 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
     parameters["roughness"]["file"] = file[:-1] + ("0" if file[-1] != "0" else "1")
     parameters["cell"] = case.grid_spacing
     assert Case(**parameters).case_id != case.case_id
-    assert not case.replace(load="20 N").roughness.problem
+    assert not case.replace(load="20 N").roughness.mistake
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from fretwear.run.resources import (
     require_memory,
     why_too_large,
 )
+from fretwear.study.mistakes import StudyError
 from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
-from fretwear.study.problems import StudyError
 
 from ..studies import near
 from .conftest import BASE, make_case, without

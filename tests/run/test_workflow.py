@@ -13,7 +13,7 @@ import fretwear
 from fretwear.data.files import open_summary
 from fretwear.run import workflow
 from fretwear.run.workflow import StudyJobs, release_locks, study_file
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 
 from .conftest import HOPELESS, TINY, Checkout, without
 

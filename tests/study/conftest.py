@@ -1,6 +1,6 @@
 import pytest
 
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import load_study
 
 from ..studies import two_loads, write_study

@@ -147,7 +147,7 @@ def test_no_rule_is_tried_on_a_value_that_is_refused(wrong, keys):
     """A force in place of a force per length would break others by a factor of a thousand."""
     with pytest.raises(CaseError) as caught:
         steel(**wrong)
-    assert [problem.key for problem in caught.value.problems] == keys
+    assert [mistake.key for mistake in caught.value.mistakes] == keys
     assert "per length" in str(caught.value)
 
 

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from fretwear.study.mistakes import StudyError
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.problems import StudyError
 from fretwear.study.reading import override, select_point
 
 from ..studies import WAVES
@@ -60,7 +60,7 @@ def test_invalid_points_can_be_skipped_unless_nothing_is_left_or_none_would_do(s
         slides = point.values["load"] * 0.5 <= 10.0
         assert (point.case is None) == slides
         assert bool(point.id) != slides
-        assert ("gross sliding" in point.problem) == slides
+        assert ("gross sliding" in point.mistake) == slides
     assert 0 < len(study.cases()) < len(study.points())
     base["friction"] = 0.01
     assert "leaves no point" in str(studies.error(sliding))
@@ -93,8 +93,8 @@ def test_a_set_key_drops_those_it_stands_for_and_no_others(content):
         "indenter.radius=6 mm": ["radius"],
         "blocks=[{cycles: 10}, {cycles: 5, friction: 0.6}]": ["cycles"],
     }.items():
-        changed, problems = override(content, [assignment])
-        assert not problems
+        changed, mistakes = override(content, [assignment])
+        assert not mistakes
         assert content["base"].keys() - changed["base"].keys() == {*gone}, assignment
         assert changed["vary"] == content["vary"]
         assert repr(content) == before, "the content given stays as it is"
@@ -110,14 +110,14 @@ def test_a_wrong_assignment_is_refused_in_its_own_words(studies, content):
         ("tangential_ratio=1.5", "--set tangential_ratio", "gross sliding"),
         ("output.cycles=[0, 1.5]", "--set output.cycles[1]", "whole number"),
     ):
-        (problem,) = studies.error(content, [assignment]).problems
-        assert problem.key == key
-        assert words in str(problem)
+        (mistake,) = studies.error(content, [assignment]).mistakes
+        assert mistake.key == key
+        assert words in str(mistake)
     amplitude = ["roughness.amplitude=1 um"]
-    keys = [problem.key for problem in studies.error(content, amplitude).problems]
+    keys = [mistake.key for mistake in studies.error(content, amplitude).mistakes]
     assert keys == ["base.roughness.slope_x", "base.roughness.slope_y"]
     content["vary"] = {"roughness": ["none", WAVES]}
-    assert studies.error(content, amplitude).problems[0].key == "--set roughness.amplitude"
+    assert studies.error(content, amplitude).mistakes[0].key == "--set roughness.amplitude"
 
 
 def test_a_case_is_chosen_by_its_id_which_the_only_one_does_not_need(studies, content):

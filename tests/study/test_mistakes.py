@@ -5,7 +5,7 @@ import re
 import pytest
 import yaml
 
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import load_study
 
 # What is written in a sound study, | what is taken out of it | parts of the message.
@@ -99,7 +99,7 @@ def test_all_mistakes_are_told_at_once_each_with_its_line(tmp_path):
     file.write_text(WRONG)
     with pytest.raises(StudyError) as caught:
         load_study(file, ["cell=1 N", "frict=3"])
-    assert [(problem.key, problem.line) for problem in caught.value.problems] == [
+    assert [(mistake.key, mistake.line) for mistake in caught.value.mistakes] == [
         ("title", 1),
         ("base.radius", 3),
         ("base.poisson_ratio", 5),
@@ -137,34 +137,34 @@ def test_a_wrong_value_hides_no_broken_rule_that_does_not_need_it(
     content["base"] = {name: value for name, value in base.items() if value is not None}
     content["vary"] = {"cycles": [10, 0]}
     content["output"] = {"cycle": [1]}
-    problems = studies.error(content).problems
-    message = "\n".join(map(str, problems))
+    mistakes = studies.error(content).mistakes
+    message = "\n".join(map(str, mistakes))
     assert f"base.{told}" in message
     assert all(f"base.{name}" in message for name in wrong)
     assert "vary.cycles[1] = 0" in message
     assert "output.cycle = [1]" in message
-    assert len(problems) == 4, message
+    assert len(mistakes) == 4, message
 
 
 def test_a_misspelt_key_is_not_told_again_as_one_too_much(studies, content):
     content["base"]["amplitud"] = 3  # nearest to sliding_amplitude, beside tangential_ratio
     with pytest.raises(StudyError) as caught:
         studies.load(content)
-    (problem,) = caught.value.problems
-    assert (problem.key, problem.rule) == ("base.amplitud", "is not known")
+    (mistake,) = caught.value.mistakes
+    assert (mistake.key, mistake.rule) == ("base.amplitud", "is not known")
 
 
 def test_a_mistake_of_points_is_told_once_with_a_point_at_which_it_is_made(studies, content):
     del content["base"]["tangential_ratio"]
     content["base"]["tangential_load"] = "12 N"
     content["vary"] = {"load": ["10 N", "20 N", "50 N"], "friction": [0.5, 0.6, 0.9]}
-    (first,) = studies.error(content).problems
+    (first,) = studies.error(content).mistakes
     assert first.key == "base.tangential_load"
     assert "gross sliding" in first.rule
     assert "(at load = 10 N, friction = 0.5 and at 4 more points)" in first.rule
     kept = studies.load(content | {"invalid": "skip"})
     assert [point.values["load"] for point in kept.points() if point.case] == [20.0, *[50.0] * 3]
-    assert "gross sliding" in kept.points()[0].problem
+    assert "gross sliding" in kept.points()[0].mistake
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from fretwear.cli.common import CommandError, Status, add_command, note, say
 from fretwear.cli.export import export
 from fretwear.cli.show import compare, show
 from fretwear.plugins import plugins
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 
 _WORKFLOW = "Steps of the workflow"
 

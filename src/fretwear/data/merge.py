@@ -39,7 +39,7 @@ from fretwear.results import (
     X,
 )
 from fretwear.study.case_warnings import CaseWarning, study_warnings
-from fretwear.study.problems import few_of
+from fretwear.study.mistakes import few_of
 from fretwear.version import case_digest, code_digest
 
 if TYPE_CHECKING:

@@ -31,9 +31,9 @@ from fretwear.report.matrix import build_matrix
 from fretwear.report.plots import curve, explorer
 from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
 from fretwear.run.cases import failures
+from fretwear.study.mistakes import few_of
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.study.problems import few_of
 from fretwear.units import NO_UNIT, axis_label, cycle_text, number_text, span
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing

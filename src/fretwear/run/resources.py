@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fretwear.study.case import Case
+from fretwear.study.mistakes import few_of
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
-from fretwear.study.problems import few_of
 from fretwear.units import size_text
 
 # Estimates exceed actual use by up to a quarter; within that a case may still fit.

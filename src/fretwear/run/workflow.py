@@ -15,8 +15,8 @@ from functools import cached_property
 from pathlib import Path
 
 from fretwear.run.resources import Job, grouped
+from fretwear.study.mistakes import Mistake, StudyError
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problem, StudyError
 from fretwear.study.reading import load_study
 from fretwear.version import case_digest, code_digest
 
@@ -73,16 +73,16 @@ class StudyJobs:
     @classmethod
     def of(cls, config: Mapping[str, object]) -> StudyJobs:
         """Read the study; `StudyError` if it is wrong, or a key of the configuration is."""
-        problems = [
-            Problem(key, config[key], "is not known", "known are study, keep_older")
+        mistakes = [
+            Mistake(key, config[key], "is not known", "known are study, keep_older")
             for key in config
             if key not in _KEYS
         ]
         keep_older = str(config.get("keep_older", False)).lower()
         if keep_older not in ("true", "false"):
-            problems.append(Problem("keep_older", keep_older, "must be true or false"))
-        if problems:
-            raise StudyError(Path("--config"), problems)
+            mistakes.append(Mistake("keep_older", keep_older, "must be true or false"))
+        if mistakes:
+            raise StudyError(Path("--config"), mistakes)
         plan = Plan(load_study(study_file(str(config.get("study", "demo")))))
         return cls(plan, keep_older == "true")
 

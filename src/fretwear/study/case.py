@@ -30,7 +30,7 @@ from fretwear.study.contact import FrettingContact, case_keys, is_open, members
 from fretwear.study.cycles import Snapshots, snapshots_of
 from fretwear.study.keys import Keys, coordinate
 from fretwear.study.materials import MATERIAL
-from fretwear.study.problems import Problem, Problems
+from fretwear.study.mistakes import Mistake, Mistakes
 from fretwear.study.rules import findings
 from fretwear.study.short_forms import long_form
 from fretwear.study.spacing import (
@@ -52,14 +52,14 @@ _OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
 
 
 class CaseError(ValueError):
-    """Parameters that do not make a valid case; `problems` lists everything that is wrong."""
+    """Parameters that do not make a valid case; `mistakes` lists everything that is wrong."""
 
-    def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems = tuple(problems)
-        super().__init__(self.problems)
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes = tuple(mistakes)
+        super().__init__(self.mistakes)
 
     def __str__(self) -> str:
-        return "\n".join(str(problem) for problem in self.problems)
+        return "\n".join(str(mistake) for mistake in self.mistakes)
 
 
 @lru_cache(2)
@@ -96,16 +96,16 @@ class Case(FrettingContact):
     """
 
     def __init__(self, **parameters: object) -> None:
-        problems = Problems()
+        mistakes = Mistakes()
         given = {name: value for name, value in parameters.items() if value is not None}
         given = long_form(given, {})
         form = _form(case_keys())
-        values = problems.read(form, given, lambda: inlined(form.json_schema()))
+        values = mistakes.read(form, given, lambda: inlined(form.json_schema()))
         snapshots = values.pop("output_cycles", None)
         values.pop(MATERIAL, None)
         unread = case_keys().unread(given.keys() - {"output_cycles"}, values.keys())
         case, found = Case.assembled(values, unread, snapshots)
-        if broken := [*problems, *found, *findings(case)]:
+        if broken := [*mistakes, *found, *findings(case)]:
             raise CaseError(broken)
         vars(self).update(vars(case))
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from fretwear.mechanics.surfaces.loading import Displacement
 from fretwear.study.case import Case
-from fretwear.study.problems import few_of
+from fretwear.study.mistakes import few_of
 from fretwear.study.spacing import zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 

@@ -28,7 +28,7 @@ from fretwear.quantity import (
 )
 from fretwear.study.cycles import CYCLES, Block, Blocks, snapshots_of
 from fretwear.study.keys import Keys
-from fretwear.study.problems import Problems
+from fretwear.study.mistakes import Mistakes
 from fretwear.units import LINE_CONTACT
 
 # Packages beside the core add kinds of parts.
@@ -139,16 +139,16 @@ class FrettingContact(Setup):
     @classmethod
     def assembled(
         cls, values: Mapping[str, Any], unread: Set[str], snapshots: tuple[int, ...] | None
-    ) -> tuple[FrettingContact, Problems]:
+    ) -> tuple[FrettingContact, Mistakes]:
         """Return the case of the values of keys, and what is missing or too much.
 
         Its rules are not checked. It is incomplete where keys could not be read.
         """
-        problems, keys = Problems(), case_keys()
-        parts = {**keys.members_of(values, unread, problems), "output_cycles": snapshots}
+        mistakes, keys = Mistakes(), case_keys()
+        parts = {**keys.members_of(values, unread, mistakes), "output_cycles": snapshots}
         if unknown := keys.unknown(parts, unread):
-            return IncompleteContact.of({**parts, "unknown": unknown}), problems
-        return cls.of(parts), problems
+            return IncompleteContact.of({**parts, "unknown": unknown}), mistakes
+        return cls.of(parts), mistakes
 
     def changed(self, **members: object) -> Self:
         """The case with other members, not checked against each other."""

@@ -16,7 +16,7 @@ from pydantic.dataclasses import dataclass
 from fretwear.quantity import Part, adapter, whole_number
 from fretwear.study.contact import case_keys
 from fretwear.study.keys import Range, coordinate
-from fretwear.study.problems import Problems, in_words
+from fretwear.study.mistakes import Mistakes, in_words
 from fretwear.units import BY_SI_UNIT, format_quantity
 
 MAX_POINTS = 200_000
@@ -111,53 +111,53 @@ class Axis:
 
 
 def axes_of(
-    vary: Mapping[str, Any], written: Mapping[str, Any], design: Design, problems: Problems
+    vary: Mapping[str, Any], written: Mapping[str, Any], design: Design, mistakes: Mistakes
 ) -> tuple[Axis, ...]:
     """Return the varied parameters from their values and what is written, and check the design.
 
     There are none if the design cannot combine them.
     """
-    found = len(problems)
+    found = len(mistakes)
     names = [name for name in written if name in vary]
-    axes = [_axis(name, vary[name], written[name], design, problems) for name in names]
+    axes = [_axis(name, vary[name], written[name], design, mistakes) for name in names]
     for name in names:
         if whole := [other for other in names if name.startswith(f"{other}.")]:
             rule = f"varies as a whole, but {name} varies a part of it"
-            problems.add(f"vary.{whole[0]}", None, rule, "vary one or the other")
+            mistakes.add(f"vary.{whole[0]}", None, rule, "vary one or the other")
     lengths = [len(axis.values) for axis in axes]
     size = max(lengths, default=1)
     if isinstance(design, Sobol):
         size = design.points
         if not written:
             rule = "is missing: a sampled design needs something to vary"
-            problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
+            mistakes.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
         columns = design.columns(len(axes)) if axes else []
         axes = [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
     elif isinstance(design, Zip) and len(set(lengths)) > 1:
         given = ", ".join(f"{axis.name} has {len(axis.values)}" for axis in axes)
-        problems.add("vary", None, f"needs lists of equal lengths under design: zip: {given}")
+        mistakes.add("vary", None, f"needs lists of equal lengths under design: zip: {given}")
     elif isinstance(design, Combinations):
         size = math.prod(lengths)
     if size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
-        problems.add("vary", None, rule, "split the study")
-    return () if len(problems) > found else tuple(axes)
+        mistakes.add("vary", None, rule, "split the study")
+    return () if len(mistakes) > found else tuple(axes)
 
 
-def _axis(name: str, value: Any, written: Any, design: Design, problems: Problems) -> Axis:
+def _axis(name: str, value: Any, written: Any, design: Design, mistakes: Mistakes) -> Axis:
     """The axis of a list, or of the range from which values will be drawn."""
     place = f"vary.{name}"
     if isinstance(value, Range):
         if not isinstance(design, Sobol):
             hint = "write a list, or design: {kind: sobol, points: 64, seed: 1}"
             rule = f"is a range, which design: {design.kind} cannot take"
-            problems.add(place, written, rule, hint)
+            mistakes.add(place, written, rule, hint)
         return Axis(name, (), (), value)
     # Paired lists may repeat a value: only equal rows make the same point.
     for position, one in enumerate([] if isinstance(design, Zip) else value):
         if one in value[:position]:
             rule = "is the same value as one before it"
-            problems.add(f"{place}[{position}]", written[position], rule, "leave one of them out")
+            mistakes.add(f"{place}[{position}]", written[position], rule, "leave one of them out")
     order = [*range(len(value))]
     # Programs that read a dataset expect levels that rise. Paired lists have an order of their own.
     if isinstance(design, Combinations) and all(isinstance(one, int | float) for one in value):

@@ -22,7 +22,7 @@ from fretwear.quantity import (
     required,
 )
 from fretwear.study.materials import MATERIAL, PROPERTIES, Material
-from fretwear.study.problems import LISTED, RANGE, Problems
+from fretwear.study.mistakes import LISTED, RANGE, Mistakes
 from fretwear.units import QuantityError, nearest
 
 _Value = TypeVar("_Value")
@@ -155,7 +155,7 @@ class Keys:
         return {member} if name in keys else keys
 
     def members_of(
-        self, values: Mapping[str, Any], unread: Set[str], problems: Problems
+        self, values: Mapping[str, Any], unread: Set[str], mistakes: Mistakes
     ) -> dict[str, Any]:
         """Return the members of a case by values of keys, and report what is missing or too much.
 
@@ -166,23 +166,23 @@ class Keys:
         needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
         members: dict[str, Any] = {}
         if {"cycles", "blocks"} <= given:
-            problems.add("cycles", None, "is redundant: each block gives its cycles")
+            mistakes.add("cycles", None, "is redundant: each block gives its cycles")
         for member, about in self.members.items():
             open_keys = self.open_keys[member]
             keys = {name: values[name] for name in open_keys if name in values}
             if isinstance(about, Inline):
-                part = self._inline(about, keys, given, values.get("blocks", ()), problems)
+                part = self._inline(about, keys, given, values.get("blocks", ()), mistakes)
                 members |= {member: part} if part is not None else {}
             elif member in values:
                 value = values[member]
                 is_trivial = isinstance(value, Part) and value.is_trivial
                 members[member] = None if is_trivial else value
                 for name in given & open_keys.keys():
-                    problems.add(name, None, f"is redundant: {member} is given too")
+                    mistakes.add(name, None, f"is redundant: {member} is given too")
             elif keys and isinstance(about, PartOf):
                 members[member] = about.family.kinds()[about.short].unchecked(**keys)
             elif member in needed and not given & {member, *open_keys}:
-                self._missing(next(iter(open_keys), member), problems)
+                self._missing(next(iter(open_keys), member), mistakes)
         return members
 
     def unread(self, given: Set[str], known: Set[str]) -> set[str]:
@@ -201,9 +201,9 @@ class Keys:
         lacking = (needed - members.keys()) | {self.member_of(name) for name in unread}
         return {name for member in lacking for name in (member, *self.open_keys.get(member, ()))}
 
-    def _missing(self, name: str, problems: Problems) -> None:
+    def _missing(self, name: str, mistakes: Mistakes) -> None:
         hint = f"such as {name}: {self[name].about.example}"
-        problems.add(name, None, "is missing", hint)
+        mistakes.add(name, None, "is missing", hint)
 
     def _inline(
         self,
@@ -211,7 +211,7 @@ class Keys:
         keys: dict[str, Any],
         given: set[str],
         blocks: Sequence[Any],
-        problems: Problems,
+        mistakes: Mistakes,
     ) -> Part | None:
         """The part of the kind that the keys decide."""
         known = about.keys
@@ -220,8 +220,8 @@ class Keys:
             kind = about.kind_of(keys)
         if kind is not None and not given & (known.keys() - keys.keys()):
             part = kind.unchecked(**keys)
-            if part.problem is not None:
-                problems.add(next(iter(keys)), None, *part.problem)
+            if part.mistake is not None:
+                mistakes.add(next(iter(keys)), None, *part.mistake)
             return part
         leading = about.leading
         first, *others = [name for name in leading if name in given] or [""]
@@ -230,13 +230,13 @@ class Keys:
             if "blocks" not in given:
                 such = " or ".join(f"{name}: {known[name].example}" for name in leading)
                 name = next(iter(leading))
-                problems.add(name, None, "is missing", f"give one of {such}")
+                mistakes.add(name, None, "is missing", f"give one of {such}")
             return None
         for name in sorted({*others, *given & known.keys() - kind.parameters().keys()}):
-            problems.add(name, None, f"is redundant: {first} is given too")
+            mistakes.add(name, None, f"is redundant: {first} is given too")
         for name in kind.parameters():
             if not others and name in required(kind) and name not in given:
-                self._missing(name, problems)
+                self._missing(name, mistakes)
         return None
 
 

@@ -177,7 +177,7 @@ class Plan:
         for point in self.points:
             labels = point.labels.values()
             if point.case is None:
-                yield ("(invalid)", *labels, "-", "-", point.problem)
+                yield ("(invalid)", *labels, "-", "-", point.mistake)
                 continue
             cost = self.estimates[point.id]
             cells = f"{cost.cells_x} x {cost.cells_y}"
@@ -192,7 +192,7 @@ def write_points(study: Study, path: str | Path) -> None:
     rows, estimates = list[dict[str, object]](), Plan(study).estimates
     last = ("cells", "estimated_seconds", "estimated_memory_bytes", "problem")
     for point in study.points():
-        row: dict[str, object] = {"case_id": point.id, "problem": point.problem}
+        row: dict[str, object] = {"case_id": point.id, "problem": point.mistake}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
             plain = float(value) if isinstance(value, bool) else value

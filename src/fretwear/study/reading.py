@@ -1,4 +1,4 @@
-"""From a YAML file to a study, with all problems reported at once."""
+"""From a YAML file to a study, with all mistakes reported at once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.designs import Axis, axes_of
 from fretwear.study.materials import MATERIAL
-from fretwear.study.problems import Problem, Problems, StudyError, few_of, nearest_key
+from fretwear.study.mistakes import Mistake, Mistakes, StudyError, few_of, nearest_key
 from fretwear.study.rules import findings
 from fretwear.study.sections import study_form, study_schema, study_sections
 from fretwear.study.short_forms import long_form
@@ -35,17 +35,17 @@ def load_study(
     Raises
     ------
     StudyError
-        If the file or the assignments are invalid; the message lists all problems.
+        If the file or the assignments are invalid; the message lists all mistakes.
     """
     file = Path(path)
     document = read_document(file)
-    problems = Problems(document.problems)
+    mistakes = Mistakes(document.mistakes)
     if not _NAME.fullmatch(file.stem):
         rule = "must have up to 100 letters, digits, '.', '_' and '-', a letter or digit first"
-        problems.add("", None, f"the name of the file {rule}")
+        mistakes.add("", None, f"the name of the file {rule}")
     if not isinstance(document.data, Mapping):
-        raise StudyError(file, [Problem("", document.data, "must hold keys such as base and vary")])
-    return _checked(file, document.data, assignments, problems, document.lines)
+        raise StudyError(file, [Mistake("", document.data, "must hold keys such as base and vary")])
+    return _checked(file, document.data, assignments, mistakes, document.lines)
 
 
 def select_point(
@@ -71,7 +71,7 @@ def select_point(
     hint = "".join(["give --case ID, one of", *(f"\n    {n}" for n in few_of(matching))])
     if not matching:
         hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-    raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
+    raise StudyError(study.file, [Mistake("--case", case_id, rule, hint)])
 
 
 def content_of(point: Point) -> dict[str, Any]:
@@ -89,29 +89,29 @@ def case_of_content(file: Path, content: Mapping[str, Any]) -> Case:
     return point.case
 
 
-def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
-    """Return plain content changed by assignments ``name=value``, and problems of the assignments.
+def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Mistakes]:
+    """Return plain content changed by assignments ``name=value``, and mistakes of the assignments.
 
     The new value replaces the value in `base`, and the parameter is no longer varied. Setting one
     of several alternative keys, such as the two tangential ones, drops the others; keys that belong
     to both, such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
-    changed, problems = {**raw}, Problems()
+    changed, mistakes = {**raw}, Mistakes()
     valid = (*case_keys().all_names, MATERIAL, "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         name = name.strip()
         if not equals:
-            problems.add(OPTION, assignment, "must have the form name=value")
+            mistakes.add(OPTION, assignment, "must have the form name=value")
         elif name not in valid:
             hint = nearest_key(name, valid)
-            problems.add(f"{OPTION} {name}", text, "is not a parameter", hint)
+            mistakes.add(f"{OPTION} {name}", text, "is not a parameter", hint)
         else:
             try:
                 assign(changed, name, parse_value(text))
             except QuantityError as error:
-                problems.add(f"{OPTION} {name}", text, error.rule, error.hint)
-    return changed, problems
+                mistakes.add(f"{OPTION} {name}", text, error.rule, error.hint)
+    return changed, mistakes
 
 
 def assign(content: dict[str, Any], name: str, value: object) -> None:
@@ -137,27 +137,27 @@ def _checked(
     file: Path,
     given: Mapping[str, Any],
     assignments: Sequence[str],
-    before: Sequence[Problem] = (),
+    before: Sequence[Mistake] = (),
     lines: Mapping[str, int] | None = None,
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
-    content, problems = override(given, assignments)
-    problems[:0] = before
+    content, mistakes = override(given, assignments)
+    mistakes[:0] = before
     base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
     for place, section in study_sections():
         *outer, key = place.split(".")
         around = as_mapping(content.get(outer[0])) if outer else content
         if key in around:
-            base = section.complete_base(around[key], base, vary, problems)
+            base = section.complete_base(around[key], base, vary, mistakes)
     content |= {"base": base} if base else {}
     full = long_form(base, vary)
     written = {**content, "base": full} if base or "base" not in content else content
-    found, form = Problems(), study_form(vary)
+    found, form = Mistakes(), study_form(vary)
     sections = found.read(form, written, study_schema, file.parent, ("base", "vary"))
-    problems += _at_varied(found, vary)
+    mistakes += _at_varied(found, vary)
     axes: tuple[Axis, ...] = ()
     if "design" in sections.model_fields_set or "design" not in content:
-        axes = axes_of(sections.vary, vary, sections.design, problems)
+        axes = axes_of(sections.vary, vary, sections.design, mistakes)
     fixed = {n: value for n, value in sections.base.items() if n not in {*vary, MATERIAL}}
     keys = {*full, *(name.partition(".")[0] for name in vary)}
     known = {*fixed, *(axis.name for axis in axes)}
@@ -170,53 +170,53 @@ def _checked(
     settings = snapshots, sections.batch, added
     title = sections.title or file.stem
     study = Study(file, title, axes, sections.design, fixed, content, *settings, unread=unread)
-    _try_points(study, problems, sections.invalid == "skip")
-    if not problems and len(study.invalid) == study.size:
-        problems.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    for given_section in added.values() if not problems else ():
-        given_section.check([point.case for point in study.points()], problems)
-    if problems:
-        raise StudyError(file, _in_order(problems, lines or {}, assignments))
+    _try_points(study, mistakes, sections.invalid == "skip")
+    if not mistakes and len(study.invalid) == study.size:
+        mistakes.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
+    for given_section in added.values() if not mistakes else ():
+        given_section.check([point.case for point in study.points()], mistakes)
+    if mistakes:
+        raise StudyError(file, _in_order(mistakes, lines or {}, assignments))
     return study
 
 
-def _at_varied(problems: Problems, vary: Mapping[str, Any]) -> Iterator[Problem]:
-    """Problems of the first value of a varied field, told where it is varied, once."""
-    told = [problem.key for problem in problems]
-    for problem in problems:
-        name = problem.key.removeprefix("base.")
+def _at_varied(mistakes: Mistakes, vary: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Mistakes of the first value of a varied field, told where it is varied, once."""
+    told = [mistake.key for mistake in mistakes]
+    for mistake in mistakes:
+        name = mistake.key.removeprefix("base.")
         if name not in vary or "." not in name:
-            yield problem
+            yield mistake
         elif not any(key.startswith(f"vary.{name}") for key in told):
-            yield replace(problem, key=f"vary.{name}")
+            yield replace(mistake, key=f"vary.{name}")
 
 
-def _try_points(study: Study, problems: Problems, skip: bool) -> None:
+def _try_points(study: Study, mistakes: Mistakes, skip: bool) -> None:
     """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
     A broken rule is told once, for the first point.
     """
-    broken: dict[tuple[str, str], list[tuple[Problem, str]]] = {}
+    broken: dict[tuple[str, str], list[tuple[Mistake, str]]] = {}
     for point in study.points():
         case, found = point.unchecked
         wrong = [*found, *findings(case)]
         if wrong and skip and study.axes:
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:
-            for problem in wrong:
-                placed, where = _placed(problem, point)
-                kind = placed.key.partition("[")[0], re.sub(r"[\d.e+-]+", "#", problem.rule)
+            for mistake in wrong:
+                placed, where = _placed(mistake, point)
+                kind = placed.key.partition("[")[0], re.sub(r"[\d.e+-]+", "#", mistake.rule)
                 broken.setdefault(kind, []).append((placed, where))
     for (first, where), *others in broken.values():
         more = f" and at {len(others)} more points" if others else ""
         is_everywhere = not where or len(others) + 1 == study.size
         rule = first.rule if is_everywhere else f"{first.rule} (at {where}{more})"
-        problems.append(replace(first, rule=rule))
+        mistakes.append(replace(first, rule=rule))
 
 
-def _placed(problem: Problem, point: Point) -> tuple[Problem, str]:
-    """The problem of a point at the key of the file that has the value, and the other values."""
-    name = problem.key
+def _placed(mistake: Mistake, point: Point) -> tuple[Mistake, str]:
+    """The mistake of a point at the key of the file that has the value, and the other values."""
+    name = mistake.key
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
     others = []
     for axis, position in zip(point.study.axes, point.index, strict=True):
@@ -224,24 +224,24 @@ def _placed(problem: Problem, point: Point) -> tuple[Problem, str]:
             key = f"vary.{axis.name}" + (f"[{position}]" if axis.drawn_from is None else "")
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
-    return replace(problem, key=key), ", ".join(others)
+    return replace(mistake, key=key), ", ".join(others)
 
 
 def _in_order(
-    problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
-) -> list[Problem]:
-    """Give problems the line of their key or the option that set it, and sort them by line."""
+    mistakes: Iterable[Mistake], lines: Mapping[str, int], assignments: Sequence[str]
+) -> list[Mistake]:
+    """Give mistakes the line of their key or the option that set it, and sort them by line."""
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
-    told: dict[tuple[str, str], Problem] = {}
-    for problem in problems:
-        key = problem.key
+    told: dict[tuple[str, str], Mistake] = {}
+    for mistake in mistakes:
+        key = mistake.key
         for place, name in shown.items():
             if f"{key}.".startswith((f"{place}.", f"{place}[")):
                 key = name + key.removeprefix(place)
-        line, at = problem.line or lines.get(key), key
+        line, at = mistake.line or lines.get(key), key
         while line is None and at:  # the line of the whole that lacks a key
             at = at[: max(at.rfind("."), at.rfind("["), 0)]
             line = lines.get(at) if at else None
-        told[key, problem.rule] = replace(problem, key=key, line=line)
+        told[key, mistake.rule] = replace(mistake, key=key, line=line)
     return sorted(told.values(), key=lambda one: one.line or len(lines) * 1000)

@@ -18,7 +18,7 @@ from fretwear.study.contact import case_keys
 from fretwear.study.cycles import Snapshots
 from fretwear.study.designs import MAX_POINTS, Combinations, Design
 from fretwear.study.keys import Keys
-from fretwear.study.problems import Problems
+from fretwear.study.mistakes import Mistakes
 
 MAX_TITLE = 200
 _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -85,13 +85,13 @@ class StudySection:
         given: object,
         base: Mapping[str, object],
         vary: Mapping[str, object],
-        problems: Problems,
+        mistakes: Mistakes,
     ) -> Mapping[str, object]:
         """The plain keys of `base` with those that this section makes superfluous."""
         return base
 
-    def check(self, cases: Sequence[Case | None], problems: Problems) -> None:
-        """Add the problems of the section with the cases of the points of the study."""
+    def check(self, cases: Sequence[Case | None], mistakes: Mistakes) -> None:
+        """Add the mistakes of the section with the cases of the points of the study."""
 
     def seconds(self, case: Case, cells: float) -> float:
         """The processor time that it adds to a case with so many cells, s."""

@@ -11,8 +11,8 @@ from typing import Any
 from fretwear.study.case import Case
 from fretwear.study.contact import FrettingContact
 from fretwear.study.designs import Axis, Design
+from fretwear.study.mistakes import Mistakes
 from fretwear.study.parameters import value_text, words_text
-from fretwear.study.problems import Problems
 from fretwear.study.sections import StudySection
 from fretwear.units import in_unit
 
@@ -106,7 +106,7 @@ class Point:
         return self.index[: len(self.study.sizes)]
 
     @property
-    def problem(self) -> str:
+    def mistake(self) -> str:
         """Why the point is invalid; empty if it is valid."""
         return self.study.invalid.get(self.index, "")
 
@@ -114,10 +114,10 @@ class Point:
     def case(self) -> Case | None:
         """The case to run; None if the point is invalid."""
         case, _ = self.unchecked
-        return case if isinstance(case, Case) and not self.problem else None
+        return case if isinstance(case, Case) and not self.mistake else None
 
     @cached_property
-    def unchecked(self) -> tuple[FrettingContact, Problems]:
+    def unchecked(self) -> tuple[FrettingContact, Mistakes]:
         """The case, whose rules are not checked, and why the values make none, if so."""
         study = self.study
         return Case.assembled(study.values(self.index), study.unread, study.snapshots)

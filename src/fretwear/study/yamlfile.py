@@ -8,7 +8,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
-from fretwear.study.problems import Problem, StudyError
+from fretwear.study.mistakes import Mistake, StudyError
 from fretwear.units import QuantityError, nearest
 
 STUDIES = Path("studies")
@@ -22,7 +22,7 @@ class Document:
 
     def __init__(self, text: str) -> None:
         self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
-        self.problems: list[Problem] = []  # duplicate keys, unreadable values
+        self.mistakes: list[Mistake] = []  # duplicate keys, unreadable values
         yaml = YAML(typ="safe", pure=True)
         self._constructor = yaml.constructor
         node = yaml.compose(text)
@@ -55,7 +55,7 @@ class Document:
         return values
 
     def _refuse(self, key: str, node: Node, rule: str) -> None:
-        self.problems.append(Problem(key, None, rule, line=node.start_mark.line + 1))
+        self.mistakes.append(Mistake(key, None, rule, line=node.start_mark.line + 1))
 
 
 def read_document(file: Path) -> Document:
@@ -65,14 +65,14 @@ def read_document(file: Path) -> Document:
     except YAMLError as error:
         at = error.problem_mark if isinstance(error, MarkedYAMLError) else None
         reason = getattr(error, "problem", None) or "it has characters that are not text"
-        problem = Problem("", None, f"is not YAML: {reason}", line=at and at.line + 1)
+        mistake = Mistake("", None, f"is not YAML: {reason}", line=at and at.line + 1)
     except UnicodeDecodeError as error:
-        problem = Problem("", None, f"is not UTF-8 text (byte {error.start})")
+        mistake = Mistake("", None, f"is not UTF-8 text (byte {error.start})")
     except RecursionError:
-        problem = Problem("", None, "is nested too deeply: does an alias hold itself?")
+        mistake = Mistake("", None, "is nested too deeply: does an alias hold itself?")
     except OSError as error:
-        problem = Problem("", None, f"cannot be read: {error.strerror}", _meant(file))
-    raise StudyError(file, [problem])
+        mistake = Mistake("", None, f"cannot be read: {error.strerror}", _meant(file))
+    raise StudyError(file, [mistake])
 
 
 def parse_value(text: str) -> object:
@@ -81,8 +81,8 @@ def parse_value(text: str) -> object:
         document = Document(text)
     except YAMLError as error:
         raise QuantityError("is not a value that YAML can read") from error
-    if document.problems:
-        raise QuantityError(document.problems[0].rule)
+    if document.mistakes:
+        raise QuantityError(document.mistakes[0].rule)
     return "" if document.data is None else document.data
 
 

@@ -207,7 +207,7 @@ class _Punch(Indenter):
         return self.half_width
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """The flat must not be wider than the punch."""
         if self.half_width >= self.flat:
             return None
@@ -285,7 +285,7 @@ class _Elliptic(Indenter):
         return bodies.coupling_weighing(self._unit(1.0).shear_weights(-self.rotation)[0])
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """The contact must not be too elongated, as with unlike radii or nearly parallel axes."""
         ratio = self._unit(1.0).axis_ratio
         slender = min(ratio, 1.0 / ratio)

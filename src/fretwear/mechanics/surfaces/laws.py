@@ -88,7 +88,7 @@ class PowerLaw(Coefficient):
     may_be_of_one_body = True
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """An exponent needs its reference."""
         for name, about in self.parameters().items():
             what = name.removeprefix("reference_")
@@ -148,7 +148,7 @@ class _Two(Coefficient):
         return [(float(first), float(second))]
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """Both must be of both bodies together, or of each."""
         first, second, *_ = self.parameters()
         one, other = self._values
@@ -217,13 +217,13 @@ class RimAndCore(_Two):
     reference_frequency: _ReferenceFrequency = 0.0
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """Both coefficients must be of both bodies together, or of each, and both must wear."""
         if self.width_exponent and not self.reference_frequency:
             return "needs reference_frequency for its width_exponent", "such as 1 Hz"
-        if super().problem is None and any(0.0 in pair for pair in self._pairs):
+        if super().mistake is None and any(0.0 in pair for pair in self._pairs):
             return "must be larger than 0 for each body", "rim: [2e-4 mm^3/J, 2e-4 mm^3/J]"
-        return super().problem
+        return super().mistake
 
     @property
     def needs_frequency(self) -> bool:  # type: ignore[override]

@@ -207,7 +207,7 @@ class WavyRoughness(Roughness):
         return Tip(self.amplitude * x * x, self.amplitude * y * y, *self.finest)
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """A wave needs a slope."""
         if self.amplitude > 0.0 and self.slope_x == 0.0 and self.slope_y == 0.0:
             return (
@@ -357,7 +357,7 @@ class SelfAffineRoughness(Roughness):
         return STEEPEST * self.rms_slope
 
     @property
-    def problem(self) -> tuple[str, str] | None:
+    def mistake(self) -> tuple[str, str] | None:
         """The range of wavelengths must be narrow enough to sum the waves."""
         ratio = self.rolloff_wavelength / self.shortest_wavelength
         if ratio < 1.0:

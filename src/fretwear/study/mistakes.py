@@ -1,4 +1,4 @@
-"""Problems of values, each with its place, its rule and a remedy, and the error that lists them."""
+"""Mistakes of values, each with its place, its rule and a remedy, and the error that lists them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _LONGEST_VALUE = 60
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One problem of a study."""
+class Mistake:
+    """One mistake of a study."""
 
     key: str  # dotted name as in the file, such as vary.load[1]; empty for the file as a whole
     given: object  # the value there, or None
@@ -50,12 +50,12 @@ class Problem:
         return text + (f"\n    {self.remedy}" if self.remedy else "")
 
 
-class Problems(list[Problem]):
-    """The problems found while reading, in order."""
+class Mistakes(list[Mistake]):
+    """The mistakes found while reading, in order."""
 
     def add(self, key: str, given: object, rule: str, remedy: str = "") -> None:
-        """Add a problem, which has no line yet."""
-        self.append(Problem(key, given, rule, remedy))
+        """Add a mistake, which has no line yet."""
+        self.append(Mistake(key, given, rule, remedy))
 
     def read(
         self,
@@ -65,7 +65,7 @@ class Problems(list[Problem]):
         folder: Path | None = None,
         nested: Sequence[str] = (),
     ) -> Any:
-        """Read a mapping without its wrong entries, each of which becomes a problem.
+        """Read a mapping without its wrong entries, each of which becomes a mistake.
 
         If a nested key holds a mapping, only its wrong entries are left out. Names near unknown
         keys come from the JSON Schema.
@@ -80,7 +80,7 @@ class Problems(list[Problem]):
             inner = [at["loc"] for at in found if at["loc"][: len(place)] == place]
             # A list whose items are all wrong is not too short as well.
             if one["type"] != "too_short" or len(inner) == 1:
-                self.append(_problem(one, schema))
+                self.append(_mistake(one, schema))
             first, *below = place
             if below and first in nested:
                 inner = kept.get(str(first), {})
@@ -105,33 +105,33 @@ def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
             yield from _keys_at(inner, path[1:])
 
 
-def _problem(one: ErrorDetails, schema: Callable[[], Schema]) -> Problem:
-    """A problem as pydantic reports it, in our words."""
+def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
+    """A mistake as pydantic reports it, in our words."""
     path = [step for step in one["loc"] if step not in (LISTED, RANGE)]
     steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     place, given, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
-            return Problem(place, given, context["error"].rule, context["error"].hint)
+            return Mistake(place, given, context["error"].rule, context["error"].hint)
         case "missing":
-            return Problem(place, None, "is missing")
+            return Mistake(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
             valid = _keys_at(schema(), path[:-1])
-            return Problem(place, given, "is not known", nearest_key(str(path[-1]), valid))
+            return Mistake(place, given, "is not known", nearest_key(str(path[-1]), valid))
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
-            return Problem(
+            return Mistake(
                 place, given, f"must be {context['expected']}", did_you_mean(given, words)
             )
         case "bool_parsing" | "bool_type":
-            return Problem(place, given, "must be true or false")
+            return Mistake(place, given, "must be true or false")
         case "dict_type" | "model_type" | "dataclass_type":
-            return Problem(place, given, "must be a mapping")
+            return Mistake(place, given, "must be a mapping")
         case "list_type" | "too_short":
-            return Problem(place, given, "must be a list of values")
+            return Mistake(place, given, "must be a list of values")
         case _:
             message = one["msg"].removeprefix("Value error, ").replace("Input should", "must")
-            return Problem(place, given, message[:1].lower() + message[1:])
+            return Mistake(place, given, message[:1].lower() + message[1:])
 
 
 def in_words(value: object) -> str:
@@ -150,18 +150,18 @@ def in_words(value: object) -> str:
 
 
 class StudyError(ValueError):
-    """A study file that cannot be run; `problems` lists everything that is wrong, in order."""
+    """A study file that cannot be run; `mistakes` lists everything that is wrong, in order."""
 
-    def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
+    def __init__(self, file: Path, mistakes: Iterable[Mistake]) -> None:
         self.file = file
-        self.problems = tuple(problems)
-        super().__init__(file, self.problems)
+        self.mistakes = tuple(mistakes)
+        super().__init__(file, self.mistakes)
 
     def __str__(self) -> str:
-        if len(self.problems) == 1:
-            return f"{self.file}: {self.problems[0]}"
-        listed = "\n".join(f"  {problem}" for problem in self.problems)
-        return f"{self.file}: {len(self.problems)} problems\n{listed}"
+        if len(self.mistakes) == 1:
+            return f"{self.file}: {self.mistakes[0]}"
+        listed = "\n".join(f"  {mistake}" for mistake in self.mistakes)
+        return f"{self.file}: {len(self.mistakes)} mistakes\n{listed}"
 
 
 def few_of(things: Sequence[object], most: int = 5) -> list[str]:
