@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from fretwear.run.workflow import StudyJobs, release_locks
-from fretwear.study.problems import StudyError
+from fretwear.study.mistakes import StudyError
 from fretwear.version import __version__
 
 try:
