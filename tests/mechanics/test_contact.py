@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from fretwear.mechanics.contact import problem as contact
 from fretwear.mechanics.contact import solver
 from fretwear.mechanics.contact.cells import ContactError, ContactProblem
-from fretwear.mechanics.contact.problem import projected_gradient, solve_contact
+from fretwear.mechanics.contact.problem import projected_gradients, solve_contact
 from fretwear.mechanics.slip.models import CattaneoMindlin, Pressed, WearLayer, WinklerLayer
 
 from ..studies import near
@@ -199,9 +199,9 @@ def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_o
 
     def counted(*args):
         calls.append(args)
-        return projected_gradient(*args)
+        return projected_gradients(*args)
 
-    monkeypatch.setattr(solver, "projected_gradient", counted)
+    monkeypatch.setattr(solver, "projected_gradients", counted)
     monkeypatch.setattr(solver, "_ACTIVE_SET_STEPS", 2)
     found = solve_contact(problem, np.ones(problem.shape.shape), tolerance=1e-5)
     assert len(calls) == 1
@@ -231,7 +231,7 @@ def layers(cells):
 def test_projected_gradient_and_active_set_agree(limit, kind):
     cells = window((18, 16))
     problem = pressed(cells, roughness=ROUGH, limit=limit, layer=layers(cells)[kind])
-    found = projected_gradient(problem, np.ones(cells.shape), 1e-8)
+    found = projected_gradients(problem, np.ones(cells.shape), 1e-8).pressure
     expected = solve_contact(problem, tolerance=1e-10)
     # The condition number, near 40 here, stands between the change of a step and the error.
     np.testing.assert_allclose(found, expected.pressure, atol=1e-6 * P0)

@@ -23,7 +23,6 @@ from fretwear.mechanics.contact.cells import (
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
     Contact,
-    ContactError,
     ContactProblem,
     Geometry,
     HalfSpace,
@@ -34,7 +33,7 @@ from fretwear.mechanics.contact.cells import (
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
-from fretwear.mechanics.contact.problem import Exchange, projected_gradient
+from fretwear.mechanics.contact.problem import Exchange, projected_gradients
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -43,6 +42,8 @@ _WIDER = 1.5
 # Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
 # be less deep than that tolerance, and a factorization is more accurate.
 _SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
+# Least tolerance of projected gradients, which rounding allows.
+_LEAST_TOLERANCE = 1e-12
 # Solutions without a new minimum of cells that change sides, before these do so one by one.
 _PATIENCE = 8
 
@@ -346,10 +347,18 @@ class DenseHalfSpace(HalfSpace):
         start = problem.first_guess() if start is None else start
         contact = self._factored(problem, start, tolerance)
         if contact is None:
-            start = projected_gradient(problem, start, tolerance)
-            contact = self._factored(problem, start, tolerance)
-        if contact is None:
-            raise ContactError(f"the normal contact did not converge in {_SOLUTIONS} solutions")
+            accurate = max(_OF_TOLERANCE * tolerance, _LEAST_TOLERANCE)
+            contact = projected_gradients(problem, start, accurate)
+            if problem.layer is not None:
+                problem = replace(problem, layer=problem.layer.at(contact.approach))
+            free = (contact.pressure > 0.0) & ~contact.saturated
+            _, uniform = self._responses(problem, contact.pressure, contact.gap, free)
+            contact = replace(
+                contact,
+                gap=np.where(free, 0.0, contact.gap),
+                stiffness=uniform / self.self_influence,
+                convolutions=contact.convolutions + _SOLUTIONS,
+            )
         return contact
 
     @staticmethod
@@ -411,7 +420,7 @@ class DenseHalfSpace(HalfSpace):
         free: Mask = (pressure > 0.0) & (pressure < limit)
         displacement = self.displacement(pressure)
         approach = problem.approach or 0.0
-        if layer is not None and layer.level is not None:
+        if layer is not None and layer.level is not None and problem.approach is None:
             approach = layer.level
         exchange = Exchange(_PATIENCE)
         for step in range(1, _SOLUTIONS + 1):

@@ -29,10 +29,10 @@ from math import inf, isfinite, sqrt
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, HalfSpace, Index
+from fretwear.mechanics.contact.cells import Contact, ContactProblem, HalfSpace, Index
 from fretwear.mechanics.contact.convolution import Convolution
 from fretwear.mechanics.contact.kernels import in_single, inner
-from fretwear.mechanics.contact.problem import projected_gradient
+from fretwear.mechanics.contact.problem import projected_gradients
 
 # Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
@@ -58,6 +58,8 @@ _MORE_CARE = 0.1
 # the part of the residual that it may reach before the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
+# Part of a step to which the minimum of the energy on it is found, if slopes do not suffice.
+_CLOSED = 1e-12
 # Cells change sides where the gap is beyond this part of the tolerance.
 _MARGIN = 0.3
 _LARGEST_ITERATIONS = 40
@@ -100,13 +102,9 @@ def solve_by_active_sets(
         start, spent = _first_start(bodies, problem)
     method = ActiveSet(problem, bodies, start)
     if not method.solve(tolerance, verified=verified):
-        method.restart(projected_gradient(problem, method.pressure, tolerance))
-        if not method.solve(tolerance, verified=verified):
-            raise ContactError(
-                f"the normal contact did not converge: residual {method.residual:.2e} instead "
-                f"of {tolerance:.0e} after {method.convolutions} convolutions",
-                method.convolutions,
-            )
+        spent += method.convolutions
+        contact = projected_gradients(problem, method.pressure, tolerance)
+        return replace(contact, convolutions=contact.convolutions + spent)
     return Contact(
         pressure=method.pressure,
         gap=method.gap,
@@ -130,7 +128,7 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
     if not np.isfinite(limit).all():
         return start, 0
     # Both bounds at once from a distant start lead to wrong sets, so yielding starts from the
-    # elastic state.
+    # elastic state, which need not be accurate: contacts are solved from any start.
     elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
     elastic.solve(_COARSE, verified=False)
     return elastic.pressure, elastic.convolutions
@@ -299,19 +297,21 @@ class ActiveSet:
             return inner(weighted, self.separation) - uniform
 
         self._rounding += _SINGLE * (float(np.abs(moved).max()) * unit + abs(offset))
-        low, high = 0.0, 1.0
+        low, high, is_halved = 0.0, 1.0, True
         enough = 0.1 * abs(first)
         last = slope(1.0)
-        if last > enough:
-            for _ in range(20):
-                fraction = low + (high - low) * max(0.05, min(0.95, first / (first - last)))
-                middle = slope(fraction)
-                if abs(middle) <= enough:
-                    break
-                if middle < 0:
-                    low, first = fraction, middle
-                else:
-                    high, last = fraction, middle
+        # The slope rises continuously, so that it vanishes where the bracket closes.
+        while last > enough and high - low > _CLOSED:
+            part = max(0.05, min(0.95, first / (first - last))) if is_halved else 0.5
+            width, fraction = high - low, low + (high - low) * part
+            middle = slope(fraction)
+            if abs(middle) <= enough:
+                break
+            if middle < 0:
+                low, first = fraction, middle
+            else:
+                high, last = fraction, middle
+            is_halved = high - low <= 0.5 * width
 
 
 def preconditioner(

@@ -30,17 +30,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.contact.cells import BALANCED, ContactError, find_shift
 from fretwear.mechanics.contact.solver import halved
 from fretwear.mechanics.slip.shear import GridShear
 
-# Iterations of conjugate gradients, of an even shift, and of projected gradients in all.
-_LARGEST_ITERATIONS, _LARGEST_SHIFTS, _LARGEST_GRADIENTS = 40, 200, 20000
+# Iterations of conjugate gradients, and of projected gradients in all.
+_LARGEST_ITERATIONS, _LARGEST_GRADIENTS = 40, 20000
 # Projected gradients in a row at first: at a start of at least that residual, and after so many
 # Newton steps in vain, or one of which less than a part descends.
 _GRADIENTS, _FAR, _PATIENCE, _LEAST_PART = 5, 0.05, 3, 0.05
-# Residual to which a start is computed on wider cells, and error of the force over all friction.
-_COARSE, _BALANCED = 1e-3, 1e-13
+# Residual to which a start is computed on wider cells.
+_COARSE = 1e-3
 # Factors by which a linear problem is solved: in proportion to the residual, at least and at most.
 _IN_PROPORTION, _WELL, _ROUGHLY = 4.0, 0.03, 0.3
 # Part of the tolerance that suffices there, and part of the residual that is neglected.
@@ -213,11 +213,11 @@ class _Descent:
     def projected(self, traction: Array, shift: Array) -> tuple[Array, Array]:
         """The nearest traction within the discs that carries the force, and an even shift.
 
-        It is the nearest one to the traction shifted, which `_root` finds from a guess: along x the
-        force grows with the shift, and along y it grows while the force along x is kept. Without
-        a force the shift is kept.
+        It is the nearest one to the traction shifted, see `find_shift`: along x the force grows
+        with the shift, and along y it grows while the force along x is kept. Without a force the
+        shift is kept.
         """
-        shift, enough, result = shift.copy(), _BALANCED * float(self.bound.sum()), traction
+        shift, enough, result = shift.copy(), BALANCED * float(self.bound.sum()), traction
 
         def clip() -> tuple[Array, Array]:
             nonlocal result
@@ -232,7 +232,7 @@ class _Descent:
             """Force that a shift along an axis lacks, and by how much less a larger one does."""
             shift[axis] = value
             if axis:
-                _root(lambda along: lacking(along, 0), shift[0], enough)
+                find_shift(lambda along: lacking(along, 0), shift[0], enough)
             factor, way = clip()
             x, slope = ((factor * (1.0 - way[place] ** 2)).sum() for place in (0, axis))
             if axis:
@@ -240,7 +240,7 @@ class _Descent:
             return float(self.total[axis] - result[axis].sum()), float(slope)
 
         if self.axes:
-            _root(lambda value: lacking(value, self.axes - 1), shift[self.axes - 1], enough)
+            find_shift(lambda value: lacking(value, self.axes - 1), shift[self.axes - 1], enough)
         else:
             clip()
         return result, shift
@@ -265,7 +265,7 @@ class _Descent:
             traction *= self.bound / np.maximum(np.hypot(*traction), self.bound)
         # A guess may be in equilibrium with another force.
         lacks = np.abs(self.total - traction.sum(axis=1))[: self.axes]
-        guessed = bool((lacks > 10.0 * _BALANCED * self.bound.sum()).any())
+        guessed = bool((lacks > 10.0 * BALANCED * self.bound.sum()).any())
         state = self.at(traction, self.displaced(traction) - self.offset, self.given)
         least, count = np.inf, _GRADIENTS
         vain = _PATIENCE if state.error > _FAR and not guessed else 0
@@ -334,11 +334,8 @@ class _Descent:
 
         Its unknowns are both components of cells that stick, and the turn w of those that slip.
         """
-        cells, count, slip = (
-            self.cells,
-            self.shape[0] * self.shape[1],
-            state.pushed - state.traction,
-        )
+        cells, count = self.cells, self.shape[0] * self.shape[1]
+        slip = state.pushed - state.traction
         length = np.hypot(*state.pushed)
         slips = length > self.bound
         stuck, slipping = np.flatnonzero(~slips), np.flatnonzero(slips)
@@ -429,27 +426,3 @@ class _Descent:
             round(self.spent),
             self.everywhere(self.bound * self.largest)[0],
         )
-
-
-def _root(missing: Callable[[float], tuple[float, float]], guess: float, enough: float) -> None:
-    """Find where what is missing, with its fall per step, vanishes; the last call is there.
-
-    Newton's method within a bracket; where it does not halve its steps, bisection. What is missing
-    falls continuously, so that in the end the bracket closes up to rounding.
-    """
-    low, high, last = -np.inf, np.inf, 1.0
-    for _ in range(_LARGEST_SHIFTS):
-        left, slope = missing(guess)
-        if abs(left) <= enough:
-            return
-        low, high = (guess, high) if left > 0.0 else (low, guess)
-        step = left / slope if slope > 0.0 else np.copysign(np.inf, left)
-        if np.isfinite(high - low):
-            if not (low < guess + step < high and abs(step) <= 0.5 * last):
-                step = 0.5 * (low + high) - guess
-        else:
-            step = float(np.clip(step, -2.0 * last, 2.0 * last))
-        guess, last = guess + step, abs(step)
-        if guess in (low, high):
-            return
-    raise ContactError(f"no even shift of the shear tractions carries the force: {left:.1e} lacks")
