@@ -43,6 +43,13 @@ class ContactState(IntEnum):
     STICK = 2
 
 
+class SlidingRegime(IntEnum):
+    """Whether a part of the contact sticks during a cycle."""
+
+    PARTIAL_SLIP = 0
+    GROSS_SLIP = 1
+
+
 class PointStatus(IntEnum):
     """The outcome of a point of a study."""
 
@@ -67,7 +74,7 @@ class Variable:
     comment: str = ""  # what a reader must know beyond the words
     unit: Unit | None = None  # unit for people; None: one that suits the size of the values
     dtype: str = "float64"  # type in memory and in the file
-    cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
+    cf_axis: str = ""  # CF axis (``"X"``, ``"Y"``, ``"Z"``), empty where there is none
     across: bool = False  # whether it needs the axis y, which a line contact lacks
     of_line: bool = False  # whether it is a headline of line contacts alone
     from_zero: bool = True  # whether a linear axis starts at zero
@@ -83,7 +90,7 @@ class Variable:
     # Value of a field outside the window of a case, where the surfaces do not touch; NaN: unknown.
     outside: float = 0.0
     is_odd: bool = False  # whether it is odd along x and along y where the contact is even
-    flags: tuple[ContactState, ...] = ()  # possible states; empty for a physical quantity
+    flags: tuple[IntEnum, ...] = ()  # possible states; empty for a physical quantity
 
     @property
     def marked(self) -> str:
@@ -97,7 +104,8 @@ class Variable:
         comment = "by a run on wider cells, and of the slip model"
         if self.may_diverge:
             comment += "; infinite where the value grows without bound as cells get narrower"
-        return replace(self, name=name, words=words, symbol="", comment=comment, is_error=True)
+        apart = replace(self, name=name, words=words, symbol="", comment=comment, flags=())
+        return replace(apart, is_error=True)
 
     def allows(self, values: ArrayLike) -> bool:
         """Whether values are finite, or NaN or infinite where that has a meaning."""
@@ -134,7 +142,7 @@ class Variable:
     def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable; empty entries are left out."""
         texts = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
-        texts["comment"] = self.comment
+        texts |= {"positive": "down" * (self.cf_axis == "Z"), "comment": self.comment}
         attributes: dict[str, Any] = {name: text for name, text in texts.items() if text}
         if self.flags:
             import numpy as np  # `fretwear --help` does without it
@@ -157,11 +165,13 @@ _MARKS: dict[str, dict[str, Any]] = {
     "y": {"from_zero": False, "across": True, "is_headline": False},
     "X": {"cf_axis": "X"},
     "Y": {"cf_axis": "Y"},
+    "Z": {"cf_axis": "Z"},
     "int8": {"dtype": "int8"},
     "int32": {"dtype": "int32"},
     "nan": {"outside": math.nan, "may_lack": True},
     "odd": {"is_odd": True},
     "flags": {"dtype": "int8", "flags": tuple(ContactState)},
+    "regimes": {"flags": tuple(SlidingRegime)},
 }
 
 
@@ -244,7 +254,7 @@ approach                | m  | $δ$   | µm | | | of the bodies
 tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
 normal_force            | N  | $P$   |    | | | of the whole contact
 tangential_force        | N  | $Q$   |    | tangential force amplitude | | given or computed
-regime                  | 1  |       | 1  | sliding regime | | 0 partial slip, 1 gross slip
+regime                  | 1  |       | 1  | sliding regime | regimes | 0 partial slip, 1 gross slip
 sliding_ratio           | 1  | $A$   | 1  | | none |
     dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one
 sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | none |
@@ -309,7 +319,7 @@ displacement | m | $δ_x$ | µm | tangential displacement | |
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 
 (DEPTH,) = variables(
-    "z | m | $z$ | µm | depth below the surface of the flat | | positive downwards"
+    "z | m | $z$ | µm | depth below the surface of the flat | Z | positive downwards"
 )
 HEADLINES = (
     "wear_volume",

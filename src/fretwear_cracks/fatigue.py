@@ -16,7 +16,8 @@ import xarray as xr
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
-from fretwear.data.files import open_case, open_group, write_groups
+from fretwear.data.files import open_case, write_groups
+from fretwear.data.groups import open_group
 from fretwear.data.labels import attributes_from
 from fretwear.results import CYCLE, X
 from fretwear.units import cycle_text, number_text

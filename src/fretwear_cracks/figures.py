@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from fretwear.data.files import open_group
+from fretwear.data.groups import open_group
 from fretwear.figures.axes import add_scale, make_panels
 from fretwear.figures.history import representative_cases, scalar_history
 from fretwear.figures.study import StudyFigure

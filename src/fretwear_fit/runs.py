@@ -13,7 +13,8 @@ import xarray as xr
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
-from fretwear.data.files import open_group, write_groups
+from fretwear.data.files import write_groups
+from fretwear.data.groups import open_group
 from fretwear.data.labels import mirrored
 from fretwear.results import OPTIONAL_SCALARS, X, Y, scalars_of
 from fretwear.run.simulate import run

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from fretwear.cli.common import CommandError
 from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_group
+from fretwear.data.groups import open_group
 from fretwear.report import Section, table_html
 from fretwear.units import QuantityError
 from fretwear_fit.results import parameter_table

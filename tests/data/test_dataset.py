@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from datetime import UTC, datetime
 
 import numpy as np
@@ -15,7 +16,7 @@ from fretwear.data.dataset import (
 )
 from fretwear.data.labels import history_line
 from fretwear.data.stack import resampled
-from fretwear.results import AT_SNAPSHOTS, SCALARS
+from fretwear.results import AT_SNAPSHOTS, DEPTH, RESULTS, SCALARS
 from fretwear.study.case import Case
 
 from ..studies import near
@@ -144,7 +145,7 @@ def test_parameters_differ_beyond_rounding_and_results_have_their_ratio_if_there
 def test_the_accessor_gives_the_case_and_values_in_units_for_people(results, case):
     quarter = results.dataset
     assert quarter.fretwear.case.case_id == case.case_id
-    with pytest.raises(ValueError, match="no attribute 'parameters'"):
+    with pytest.raises(ValueError, match=r"lacks 'parameters'; point\("):
         quarter.drop_attrs().fretwear.case.case_id  # noqa: B018
     read = quarter.fretwear.in_units()
     assert {read[name].attrs["units"] for name in ("x", "y")} == {"µm"}
@@ -165,3 +166,38 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
     assert {*wear.coords} == {"x", "y", "cycle"}
     np.testing.assert_allclose(wear.values.max(), 1e9 * quarter.wear_depth[-1].max())
     assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
+
+
+def test_a_point_is_selected_in_the_words_of_a_study_file():
+    """Loads of a dataset without y are per length."""
+    loads, limits = np.array([2e7, 5e7]), np.array([4.5e9, np.inf])
+    coords = {
+        "normal_load": ("normal_load", loads),
+        "plastic_limit": ("plastic_limit", limits),
+        "slip_model": ("slip_model", [0, 1], {"levels": "jaeger\ncerruti"}),
+    }
+    dims = (*coords,)
+    study = xr.Dataset({"wear_volume": (dims, np.arange(8.0).reshape(2, 2, 2))}, coords)
+    chosen = study.fretwear.sel(load="50 kN/mm", plastic_limit="none", slip_model="jaeger")
+    assert chosen.wear_volume == 6.0
+    between = study.fretwear.sel(plastic_limit=["4500 MPa"], slip_model=slice("jaeger", "cerruti"))
+    assert between.wear_volume.values.ravel().tolist() == [0.0, 1.0, 4.0, 5.0]
+    zipped = study.isel(normal_load=0, plastic_limit=0).rename_dims(slip_model="point")
+    assert zipped.reset_index("slip_model").fretwear.sel(slip_model="cerruti").wear_volume == [1.0]
+    for levels, sentence in (
+        ({"load": "30 kN/mm"}, "load = '30 kN/mm': the study has 20000000.0, 50000000.0"),
+        ({"slip_model": "jaegr"}, "slip_model = 'jaegr': the study has jaeger, cerruti"),
+        ({"friction": 0.5}, "friction does not vary; coordinates are normal_load, plastic_limit"),
+    ):
+        with pytest.raises(ValueError, match=re.escape(sentence)):
+            study.fretwear.sel(**levels)
+
+
+def test_depths_and_regimes_say_how_they_are_read():
+    assert DEPTH.attributes["positive"] == "down"
+    assert DEPTH.attributes["axis"] == "Z"
+    regime = RESULTS["regime"]
+    assert regime.attributes["flag_values"].tolist() == [0.0, 1.0]
+    assert regime.attributes["flag_values"].dtype == regime.dtype  # as CF asks
+    assert regime.attributes["flag_meanings"] == "partial_slip gross_slip"
+    assert "flag_values" not in regime.error.attributes

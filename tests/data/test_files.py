@@ -10,7 +10,6 @@ import xarray as xr
 from fretwear.data.atomic import DataFileError, atomic_path
 from fretwear.data.files import (
     _encoding,
-    _without_text,
     finished_by,
     open_case,
     open_history,
@@ -19,6 +18,7 @@ from fretwear.data.files import (
     write_case,
     write_groups,
 )
+from fretwear.data.groups import without_text
 from fretwear.results import FIELDS
 
 
@@ -61,7 +61,7 @@ def test_groups_are_those_that_xarray_writes_one_by_one(results, tmp_path):
     except (AttributeError, TypeError) as error:
         pytest.fail(f"write each group by `to_netcdf` as in this test, because of {error!r}")
     for name, labelled in groups.items():
-        content = _without_text(labelled)
+        content = without_text(labelled)
         encoding = {n: _encoding(v) for n, v in content.variables.items()}
         place = {"path": tmp_path / "each.nc", "mode": "a" if name else "w", "group": name or None}
         content.drop_encoding().to_netcdf(**place, engine="netcdf4", encoding=encoding)

@@ -13,6 +13,7 @@ import psutil
 import pytest
 import xarray as xr
 
+import fretwear
 from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import results_table
 from fretwear.data.files import MERGED_PROFILES, open_case, open_history, open_summary, write_case
@@ -85,6 +86,24 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(stack):
     assert "tangential_load" not in summary.coords
     assert summary.attrs["title"] == "Two loads"
     assert json.loads(summary.attrs["study_file"])["vary"] == LOADS
+
+
+def test_points_are_opened_and_drawn_as_cases(make_study, stack, loads):
+    """Both in the exact cells of the file and as they lie in the study."""
+    case = stack.fretwear.point(load="40 N", plastic_limit="none")
+    with case, xr.open_dataset(loads / "summary.nc") as plain:
+        assert case.fretwear.case.load == 40.0
+        assert case.fretwear.full().sizes["x"] == 2 * case.sizes["x"]
+        with plain.fretwear.point(normal_load=40.0, plastic_limit=math.inf) as again:
+            assert again.attrs["case_id"] == case.attrs["case_id"]
+    with pytest.raises(ValueError, match="2 points are left, which differ in plastic_limit:"):
+        stack.fretwear.point(load="40 N")
+    here = stack.fretwear.sel(load="40 N", plastic_limit="none")
+    assert here.symmetry == "even_xy"
+    assert here.fretwear.full().sizes["x"] == 2 * here.sizes["x"]
+    for figure in (fretwear.figures.overview(here), fretwear.figures.wear_map(here)):
+        (axes, *_) = figure.axes
+        assert axes.lines or axes.images or axes.collections
 
 
 LISTS = {"friction": [0.6, 0.3], "load": ["20 N", "50 N"]}

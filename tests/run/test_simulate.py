@@ -387,3 +387,13 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
     told = simulate(case)
     for name in ("dissipated_energy", "wear_volume", "maximum_wear_depth"):
         assert (told[f"{name}_error"][-1] > apart * told[name][-1]).item()
+
+
+@pytest.mark.parametrize(
+    ("given", "remedy"),
+    [("x.yaml", "load_study('x.yaml').cases()"), ({"radius": 0.01}, "Case(**parameters)")],
+)
+def test_what_is_no_case_is_refused_with_what_makes_one(given, remedy):
+    with pytest.raises(TypeError) as caught:
+        simulate(given)
+    assert remedy in str(caught.value)

@@ -39,7 +39,7 @@ def export(
     """
     from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle
-    from fretwear.data.files import open_group
+    from fretwear.data.groups import open_group
 
     ending, write = WRITERS[to]
     path = check_output(output or file.with_suffix(ending), ending)

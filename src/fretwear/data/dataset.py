@@ -6,22 +6,30 @@ import json
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
+from fretwear.data.groups import LEVELS, open_group
 from fretwear.data.labels import mirrored
+from fretwear.quantity import Quantity
 from fretwear.results import (
+    CASE_ID,
     CYCLE,
     FORCES,
     RESULTS,
+    STATUS,
+    PointStatus,
     Variable,
     X,
     Y,
+    contact_frame,
     headlines,
 )
 from fretwear.study.case import Case
+from fretwear.study.parameters import coordinate, parameter
 from fretwear.units import BY_SI_UNIT, readable_unit
 
 _SAME = 1e-12
@@ -51,8 +59,69 @@ class Accessor:
         It is a ValueError if this is not the dataset of one case, or one of another version.
         """
         if "parameters" not in self._dataset.attrs:
-            raise ValueError("the dataset is not a case: it has no attribute 'parameters'")
+            remedy = "point(normal_load='50 N') of its accessor opens a case of a study"
+            raise ValueError(f"the dataset is not a case: it lacks 'parameters'; {remedy}")
         return Case(**json.loads(self._dataset.attrs["parameters"]))
+
+    def sel(self, **levels: Any) -> xr.Dataset:
+        """Select points of a study by parameters as its file has them: ``plastic_limit="none"``.
+
+        Values are numbers in SI units, text with units, words, lists of these or slices; `load` is
+        ``normal_load`` too. A ValueError says which parameters vary, or which levels one has.
+        """
+        found = self._dataset
+        for key, level in levels.items():
+            name = coordinate(key)
+            if name not in found.coords or not found[name].dims:
+                names = [str(n) for n, axis in found.coords.items() if axis.dims]
+                raise ValueError(f"{key} does not vary; coordinates are {', '.join(names)}")
+            try:
+                value = self._stored(found[name], level)
+                if name in found.indexes:
+                    found = found.sel({name: value})
+                else:
+                    (dim,) = found[name].dims
+                    places = np.flatnonzero(np.isin(found[name].values, value))
+                    if not places.size:
+                        raise KeyError(level)
+                    found = found.isel({dim: places})
+            except (KeyError, ValueError) as error:
+                there = found[name].attrs.get(LEVELS, "").split("\n")
+                there = ", ".join(there if there[0] else map(str, found[name].values.tolist()))
+                raise ValueError(f"{key} = {level!r}: the study has {there}") from error
+        return found
+
+    def _stored(self, axis: xr.DataArray, level: Any) -> Any:
+        """Return a level as a coordinate holds it, from text as in a study file."""
+        if isinstance(level, slice):
+            return slice(*(self._stored(axis, end) for end in (level.start, level.stop)))
+        if isinstance(level, list | tuple):
+            return [self._stored(axis, each) for each in level]
+        if not isinstance(level, str) or axis.dtype.kind in "OU":
+            return level
+        if LEVELS in axis.attrs:
+            return axis.attrs[LEVELS].split("\n").index(level)
+        about = parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
+        return about.single.read(level) if isinstance(about, Quantity) else float(level)
+
+    def point(self, **levels: Any) -> xr.Dataset:
+        """Open the case of a point of a study, lazily: ``open_study(…).fretwear.point(load=50)``.
+
+        Levels as of `sel` name the point; the file of the case lies beside the ``summary.nc`` that
+        the dataset comes from. A ValueError says what is still open, or that the point failed.
+        """
+        here, source = self.sel(**levels), self._dataset.encoding.get("source", "")
+        if CASE_ID.name not in here or STATUS.name not in here or not source:
+            raise ValueError("the dataset is not a study opened from its summary.nc")
+        if here[CASE_ID.name].size != 1:
+            dims = {*here[STATUS.name].dims}
+            names = [str(n) for n, c in here.coords.items() if {*c.dims} & dims and n != "case_id"]
+            more = f"{here[CASE_ID.name].size} points are left, which differ in {', '.join(names)}"
+            raise ValueError(f"{more}: name levels of these as well")
+        case_id = str(here[CASE_ID.name].values.item())
+        if here[STATUS.name].values.item() != PointStatus.DONE:
+            raise ValueError(f"the point {case_id or levels} has no results; see its log")
+        return open_group(Path(source).parent / "cases" / f"{case_id}.nc")
 
     def full(self) -> xr.Dataset:
         """Return the whole contact; see `mirrored`."""

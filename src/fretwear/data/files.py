@@ -7,7 +7,6 @@ of later ones, which have more, therefore open as well.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -23,6 +22,7 @@ from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
 from fretwear.data.atomic import DataFileError, atomic_path
+from fretwear.data.groups import open_group, without_text
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
@@ -62,11 +62,6 @@ MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangent
 
 _FILTERS: Mapping[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True}
 _FIRST_CHUNKED = 256
-# Attributes: names of the attributes that are text coordinates in memory, and, of a coordinate of
-# flags, its text.
-_TEXTS, _LEVELS = "text_parameters", "levels"
-_OF_FLAGS = {_LEVELS, "flag_values", "flag_meanings"}
-_WORD = re.compile(r"[^\w.+@-]+")  # what flag_meanings may not have
 _OF_ENCODING = {"coordinates", "_FillValue"}  # attributes that xarray writes
 RUN_AGAIN = "Remove the file and run the case again"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
@@ -77,7 +72,7 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
 
     Arrays are compressed by zlib (level 1, shuffled), whose checksum each chunk has; programs that
     read files in the cloud have no other filter. A chunk has one cycle of a field or, in a merged
-    study, one value of the first parameter. Text is written as `_without_text` says.
+    study, one value of the first parameter. Text is written as `without_text` says.
     `DataFileError` if the disk is full or the folder, created if necessary, cannot be written to.
     """
     values: list[tuple[Any, Any]] = []
@@ -86,62 +81,12 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     # takes three times as long. `dump_to_store` is not documented: a test has what replaces it.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
         for name, labelled in groups.items():
-            content = _without_text(labelled)
+            content = without_text(labelled)
             store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]
             encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
             content.drop_encoding().dump_to_store(store, encoding=encoding, writer=writer)
         for source, target in values:
             target[...] = source
-
-
-def _without_text(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset whose coordinates are numbers, which every program reads.
-
-    One text is an attribute; text along a dimension is a flag variable, whose attribute ``levels``
-    has the texts, one a line, and ``flag_meanings`` has them as words. Case ids and text that is no
-    coordinate are arrays of characters, of which no variable of numbers depends.
-    """
-    texts = {str(n): v for n, v in dataset.coords.items() if v.dtype.kind in "OU"}
-    single = {name: str(text.item()) for name, text in texts.items() if not text.dims}
-    flags = {}
-    for name, text in texts.items():
-        if text.dims and name != CASE_ID.name:
-            levels, first, numbers = np.unique(
-                text.values.astype(str), return_index=True, return_inverse=True
-            )
-            # In the order of the study, so that numbers along a dimension rise.
-            order = np.argsort(first)
-            about = {
-                "flag_values": np.arange(levels.size, dtype=np.int32),
-                "flag_meanings": " ".join(_WORD.sub("_", level) for level in levels[order]),
-                _LEVELS: "\n".join(levels[order]),
-            }
-            numbers = np.argsort(order)[numbers].reshape(text.shape).astype(np.int32)
-            flags[name] = xr.Variable(text.dims, numbers, {**text.attrs, **about})
-    labelled = {_TEXTS: " ".join(single), **single} if single else {}
-    stored = dataset.drop_vars([*single]).assign_coords(flags).assign_attrs(labelled)
-    return stored.reset_coords({CASE_ID.name} & stored.coords.keys())
-
-
-def _with_text(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset that was read with the text coordinates that `_without_text` replaced."""
-    from fretwear.study.contact import case_keys
-
-    attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()
-    for name in attributes.pop(_TEXTS, "").split():
-        about = Variable(name, "", words=case_keys().coordinate(name).words).attributes
-        texts[name] = xr.Variable((), attributes.pop(name), about)
-    for name, variable in dataset.variables.items():
-        if _LEVELS in variable.attrs:
-            levels = np.array(variable.attrs[_LEVELS].split("\n"))
-            about = {n: v for n, v in variable.attrs.items() if n not in _OF_FLAGS}
-            texts[str(name)] = xr.Variable(variable.dims, levels[variable.values], about)
-        elif variable.dtype.kind == "O":
-            texts[str(name)] = variable.copy(data=variable.values.astype(str))
-    labels = {n: texts.pop(n) for n in [*texts] if n not in dataset.data_vars or n == CASE_ID.name}
-    read = dataset.assign(texts).assign_coords(labels)
-    read.attrs = attributes
-    return read
 
 
 def _encoding(variable: xr.Variable) -> dict[str, Any]:
@@ -184,33 +129,6 @@ def reading(path: str | os.PathLike[str], remedy: str = RUN_AGAIN) -> Iterator[N
         if "NetCDF: " not in str(cause):
             raise
         raise DataFileError(Path(path), f"it is damaged ({cause})", remedy) from cause
-
-
-def open_group(
-    path: str | os.PathLike[str],
-    group: str | None = None,
-    remedy: str = "If it is the file of a case, remove it and run the case again",
-) -> xr.Dataset:
-    """Open a netCDF file or one of its groups; fields are read when used, text at once.
-
-    `DataFileError` if there is no such file or group, or the file is damaged or foreign.
-    """
-    try:
-        dataset = xr.open_dataset(
-            path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
-        )
-        close = dataset.close
-        dataset = _with_text(dataset)
-    except (OSError, RuntimeError, ValueError) as cause:
-        problem = "it is damaged, or not a netCDF-4 file of fretwear"
-        if not Path(path).is_file():
-            problem, remedy = "there is no such file", "Check the name"
-        raise DataFileError(Path(path), f"{problem} ({cause})", remedy) from cause
-    # The first format called the normal load by the name of a method of datasets.
-    if "load" in {*dataset.variables, *dataset.dims}:
-        dataset = dataset.rename(load="normal_load")
-    dataset.set_close(close)
-    return dataset
 
 
 def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:

@@ -21,6 +21,7 @@ from fretwear.results import (
     CASE_ID,
     FIELDS,
     STATUS,
+    SYMMETRIES,
     PointStatus,
     Variable,
     Y,
@@ -144,6 +145,9 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
         name = f"{field.name}-{uuid.uuid4()}"
         lazy = da.from_array(_Stack(cases, field, axes), chunks, name)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
+    # What mirrors or draws a case asks for it.
+    even = (bool(axes[1][0] > 0.0), len(dims) > 2 and bool(axes[2][0] > 0.0))
+    stacked.attrs["symmetry"] = next(n for n, sides in SYMMETRIES.items() if sides == even)
     # Closing a derived dataset would not close its file.
     stacked.set_close(summary.close)
     return stacked

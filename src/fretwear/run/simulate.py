@@ -137,8 +137,14 @@ def simulate(
 
     A WearError or a ContactError says that the solution does not converge, a MemoryError that the
     case certainly does not fit in the memory, and each `ResultWarning` what is less
-    accurate or outside the model.
+    accurate or outside the model. A TypeError says how to get a case from a file or parameters.
     """
+    if not isinstance(case, Case):
+        if isinstance(case, Mapping):
+            remedy = "fretwear.Case(**parameters) makes one"
+        else:
+            remedy = f"[*fretwear.load_study({str(case)!r}).cases().values()] are those of a study"
+        raise TypeError(f"simulate takes a Case, not {type(case).__name__}: {remedy}")
     require_memory(case)
 
     def warn(text: str) -> None:

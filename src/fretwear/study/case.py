@@ -110,7 +110,14 @@ class Case(FrettingContact):
         vars(self).update(vars(case))
 
     def __repr__(self) -> str:
-        return f"<Case {self.case_id}>"
+        from fretwear.study.case_view import text
+
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        from fretwear.study.case_view import html
+
+        return html(self)
 
     def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""

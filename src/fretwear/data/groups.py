@@ -1,0 +1,96 @@
+"""Groups of netCDF files, opened lazily: what replaces text there, and what stands for it here."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fretwear.data.atomic import DataFileError
+from fretwear.results import CASE_ID, Variable
+
+# Attributes: names of the attributes that are text coordinates in memory, and, of a coordinate of
+# flags, its text.
+_TEXTS, LEVELS = "text_parameters", "levels"
+_OF_FLAGS = {LEVELS, "flag_values", "flag_meanings"}
+_WORD = re.compile(r"[^\w.+@-]+")  # what flag_meanings may not have
+
+
+def without_text(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose coordinates are numbers, which every program reads.
+
+    One text is an attribute; text along a dimension is a flag variable, whose attribute ``levels``
+    has the texts, one a line, and ``flag_meanings`` has them as words. Case ids and text that is no
+    coordinate are arrays of characters, of which no variable of numbers depends.
+    """
+    texts = {str(n): v for n, v in dataset.coords.items() if v.dtype.kind in "OU"}
+    single = {name: str(text.item()) for name, text in texts.items() if not text.dims}
+    flags = {}
+    for name, text in texts.items():
+        if text.dims and name != CASE_ID.name:
+            levels, first, numbers = np.unique(
+                text.values.astype(str), return_index=True, return_inverse=True
+            )
+            # In the order of the study, so that numbers along a dimension rise.
+            order = np.argsort(first)
+            about = {
+                "flag_values": np.arange(levels.size, dtype=np.int32),
+                "flag_meanings": " ".join(_WORD.sub("_", level) for level in levels[order]),
+                LEVELS: "\n".join(levels[order]),
+            }
+            numbers = np.argsort(order)[numbers].reshape(text.shape).astype(np.int32)
+            flags[name] = xr.Variable(text.dims, numbers, {**text.attrs, **about})
+    labelled = {_TEXTS: " ".join(single), **single} if single else {}
+    stored = dataset.drop_vars([*single]).assign_coords(flags).assign_attrs(labelled)
+    return stored.reset_coords({CASE_ID.name} & stored.coords.keys())
+
+
+def with_text(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset that was read with the text coordinates that `without_text` replaced."""
+    from fretwear.study.contact import case_keys
+
+    attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()
+    for name in attributes.pop(_TEXTS, "").split():
+        about = Variable(name, "", words=case_keys().coordinate(name).words).attributes
+        texts[name] = xr.Variable((), attributes.pop(name), about)
+    for name, variable in dataset.variables.items():
+        if LEVELS in variable.attrs:
+            levels = np.array(variable.attrs[LEVELS].split("\n"))
+            about = {n: v for n, v in variable.attrs.items() if n not in _OF_FLAGS}
+            texts[str(name)] = xr.Variable(variable.dims, levels[variable.values], about)
+        elif variable.dtype.kind == "O":
+            texts[str(name)] = variable.copy(data=variable.values.astype(str))
+    labels = {n: texts.pop(n) for n in [*texts] if n not in dataset.data_vars or n == CASE_ID.name}
+    read = dataset.assign(texts).assign_coords(labels)
+    read.attrs = attributes
+    return read
+
+
+def open_group(
+    path: str | os.PathLike[str],
+    group: str | None = None,
+    remedy: str = "If it is the file of a case, remove it and run the case again",
+) -> xr.Dataset:
+    """Open a netCDF file or one of its groups; fields are read when used, text at once.
+
+    `DataFileError` if there is no such file or group, or the file is damaged or foreign.
+    """
+    try:
+        dataset = xr.open_dataset(
+            path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
+        )
+        close = dataset.close
+        dataset = with_text(dataset)
+    except (OSError, RuntimeError, ValueError) as cause:
+        problem = "it is damaged, or not a netCDF-4 file of fretwear"
+        if not Path(path).is_file():
+            problem, remedy = "there is no such file", "Check the name"
+        raise DataFileError(Path(path), f"{problem} ({cause})", remedy) from cause
+    # The first format called the normal load by the name of a method of datasets.
+    if "load" in {*dataset.variables, *dataset.dims}:
+        dataset = dataset.rename(load="normal_load")
+    dataset.set_close(close)
+    return dataset
