@@ -5,12 +5,20 @@ import hashlib
 import re
 import xml.etree.ElementTree as ElementTree
 import zipfile
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.export import ExportError, write_abaqus, write_csv, write_vtk, write_x3p
+from fretwear.data.export import (
+    ExportError,
+    write_abaqus,
+    write_csv,
+    write_parquet,
+    write_vtk,
+    write_x3p,
+)
 
 from ..studies import STEEL, near, steel
 
@@ -31,7 +39,7 @@ def appended(path):
     text = path.read_bytes()
     head, _, raw = text.partition(b'<AppendedData encoding="raw">')
     raw = raw[raw.index(b"_") + 1 :]
-    kinds = {"Float64": "f8", "Float32": "f4", "Int8": "i1", "Int64": "i8"}
+    kinds = {"Float64": "f8", "Float32": "f4", "Int8": "i1", "Int64": "i8", "UInt8": "u1"}
     for array in ElementTree.fromstring(head + b"</VTKFile>").iter("DataArray"):
         start = int(array.get("offset"))
         size = int(np.frombuffer(raw, "u8", 1, start)[0])
@@ -45,12 +53,39 @@ def test_paraview_gets_a_grid_for_each_snapshot(worn, tmp_path):
     steps = re.findall(r'timestep="([^"]*)".*?file="([^"]*)"', collection.read_text())
     assert [float(step) for step, _ in steps] == worn.cycle.values.tolist()
     assert [name for _, name in steps] == [grid.name for grid in grids]
+    assert all(name.endswith(".vtu") for _, name in steps)  # meshio reads no other file of VTK
     last = dict(appended(grids[-1]))
-    np.testing.assert_array_equal(last["x_coordinates"], worn.x)
     for name in ("pressure", "wear_depth", "gap"):
-        # The first axis runs first.
-        values = last[name].reshape(worn.sizes["x"], worn.sizes["y"], order="F")
-        np.testing.assert_array_equal(values, worn[name][-1])
+        np.testing.assert_array_equal(last[name], worn[name][-1].values.ravel())
+    x, y, z = last["points"].reshape(-1, 3).T
+    np.testing.assert_array_equal(x, np.repeat(worn.x, worn.sizes["y"]))
+    assert not z.any()
+    quads = last["connectivity"].reshape(-1, 4)
+    assert {*last["types"].tolist()} == {9}
+    np.testing.assert_array_equal(last["offsets"], 4 * np.arange(1, len(quads) + 1))
+    # The shoelace formula: each has the area of a cell, so its edges run round it.
+    ahead = np.roll(quads, -1, axis=1)
+    areas = 0.5 * (x[quads] * y[ahead] - x[ahead] * y[quads]).sum(axis=1)
+    np.testing.assert_allclose(areas, np.diff(worn.x)[0] * np.diff(worn.y)[0], rtol=1e-9)
+
+
+def test_stresses_and_line_contacts_are_meshes_as_well(line, worn, tmp_path):
+    *_, collection = write_vtk(line, tmp_path / "line.pvd")
+    mesh = dict(appended(tmp_path / "line-0001.vtu"))
+    assert mesh["connectivity"].reshape(-1, 2).tolist() == [
+        [place, place + 1] for place in range(line.sizes["x"] - 1)
+    ]
+    box = worn.pressure[-1].expand_dims(z=[1e-6, 2e-6]).to_dataset()
+    write_vtk(box, tmp_path / "box.pvd")
+    mesh = dict(appended(tmp_path / "box-0000.vtu"))
+    corners = mesh["points"].reshape(-1, 3)[mesh["connectivity"].reshape(-1, 8)]
+    assert {*mesh["types"].tolist()} == {12}
+    edges = [corners[:, end] - corners[:, 0] for end in (1, 3, 4)]
+    volumes = np.einsum("ki,ki->k", np.cross(edges[0], edges[1]), edges[2])
+    cell = np.diff(worn.x)[0] * np.diff(worn.y)[0] * 1e-6
+    np.testing.assert_allclose(np.abs(volumes), cell, rtol=1e-9)
+    ends = corners.max(axis=1) - corners.min(axis=1)
+    np.testing.assert_allclose(ends.prod(axis=1), cell, rtol=1e-9)
 
 
 def test_a_dataset_without_fields_is_refused(worn, tmp_path):
@@ -71,6 +106,24 @@ def test_tables_have_units_and_every_value(line, tmp_path):
     assert "contact_state" in head
     values = np.array([row[head.index("pressure (Pa)")] for row in rows], dtype=float)
     np.testing.assert_array_equal(values.astype("f4"), line.pressure.values.ravel())
+    # Positions are read back, although 15 digits are shorter than 17.
+    places = [row[head.index("x (m)")] for row in rows[: line.sizes["x"]]]
+    np.testing.assert_allclose(np.array(places, float), line.x, rtol=1e-15, atol=0.0)
+    assert any(len(repr(float(place))) > 20 for place in line.x)
+    assert max(map(len, places)) < 20
+
+
+def test_tables_of_parquet_have_every_bit(line, tmp_path):
+    pd = pytest.importorskip("pandas")
+    if not any(find_spec(name) for name in ("pyarrow", "fastparquet")):
+        with pytest.raises(ExportError, match="pip install pyarrow"):
+            write_parquet(line, tmp_path / "line.parquet")
+        assert not [*tmp_path.iterdir()]
+        return
+    written = {path.name: path for path in write_parquet(line, tmp_path / "line.parquet")}
+    table = pd.read_parquet(written["line-cycle-x.parquet"])
+    np.testing.assert_array_equal(table["pressure (Pa)"], line.pressure.values.ravel())
+    np.testing.assert_array_equal(table["x (m)"][: line.sizes["x"]], line.x)
 
 
 def blocks(path):

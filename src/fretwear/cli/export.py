@@ -24,9 +24,11 @@ _CYCLE = "Snapshot to write."
 
 def export(
     file: CaseFile,
-    to: Annotated[Literal["vtk", "csv", "abaqus", "x3p"], typer.Option("--to", help=_TO)],
+    to: Annotated[
+        Literal["vtk", "csv", "parquet", "abaqus", "x3p"], typer.Option("--to", help=_TO)
+    ],
     output: Annotated[
-        Path | None, option("-o/--output", "OUT", _OUTPUT, "OUT.pvd, .csv, .inp or .x3p")
+        Path | None, option("-o/--output", "OUT", _OUTPUT, "OUT.pvd, .csv, …")
     ] = None,
     cycle: Annotated[
         float | None, option("--cycle", "NUMBER", _CYCLE, "all; abaqus, x3p: the last")
@@ -34,8 +36,8 @@ def export(
 ) -> None:
     """Write a case or its stresses in a format that other programs read.
 
-    vtk opens in ParaView, csv everywhere; abaqus has nodes on the worn flat and the forces on them,
-    x3p its heights for surface software.
+    vtk opens in ParaView, pyvista and meshio, csv everywhere, parquet in pandas and polars; abaqus
+    has nodes and loads for your own model, at the worn flat, x3p its heights for surface software.
     """
     from fretwear.data.atomic import DataFileError
     from fretwear.data.export import WRITERS, ExportError, at_cycle

@@ -1,13 +1,15 @@
-"""Datasets as files of other programs: tables, VTK for ParaView, loads for Abaqus, heights."""
+"""Datasets as files of other programs: tables, meshes of VTK, loads for Abaqus, heights."""
 
 from __future__ import annotations
 
 import hashlib
 import io
+import math
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +18,9 @@ from numpy.typing import NDArray
 from fretwear.data.atomic import atomic_path, write_text
 from fretwear.results import CYCLE, DEPTH, PHASE, POINT, X, Y
 from fretwear.units import cycle_text, listed
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _SPACE = (X.name, Y.name, DEPTH.name)
 _STEPS = (CYCLE.name, PHASE.name)
@@ -38,20 +43,14 @@ def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
     """Write tables of text, one for all variables of the same dimensions: ``OUT-cycle-x-y.csv``.
 
     The header has names and SI units, ``pressure (Pa)``; rows go through the last dimension first.
+    Positions have 15 digits, other numbers as many as single or double precision needs.
     """
-    tables: dict[tuple[str, ...], list[str]] = {}
-    for name, variable in ds.data_vars.items():
-        if variable.dims and variable.dtype.kind in "fiu":
-            tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
     written = []
-    for dims, names in tables.items():
-        # Coordinates along one of the dimensions stand beside the variables.
-        beside = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
-        table = ds[[*names, *beside]]
-        table = table.drop_vars([name for name, c in table.coords.items() if not c.dims])
-        units = {name: table[name].attrs.get("units", "1") for name in table.variables}
-        titles = {n: f"{n} ({unit})" for n, unit in units.items() if unit not in ("", "1")}
-        frame = table.to_dataframe(dim_order=dims).reset_index().rename(columns=titles)
+    for dims, frame in _tables(ds):
+        for name in frame.columns[: len(dims)]:
+            if frame[name].dtype.kind == "f":
+                texts = {value: f"{value:.15g}" for value in frame[name].unique()}
+                frame[name] = frame[name].map(texts)
         target = path.with_name(f"{path.stem}-{'-'.join(dims)}.csv")
         with atomic_path(target) as temporary:
             frame.to_csv(temporary, index=False, lineterminator="\n")
@@ -59,11 +58,46 @@ def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
     return written
 
 
-def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write fields for ParaView: a grid or points for each cycle or phase, and ``OUT.pvd`` of all.
+def write_parquet(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write the tables of `write_csv` with all digits as ``OUT-cycle-x-y.parquet``.
 
-    The values are those at the centres of cells; z is the depth, downwards. It takes the library
-    pyevtk; `ExportError` without it, or if the dataset has no fields.
+    pandas needs pyarrow or fastparquet for it; `ExportError` without them.
+    """
+    written = []
+    for dims, frame in _tables(ds):
+        target = path.with_name(f"{path.stem}-{'-'.join(dims)}.parquet")
+        with atomic_path(target) as temporary:
+            try:
+                frame.to_parquet(temporary, index=False)
+            except ImportError as error:
+                reason = "parquet files take the library pyarrow: pip install pyarrow"
+                raise ExportError(reason) from error
+        written.append(target)
+    return written
+
+
+def _tables(ds: xr.Dataset) -> Iterator[tuple[tuple[str, ...], pd.DataFrame]]:
+    """Yield a table for all variables of the same dimensions, whose columns come first."""
+    tables: dict[tuple[str, ...], list[str]] = {}
+    for name, variable in ds.data_vars.items():
+        if variable.dims and variable.dtype.kind in "fiu":
+            tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
+    for dims, names in tables.items():
+        # Coordinates along one of the dimensions stand beside the variables.
+        beside = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
+        table = ds[[*names, *beside]]
+        table = table.drop_vars([name for name, c in table.coords.items() if not c.dims])
+        units = {name: table[name].attrs.get("units", "1") for name in table.variables}
+        titles = {n: f"{n} ({unit})" for n, unit in units.items() if unit not in ("", "1")}
+        yield dims, table.to_dataframe(dim_order=dims).reset_index().rename(columns=titles)
+
+
+def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write fields for ParaView: cells or points for each cycle or phase, and ``OUT.pvd`` of all.
+
+    Each file, ``.vtu``, has lines, quadrilaterals or hexahedra between the centres of cells, with
+    the values there; z is the depth, downwards. It takes the library pyevtk; `ExportError` without
+    it, or if the dataset has no fields.
     """
     try:
         from pyevtk import hl, vtk
@@ -82,8 +116,12 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
     if not fields:
         raise ExportError("the dataset has no fields on cells or points")
     places = [np.atleast_1d(ds[n].values) if n in ds.coords else np.zeros(1) for n in _SPACE]
-    places = [np.ascontiguousarray(place, np.float64) for place in places]
-    shape = places[0].shape if on_points else tuple(place.size for place in places)
+    if not on_points:
+        places = np.meshgrid(*places, indexing="ij")
+    points = [np.ascontiguousarray(np.ravel(place), np.float64) for place in places]
+    corners, kind = _cells_between(places[0].shape)
+    cells = (corners.ravel(), np.arange(1, len(corners) + 1) * corners.shape[1])
+    kinds = np.full(len(corners), kind.tid, np.uint8)
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
         base = Path(folder, path.stem)
         collection = vtk.VtkGroup(str(base))
@@ -91,15 +129,32 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
             data = {}
             for name, field in fields.items():
                 now = field.isel({along: number}) if along in field.dims else field
-                data[name] = np.asfortranarray(np.reshape(now.values, shape))
-            write = hl.pointsToVTK if on_points else hl.gridToVTK
-            given = {"data" if on_points else "pointData": data}
-            collection.addFile(write(f"{base}-{number:04d}", *places, **given), step)
+                data[name] = np.ascontiguousarray(np.ravel(now.values))
+            name = f"{base}-{number:04d}"
+            collection.addFile(
+                hl.unstructuredGridToVTK(name, *points, *cells, kinds, pointData=data), step
+            )
         collection.save()
         written = [path.with_name(file.name) for file in sorted(base.parent.glob("*.vt?"))]
         for file in (*written, path):
             base.with_name(file.name).replace(file)
     return [*written, path]
+
+
+def _cells_between(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], Any]:
+    """Return the corners of the cells of VTK between points of a shape, and the kind of cell."""
+    from pyevtk.vtk import VtkHexahedron, VtkLine, VtkQuad, VtkVertex
+
+    number = np.arange(math.prod(shape)).reshape(shape)
+    axes = [axis for axis, size in enumerate(shape) if size > 1] if len(shape) > 1 else []
+    corners = number[..., None]
+    for count, axis in enumerate(axes):
+        near, far = (np.delete(corners, end, axis) for end in (-1, 0))
+        # The second edge of a quadrilateral runs backwards; hexahedra have one above the other.
+        far = far[..., ::-1] if count == 1 else far
+        corners = np.concatenate([near, far], axis=-1)
+    kind = (VtkVertex, VtkLine, VtkQuad, VtkHexahedron)[len(axes)]
+    return corners.reshape(-1, corners.shape[-1]), kind
 
 
 def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
@@ -185,6 +240,7 @@ def _data_lines(columns: Iterable[NDArray[np.generic]]) -> list[str]:
 
 WRITERS: Mapping[str, tuple[str, Callable[..., list[Path]]]] = {
     "csv": (".csv", write_csv),
+    "parquet": (".parquet", write_parquet),
     "vtk": (".pvd", write_vtk),
     "abaqus": (".inp", write_abaqus),
     "x3p": (".x3p", write_x3p),

@@ -26,6 +26,7 @@ from fretwear.quantity import (
     inlined,
     json_text,
 )
+from fretwear.study.case_view import case_html, case_text
 from fretwear.study.contact import FrettingContact, case_keys, is_open, members
 from fretwear.study.cycles import Snapshots, snapshots_of
 from fretwear.study.keys import Keys, coordinate
@@ -110,14 +111,11 @@ class Case(FrettingContact):
         vars(self).update(vars(case))
 
     def __repr__(self) -> str:
-        from fretwear.study.case_view import text
-
-        return text(self)
+        return case_text(self.case_id, self.scalar_coordinates())
 
     def _repr_html_(self) -> str:
-        from fretwear.study.case_view import html
-
-        return html(self)
+        half_width, _ = self.indenter.half_widths(self.hertz)
+        return case_html(self.case_id, self.scalar_coordinates(), self.indenter, half_width)
 
     def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""

@@ -2,52 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.study.parameters import value_text
 from fretwear.units import in_unit
 
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
+CaseCoordinates = Mapping[str, tuple[float | str, str, str]]
+"""Value, SI unit and words of parameters by name, of `Case.scalar_coordinates`."""
 
 _WIDTH, _HEIGHT, _SURFACE = 240, 150, 110  # of the sketch; ordinate of the flat
 _LINE = 'fill="none" stroke="currentColor"'
 _ARROW = "M0 0 l-4 -8 h8 z"
 
 
-def text(case: Case) -> str:
+def case_text(case_id: str, parameters: CaseCoordinates) -> str:
     """Return the id and the parameters of a case, one a line."""
-    rows = [*_parameters(case)]
-    width = max(len(words) for words, _ in rows)
-    return "\n".join([f"<Case {case.case_id}>", *(f"  {w:<{width}}  {v}" for w, v in rows)])
+    rows = _in_words(parameters)
+    width = max(map(len, rows))
+    lines = (f"  {words:<{width}}  {value}" for words, value in rows.items())
+    return "\n".join([f"<Case {case_id}>", *lines])
 
 
-def html(case: Case) -> str:
-    """Return a table of the parameters of a case beside a sketch of the unworn contact."""
+def case_html(
+    case_id: str, parameters: CaseCoordinates, indenter: Indenter, half_width: float
+) -> str:
+    """Return a table of parameters beside a sketch of the unworn contact, half-width in m."""
     rows = "".join(
         f'<tr><td style="text-align:left">{escape(words)}</td>'
         f'<td style="text-align:left">{escape(value)}</td></tr>'
-        for words, value in _parameters(case)
+        for words, value in _in_words(parameters).items()
     )
-    table = f"<table><caption><code>{escape(case.case_id)}</code></caption>{rows}</table>"
-    return f'<div style="display:flex;gap:2em">{table}{_sketch(case)}</div>'
+    table = f"<table><caption><code>{escape(case_id)}</code></caption>{rows}</table>"
+    return f'<div style="display:flex;gap:2em">{table}{_sketch(indenter, half_width)}</div>'
 
 
-def _parameters(case: Case) -> Iterator[tuple[str, str]]:
-    for name, (value, unit, words) in case.scalar_coordinates().items():
-        yield words, value_text(name, in_unit(value, unit))
+def _in_words(parameters: CaseCoordinates) -> dict[str, str]:
+    return {
+        words: value_text(name, in_unit(value, unit))
+        for name, (value, unit, words) in parameters.items()
+    }
 
 
-def _sketch(case: Case) -> str:
+def _sketch(indenter: Indenter, half_width: float) -> str:
     """Draw the profile along x as SVG, with the contact, its load and the tangential motion."""
-    half_width, _ = case.indenter.half_widths(case.hertz)
     shown = 2.5 * half_width
     x = np.linspace(-1.0, 1.0, 81)
-    gap = case.indenter.gap(shown * x, np.zeros(1))
+    gap = indenter.gap(shown * x, np.zeros(1))
     across = 0.5 * _WIDTH * (1.0 + x)
     up = _SURFACE - 70.0 * (gap - gap.min()) / (float(np.ptp(gap[np.isfinite(gap)])) or 1.0)
     profile = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, up, strict=True) if b > 0.0)
