@@ -5,7 +5,7 @@ from benchmarks.pages import Check, Data, Section, order_of, percent, table, wor
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 
 from fretwear.mechanics.wear.integrator import first_loading
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.theory import PartialSlip
 
 CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)
@@ -37,7 +37,7 @@ def deviations(cells: float, ratio: float) -> dict[str, float]:
     problem = fretting(cells, load_ratio=ratio)
     theory = PartialSlip(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
     state = first_loading(problem)
-    found = measure(problem, state)
+    found = Measures(problem, state)
     window = state.geometry
     r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij"))
     annulus = (r > theory.stick_radius) & (r < A)

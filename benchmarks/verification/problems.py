@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
 from fretwear.mechanics.wear.integrator import evolve
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.state import State, WearProblem
 
 DEPTH = A**2 / RADIUS
@@ -36,5 +36,5 @@ def snapshots(
     kept = {}
     for state in evolve(problem, cycles, tolerance):
         if state.cycle in cycles:
-            kept[state.cycle] = Snapshot(state, measure(problem, state))
+            kept[state.cycle] = Snapshot(state, Measures(problem, state))
     return kept

@@ -29,7 +29,6 @@ from fretwear.results import (
     RESULTS,
     SCALARS,
     STEP,
-    Variable,
     X,
     Y,
 )
@@ -38,6 +37,7 @@ from fretwear.study.contact import case_keys, members
 from fretwear.study.materials import material_table
 from fretwear.study.parameters import parameter
 from fretwear.study.sections import study_schema
+from fretwear.variable import Variable
 from fretwear_cracks.section import StressOutput
 from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, STRESSES
 

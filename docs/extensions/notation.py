@@ -1,6 +1,6 @@
 """Quantities of the theory that no dataset has, for the table of notation."""
 
-from fretwear.results import variables
+from fretwear.variable import variables
 
 NOTATION = variables(
     r"""

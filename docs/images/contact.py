@@ -14,8 +14,9 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 
 from fretwear.figures.profiles import ZONE_COLORS
 from fretwear.figures.style import CATEGORICAL, INK, MUTED, JournalFigure, save_as, style_context
-from fretwear.results import RESULTS, ContactState
+from fretwear.results import RESULTS
 from fretwear.study.parameters import parameter
+from fretwear.variable import ContactState
 
 RATIO = 0.8
 STICK = (1.0 - RATIO) ** (1.0 / 3.0)  # c over a

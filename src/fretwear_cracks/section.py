@@ -11,10 +11,11 @@ from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
 from fretwear.quantity import Part, Quantity
-from fretwear.results import CYCLE, Variable
+from fretwear.results import CYCLE
 from fretwear.study.case import Case
 from fretwear.study.cycles import Snapshots
 from fretwear.study.sections import StudySection
+from fretwear.variable import Variable
 from fretwear_cracks import StressError
 from fretwear_cracks.variables import FATIGUE
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fretwear.results import variables
+from fretwear.variable import variables
 
 STRESSES = variables(
     r"""

@@ -34,7 +34,7 @@ from fretwear.quantity import (
     is_list,
     whole_number,
 )
-from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Variable, Y
+from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Y
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import MAX_CYCLES
@@ -50,6 +50,7 @@ from fretwear.units import (
     exact_text,
     parse_quantity,
 )
+from fretwear.variable import Variable
 from fretwear_fit.loops import last_loop, recording_of
 from fretwear_fit.readings import profile_of
 from fretwear_measured.files import Source, SourceFile

@@ -19,7 +19,8 @@ from fretwear.mechanics.surfaces.indenters import Ellipsoid
 from fretwear.mechanics.surfaces.materials import ElasticBodies
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.results import ContactState, PointStatus
+from fretwear.results import PointStatus
+from fretwear.variable import ContactState
 from fretwear_source_study.parameters import ROUGH, SHARED, TITLES, title_of
 
 if TYPE_CHECKING:

@@ -15,9 +15,10 @@ from markupsafe import Markup
 
 from fretwear.arrays import Array
 from fretwear.report import Section, table_html
-from fretwear.results import RESULTS, ContactState
+from fretwear.results import RESULTS
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
+from fretwear.variable import ContactState
 from fretwear_source_study.cases import (
     RUN_IN,
     Cases,

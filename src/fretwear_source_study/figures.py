@@ -31,8 +31,8 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
-from fretwear.results import Variable
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
+from fretwear.variable import Variable
 from fretwear_source_study.cases import RUN_IN, Cases, reference_cases
 from fretwear_source_study.parameters import PLASTIC_LIMIT
 

@@ -16,7 +16,7 @@ from fretwear.data.dataset import (
 )
 from fretwear.data.labels import history_line
 from fretwear.data.stack import resampled
-from fretwear.results import AT_SNAPSHOTS, DEPTH, RESULTS, SCALARS
+from fretwear.results import DEPTH, RESULTS, SCALARS, of_steps
 from fretwear.study.case import Case
 
 from ..studies import near
@@ -75,7 +75,7 @@ def test_every_parameter_is_a_scalar_coordinate_and_attributes_give_the_case_bac
 
 def test_history_has_every_scalar_along_the_steps(results):
     history = results.history
-    assert {variable.name for variable in SCALARS} - {*AT_SNAPSHOTS} < set(history.data_vars)
+    assert {variable.name for variable in of_steps(SCALARS)} < set(history.data_vars)
     assert all(history[name].dims == ("step",) for name in (*history.data_vars, "cycle"))
     assert history.step.values.tolist() == list(range(history.sizes["step"]))
     assert history.convolutions.dtype == np.int32

@@ -23,7 +23,7 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.grading import Grading, graded_rings
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import half_width, measure
+from fretwear.mechanics.wear.measures import Measures, half_width
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.theory import (
     LimitingState,
@@ -79,7 +79,7 @@ RATIOS = pytest.mark.parametrize("ratio", [0.2, 0.9])
 def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
     problem, theory, _ = on_cells(kind, ratio)
     state, hertz = first_loading(problem), theory.hertz
-    found, rings = measure(problem, state), kind == "rings"
+    found, rings = Measures(problem, state), kind == "rings"
     assert found.approach == near(hertz.approach, rel=1e-4 if rings else 1e-5)
     assert found.central_pressure == near(hertz.peak_pressure, rel=1e-4)
     assert found.contact_half_width_x == near(hertz.contact_radius, rel=2e-3 if rings else 6e-4)
@@ -107,7 +107,7 @@ def test_endless_wear_reaches_the_limiting_state(kind, ratio):
     problem, theory, limit = on_cells(kind, ratio)
     cycles = 60 if kind == "rings" else 1e4
     *_, last = evolve(problem, [cycles / (problem.wear_growth * theory.hertz.peak_pressure)])
-    found, rel = measure(problem, last), 3e-3 if kind == "rings" else 1e-3
+    found, rel = Measures(problem, last), 3e-3 if kind == "rings" else 1e-3
     assert found.approach == near(limit.approach, rel=1e-4 if kind == "rings" else 1e-5)
     assert found.central_pressure == near(limit.central_pressure, rel=1e-3)
     assert last.wear.max() == near(limit.deepest_wear, rel=rel)
@@ -157,7 +157,7 @@ def test_influence_of_narrow_rings_adds_up_to_that_of_wide_ones():
 @pytest.mark.parametrize("ratio", [1e-3, 1 - 1e-9])
 def test_narrow_zones_of_slip_and_stick_are_those_of_cattaneo_and_mindlin(kind, ratio):
     problem, theory, _ = on_cells(kind, ratio)
-    found = measure(problem, first_loading(problem))
+    found = Measures(problem, first_loading(problem))
     # A stick zone of a cylinder is narrower than a strip, and none of a sphere.
     assert found.dissipated_energy == near(theory.dissipated_energy, rel=3e-3)
     if kind == "rings":
@@ -269,7 +269,7 @@ def test_no_written_mean_lies_beyond_the_values_around_it():
 def test_the_peak_of_rings_that_yield_is_the_limit_beyond_which_cubics_take_no_pressure():
     problem = fretting(limit=1.5, geometry=Rings)
     *_, state = evolve(problem, [1000])
-    assert measure(problem, state).peak_pressure == problem.plastic_limit
+    assert Measures(problem, state).peak_pressure == problem.plastic_limit
     others = graded_rings(Grading(0.4 * A, 1.1 * A, A, 2e-4 * A), state.geometry.edges[-1])
     assert state.geometry.resized(state.pressure, others).max() > problem.plastic_limit
     assert state.on(Workspace(problem), others).pressure.max() == problem.plastic_limit
@@ -290,7 +290,7 @@ def test_a_punch_with_rounded_edges():
         extent=(1.15 * hertz.contact_radius, 1.15 * hertz.contact_radius),
     )
     state = first_loading(problem)
-    found = measure(problem, state)
+    found = Measures(problem, state)
     assert found.contact_half_width_x == near(1e-4 / share, rel=1e-3)
     stick = hertz.with_load(0.5 * load)
     assert found.stick_half_width_x == near(stick.contact_radius, rel=1e-4)
@@ -298,7 +298,7 @@ def test_a_punch_with_rounded_edges():
     assert found.peak_pressure == near(hertz.peak_pressure, rel=1e-3)
     assert found.approach == near(hertz.approach, rel=1e-5)
     *_, last = evolve(problem, [1e4 / (problem.wear_growth * hertz.peak_pressure)])
-    found, limiting = measure(problem, last), LineLimitingState(hertz, 0.5)
+    found, limiting = Measures(problem, last), LineLimitingState(hertz, 0.5)
     assert found.central_pressure == near(limiting.central_pressure, rel=1e-3)
     assert found.approach == near(limiting.approach, rel=1e-4)
 
@@ -315,7 +315,7 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
     """U = C Q + (µP/πE*) [X + (1 − X) ln(1 − X)], whatever the approach counts from."""
     problem = driven(ratio, compliance)
     state = first_loading(problem)
-    found = measure(problem, state)
+    found = Measures(problem, state)
     sliding, force = FRICTION * PER_LENGTH, found.tangential_force
     stuck = 1.0 - force / sliding
     slip = sliding / (math.pi * CYLINDER_BODIES.composite_modulus)
@@ -343,7 +343,7 @@ def test_strips_widen_with_a_contact_that_slides_as_a_whole(monkeypatch):
     *_, last = evolve(problem, [0.01 * cycles, cycles])
     monkeypatch.setattr(strips, "_WIDEST_SLIDING", 0.0)
     *_, fine = evolve(problem, [0.01 * cycles, cycles])
-    found, expected = measure(problem, last), measure(problem, fine)
+    found, expected = Measures(problem, last), Measures(problem, fine)
     assert found.contact_half_width_x > 3.0 * EDGE
     assert last.pressure.size < 0.5 * fine.pressure.size
     for name in ("contact_half_width_x", "peak_pressure", "approach", "dissipated_energy"):

@@ -16,7 +16,7 @@ from fretwear.mechanics.surfaces.loading import DisplacementRatio, SlidingAmplit
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.stroke import slide
 from fretwear.mechanics.wear.window import first_cells
 
@@ -199,7 +199,7 @@ def test_wear_is_that_of_the_independent_reference(ratio, limit, alpha, taus):
     times = {cycles_of(problem, tau): tau for tau in taus}
     for state in evolve(problem, sorted(times)):
         if state.cycle in times:
-            found, expected = measure(problem, state), known[times[state.cycle]]
+            found, expected = Measures(problem, state), known[times[state.cycle]]
             assert found.approach / DEPTH == near(expected["approach"], rel=1e-3)
             assert found.central_pressure / P0 == near(expected["central_pressure"], rel=1e-3)
             assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=5e-3)

@@ -16,7 +16,7 @@ from fretwear.mechanics.surfaces.loading import DisplacementAmplitude, Tangentia
 from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies, OverEnergy
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import mean_slip_friction, measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
@@ -198,7 +198,7 @@ def test_friction_that_follows_slip_is_that_of_every_cycle(kind, load_ratio, law
         influence = of_strips(0.5 * (edges[1:] + edges[:-1]), edges, modulus)
         areas = 2.0 * np.diff(edges)
     *_, state = evolve(problem, [300])
-    found = measure(problem.of(state), state)
+    found = Measures(problem.of(state), state)
     stick, volume, energy = every_cycle(problem, law, influence, edges, areas, 300)
     assert found.stick_half_width_x == near(stick, rel=0.01)
     assert found.wear_volume == near(volume, rel=0.01)
@@ -216,7 +216,7 @@ def test_a_step_errs_little_where_friction_follows_slip(load_ratio, wear_law):
 
     def numbers(tolerance):
         states = [s for s in evolve(problem, stops, tolerance) if s.cycle in stops]
-        found = [measure(problem.of(state), state) for state in states]
+        found = [Measures(problem.of(state), state) for state in states]
         return np.array([(one.dissipated_energy, one.wear_volume) for one in found])
 
     np.testing.assert_allclose(numbers(0.03), numbers(3e-4), rtol=0.004)
@@ -232,7 +232,7 @@ def scalars(problem, cycles=1000, **options):
     """The measures at the end of a run, with the problem and the state there."""
     *_, state = evolve(problem, [cycles], **options)
     now = problem.of(state)
-    return measure(now, state), now, state
+    return Measures(now, state), now, state
 
 
 def test_friction_of_one_value_is_a_number():
@@ -262,7 +262,7 @@ def test_stick_zone_of_friction_that_changes_at_once_balances_the_force():
 
     assert found.stick_radius == near(brentq(excess, 0.1 * A, 0.999 * A), rel=1e-3)
     assert found.tangential_force == near(force, rel=1e-9)
-    assert mean_slip_friction(now, state) == near(end, rel=1e-3)
+    assert Measures(now, state).mean_slip_friction == near(end, rel=1e-3)
     # What never slipped keeps its friction.
     assert now.friction_law.ratio[0, 0] == 1.0
 

@@ -15,9 +15,9 @@ from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import (
+    Measures,
     half_extent,
     half_width,
-    measure,
     next_tip,
     open_within_outline,
     scatter,
@@ -48,7 +48,7 @@ from .problems import (
 def test_a_smooth_sphere_has_the_radii_of_hertz_and_cattaneo(changes, within):
     problem = fretting(16, **changes)
     state = first_loading(problem)
-    found, doubt = measure(problem, state), scatter(state)
+    found, doubt = Measures(problem, state), scatter(state)
     for radius, zone in ((A, "contact"), (A * 0.2 ** (1 / 3), "stick")):
         assert getattr(found, f"{zone}_radius") == pytest.approx(radius, abs=within * A / 16), zone
         assert doubt[f"{zone}_radius"] < within * A / 16
@@ -81,7 +81,7 @@ def test_the_radius_stays_where_the_half_width_jumps_to_the_next_row_of_tips():
     found = []
     for load in (50.5, 51.9):
         problem = fretting(32, roughness=waves, normal=NormalLoad(load))
-        found.append(measure(problem, first_loading(problem)))
+        found.append(Measures(problem, first_loading(problem)))
     before, after = found
     assert after.contact_half_width_x > 1.1 * before.contact_half_width_x
     assert after.contact_radius == near(before.contact_radius, rel=0.01)
@@ -111,7 +111,7 @@ def test_the_scar_of_a_grid_is_that_of_rings():
 
 
 def evolve_to(problem, cycles=(10.0, 1000.0)):
-    return [measure(problem, s) for s in evolve(problem, [*cycles]) if s.cycle in cycles]
+    return [Measures(problem, s) for s in evolve(problem, [*cycles]) if s.cycle in cycles]
 
 
 PROBLEM = fretting()
@@ -144,7 +144,7 @@ def test_slip_and_traction_of_the_unworn_sphere_are_those_of_cattaneo_and_mindli
 
 def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn):
     state, theory = unworn
-    found, stick, share = measure(PROBLEM, state), theory.stick_radius, theory.stick_load_share
+    found, stick, share = Measures(PROBLEM, state), theory.stick_radius, theory.stick_load_share
     moved, force = theory.tangential_displacement, theory.tangential_load
     # Half-widths are known to a part of a cell: 0.3 cells of a/110 are 0.6 % of the smallest stick
     # radius here. Areas count cells: 1 % of the smallest.
@@ -266,7 +266,7 @@ def test_a_map_that_is_mirrored_or_turned_has_the_same_measures(signs, is_turned
         waves = Skewed(0.15e-6, 12.0 / A, 12.0 / A, (False, False), **changes)
         problem = fretting(12, roughness=waves, load_ratio=0.6)
         state = first_loading(problem)
-        return vars(measure(problem, state)), scatter(state)
+        return Measures(problem, state).at_step(), scatter(state)
 
     axes = {"_x": "_y", "_y": "_x"} if is_turned else {}
     changed = numbers(signs=signs, is_turned=is_turned)
@@ -284,7 +284,7 @@ def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a
     def areas(cells):
         problem = fretting(2 * cells, roughness=rough, spacing=(A / cells, 2 * A / cells))
         state = first_loading(problem)
-        found = measure(problem, state)
+        found = Measures(problem, state)
         zones = state.in_contact, state.reduced.stick
         counted = [state.geometry.unit_area * zone.sum() for zone in zones]
         means.append((state.pressure[zones[1]].mean(), found.mean_stick_pressure))
@@ -305,10 +305,10 @@ def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a
     rough = WavyRoughness(amplitude=0.2e-6, slope_x=np.radians(5.7), slope_y=np.radians(1))
     problem = fretting(100, roughness=rough, limit=4.5e9 / P0)
     state = first_loading(problem)
-    assert 0.9 * 4.5e9 < measure(problem, state).mean_stick_pressure <= 4.5e9
+    assert 0.9 * 4.5e9 < Measures(problem, state).mean_stick_pressure <= 4.5e9
     # Nor do they bear more than the limit where the surface beside them bears nothing.
     full = replace(state, pressure=np.where(state.reduced.stick, 4.5e9, 0.0))
-    assert measure(problem, full).mean_stick_pressure == near(4.5e9, rel=1e-12)
+    assert Measures(problem, full).mean_stick_pressure == near(4.5e9, rel=1e-12)
 
 
 @pytest.mark.parametrize(("across", "within"), [(6, 0.03), (12, 0.012)])
@@ -343,7 +343,7 @@ def test_areas_of_round_contacts_follow_their_edges_within_cells(across, within)
 
 def test_contact_is_read_off_the_gap_wherever_the_approach_counts_from():
     state = first_loading(fretting(64, load_ratio=0.5))
-    contact, area = state.in_contact, measure(PROBLEM, state).contact_area
+    contact, area = state.in_contact, Measures(PROBLEM, state).contact_area
     # Worn surfaces conform: no pressure, and no gap either.
     conforming = replace(
         state,
@@ -352,11 +352,11 @@ def test_contact_is_read_off_the_gap_wherever_the_approach_counts_from():
     )
     np.testing.assert_array_equal(conforming.in_contact, contact)
     # Without pressure, both directions tell alike where the edge cuts its cells.
-    assert measure(PROBLEM, conforming).contact_area == near(area, rel=1e-3)
+    assert Measures(PROBLEM, conforming).contact_area == near(area, rel=1e-3)
     raised = state.gap + 1.1 * CONTACT_GAP * state.approach
     opened = replace(state, pressure=np.zeros_like(raised), gap=raised)
-    assert measure(PROBLEM, opened).contact_area == 0
+    assert Measures(PROBLEM, opened).contact_area == 0
     # Waves that only touch in their valleys bring the approach down to zero and below.
     for approach in (0.0, -state.approach):
         lowered = replace(state, approach=approach)
-        assert measure(PROBLEM, lowered).contact_area == near(area, rel=1e-12)
+        assert Measures(PROBLEM, lowered).contact_area == near(area, rel=1e-12)

@@ -15,7 +15,7 @@ from fretwear.mechanics.surfaces.loading import TangentialRatio
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.pulsating import evolve_pulsating, load_cycle
 from fretwear.mechanics.wear.state import Workspace
 
@@ -128,7 +128,7 @@ def test_a_load_that_hardly_pulsates_under_a_force_is_constant():
         march(sphere(least, 0.4), (500.0,))
         for march, least in ((evolve, 1.0), (evolve_pulsating, 0.9999))
     )
-    usual, found = (measure(sphere(1.0, 0.4), state) for state in (plain, other))
+    usual, found = (Measures(sphere(1.0, 0.4), state) for state in (plain, other))
     for name in ("wear_volume", "maximum_wear_depth", "dissipated_energy", "approach"):
         assert getattr(found, name) == near(getattr(usual, name), rel=5e-3)
 
@@ -140,7 +140,7 @@ def test_the_stick_zone_the_loop_and_the_energy_of_a_sphere():
     stops = (500.0, 2000.0)
     states = [state for state in evolve_pulsating(problem, stops) if state.cycle in (0.0, *stops)]
     for state in states:
-        found, curve = measure(problem, state), loop(Workspace(problem), state)
+        found, curve = Measures(problem, state), loop(Workspace(problem), state)
         assert found.stick_half_width_x == near(A * 0.45 ** (1 / 3), rel=2e-3)
         assert found.tangential_force == near(0.4 * problem.hertz.load * 0.5)
         assert curve.force.max() == near(found.tangential_force)

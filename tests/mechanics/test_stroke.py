@@ -25,7 +25,7 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.rubbing import Rubbing, positions
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.mechanics.wear.stroke import slide
@@ -85,7 +85,7 @@ def test_each_body_loses_what_archard_says(worn):
             assert volume == near(coefficient * LOAD * 4.0 * STROKE * cycle, rel=1e-9)
         # No slip model has a part in it.
         for model in (Jaeger(), CattaneoMindlin()):
-            found = measure(sliding(slip_model=model), state)
+            found = Measures(sliding(slip_model=model), state)
             assert found.dissipated_energy == near(4.0 * 0.9 * LOAD * STROKE, rel=1e-9)
             assert found.tangential_displacement == near(STROKE, rel=1e-9)
 
@@ -383,8 +383,8 @@ def test_no_contact_becomes_wider_than_a_punch_that_ends():
     case = ended("round_punch", displacement_amplitude="50 um", load="1000 N", cell="30 um")
     problem = wear_problem(case)
     first, *_, last = evolve(problem, [20000.0])
-    assert measure(problem, first).contact_half_width_x < 2.02e-3
-    found = measure(problem, last)
+    assert Measures(problem, first).contact_half_width_x < 2.02e-3
+    found = Measures(problem, last)
     assert found.contact_half_width_x == near(end, rel=1e-3)
     assert found.peak_pressure * face == near(1.0, rel=0.03)
     assert last.pressure.max() < 1.05 * found.central_pressure
@@ -452,7 +452,7 @@ def test_a_contact_that_opens_once_a_cycle_dissipates_by_its_mean_load():
     problem, cycles = rubbing(0.5), 0.05 / rubbing(0.5).loading.stroke / 50.0
     opening = replace(problem, normal=replace(problem.normal, pulsating_load=0.0))
     *_, last = slide(opening, (cycles,))
-    curve, found = loop(Workspace(opening), last), measure(opening, last)
+    curve, found = loop(Workspace(opening), last), Measures(opening, last)
     # The loop has the area of the energy, and no force where the contact opens.
     assert found.dissipated_energy == near(2 * 0.5 * 50.0 * opening.loading.stroke, rel=1e-9)
     area = abs(trapezoid(curve.force, curve.displacement))

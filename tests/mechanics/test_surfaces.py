@@ -19,7 +19,7 @@ from fretwear.mechanics.surfaces.indenters import (
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import BothRough, SelfAffineRoughness, WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.run.simulate import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.theory import EllipticContact, RoundContact, RoundedPunch
@@ -350,7 +350,7 @@ def test_first_loading_at_the_default_cell_is_that_of_the_closed_form(indenter, 
     contact, stick = pressed.hertz, pressed.hertz.with_load(pressed.stick_load)
     problem = wear_problem(pressed, Rings if rings else Grid)
     state = first_loading(problem)
-    found = measure(problem, state)
+    found = Measures(problem, state)
     area = problem.hertz.load / contact.mean_pressure
     center = float(contact.pressure(0.0))
     assert state.geometry.integral(state.pressure) == near(load, rel=1e-9)
@@ -390,7 +390,7 @@ def test_a_round_ellipsoid_is_a_sphere_and_so_is_a_profile_of_a_paraboloid(tmp_p
     assert profile.hertz.contact_radius == near(sphere.hertz.contact_radius, rel=1e-4)
     assert profile.hertz.approach == near(sphere.hertz.approach, rel=1e-4)
     problem = wear_problem(profile, Rings)
-    found = measure(problem, first_loading(problem))
+    found = Measures(problem, first_loading(problem))
     assert found.approach == near(sphere.hertz.approach, rel=3e-4)
     assert found.stick_half_width_x == near(sphere.stick_radius, rel=1e-3)
     assert not {"hertz_pressure", "hertz_radius"} & profile.scalar_coordinates().keys()

@@ -11,8 +11,7 @@ from fretwear.mechanics.contact.problem import Accuracy
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading
-from fretwear.mechanics.wear.measures import measure, next_tips
-from fretwear.results import ContactState
+from fretwear.mechanics.wear.measures import Measures, next_tips
 from fretwear.run.accuracy import (
     GridRun,
     Margins,
@@ -28,6 +27,7 @@ from fretwear.run.simulate import (
     wear_problem,
 )
 from fretwear.theory import HertzContact, PartialSlip
+from fretwear.variable import ContactState
 
 from ..studies import near, steel
 from .conftest import make_case
@@ -306,7 +306,7 @@ def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches(load, jump
     for width in (1.4, 1.0):
         problem = wear_problem(make_case(**given, cell=[0.5e-6 * width, 1.4e-6 * width]))
         state = first_loading(problem)
-        rows = [vars(measure(problem, state))]
+        rows = [Measures(problem, state).at_step()]
         runs.append(GridRun(width, rows, [next_tips(state)], {}))
     _, jumps = without_jumps(runs[1], runs[0], problem.wavelengths)
     assert jumps["contact_half_width_y"] == near(jump, rel=0.05)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.results import ContactState
+from fretwear.variable import ContactState
 from fretwear_source_study.cases import (
     amplitude_left,
     growth,

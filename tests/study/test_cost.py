@@ -9,7 +9,7 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
-from fretwear.mechanics.wear.measures import measure
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.window import first_cells
 from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
 from fretwear.study.case import CaseError
@@ -173,7 +173,7 @@ def test_ridges_of_a_wavy_cylinder_are_resolved(amplitude, slope, changes):
     case = steel(**{**WAVY_CYLINDER, **changes}, roughness=waves)
     finer = case.replace(cell=max(case.grid_spacing[0] / 3.0, case.hertz_radius / 1500.0))
     problems = [wear_problem(each) for each in (case, finer)]
-    found, right = (measure(each, [*evolve(each, (1000.0,))][-1]) for each in problems)
+    found, right = (Measures(each, [*evolve(each, (1000.0,))][-1]) for each in problems)
     names = ["contact_area", "stick_area", "wear_volume", "maximum_wear_depth", "plastic_volume"]
     for name in names:
         assert getattr(found, name) == near(getattr(right, name), rel=0.03), name

@@ -14,18 +14,12 @@ from fretwear.cli.common import (
     opened,
     say,
 )
-from fretwear.results import (
-    FORCES,
-    RESULTS,
-    SYMMETRIES,
-    Variable,
-    contact_frame,
-    headlines,
-)
 from fretwear.units import in_unit, number_text, readable_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fretwear.variable import Variable
 
 _MORE_RESULTS = (
     *("approach", "tangential_displacement", "plastic_volume"),
@@ -56,6 +50,7 @@ def compare(
 
 def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     """Yield parameters and results of a case as lines for people."""
+    from fretwear.results import FORCES, RESULTS, SYMMETRIES, contact_frame, headlines
     from fretwear.study.unworn import unworn
 
     yield from dict.fromkeys(case.attrs[name] for name in ("title", "case_id", "source"))

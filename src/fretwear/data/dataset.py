@@ -22,7 +22,6 @@ from fretwear.results import (
     RESULTS,
     STATUS,
     PointStatus,
-    Variable,
     X,
     Y,
     contact_frame,
@@ -31,6 +30,7 @@ from fretwear.results import (
 from fretwear.study.case import Case
 from fretwear.study.parameters import coordinate, parameter
 from fretwear.units import BY_SI_UNIT, readable_unit
+from fretwear.variable import Variable
 
 _SAME = 1e-12
 

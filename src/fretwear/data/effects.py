@@ -27,7 +27,6 @@ from fretwear.results import (
     STATUS,
     WARNINGS,
     PointStatus,
-    Variable,
     headlines,
 )
 from fretwear.study.parameters import parameter, value_text
@@ -40,6 +39,7 @@ from fretwear.units import (
     readable_unit,
     with_error,
 )
+from fretwear.variable import Variable
 
 if TYPE_CHECKING:
     from scipy.interpolate import RBFInterpolator

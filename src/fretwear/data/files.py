@@ -34,10 +34,10 @@ from fretwear.results import (
     STATUS,
     STEP,
     SYMMETRIES,
-    Variable,
     X,
     Y,
 )
+from fretwear.variable import Variable
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case

@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from fretwear.data.atomic import DataFileError
-from fretwear.results import CASE_ID, Variable
+from fretwear.results import CASE_ID
+from fretwear.variable import Variable
 
 # Attributes: names of the attributes that are text coordinates in memory, and, of a coordinate of
 # flags, its text.

@@ -30,7 +30,6 @@ from fretwear.results import (
     SYMMETRIES,
     VECTOR_FIELDS,
     WARNINGS,
-    Variable,
     X,
     Y,
     of_steps,
@@ -38,6 +37,7 @@ from fretwear.results import (
 )
 from fretwear.study.case_warnings import CaseWarning, case_warnings
 from fretwear.units import ContactFrame
+from fretwear.variable import Variable
 from fretwear.version import __version__, case_digest
 
 if TYPE_CHECKING:
@@ -132,8 +132,8 @@ def case_dataset(
 def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.Dataset:
     """Return the history of a run along ``step``: arrays of shape (nsteps,) by name, SI units.
 
-    They are the increasing, possibly fractional ``cycle``, the scalars of a frame without
-    `AT_SNAPSHOTS`, for the whole contact, the ``error_estimate`` of each step and its
+    They are the increasing, possibly fractional ``cycle``, the scalars of a frame that
+    every step has, for the whole contact, the ``error_estimate`` of each step and its
     ``convolutions``. Raises the errors of `case_dataset`.
     """
     given = {"step": np.arange(np.size(steps["cycle"])), **steps}

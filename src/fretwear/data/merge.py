@@ -35,11 +35,11 @@ from fretwear.results import (
     STEP,
     WARNINGS,
     PointStatus,
-    Variable,
     X,
 )
 from fretwear.study.case_warnings import CaseWarning, study_warnings
 from fretwear.study.mistakes import few_of
+from fretwear.variable import Variable
 from fretwear.version import case_digest, code_digest
 
 if TYPE_CHECKING:

@@ -23,10 +23,10 @@ from fretwear.results import (
     STATUS,
     SYMMETRIES,
     PointStatus,
-    Variable,
     Y,
     contact_frame,
 )
+from fretwear.variable import Variable
 
 NOT_DONE = -1
 """Value of ``contact_state`` at missing points and cycles, where other fields are NaN."""

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.figures.style import COLUMN_WIDTH, Columns, JournalFigure
-from fretwear.results import Variable
 from fretwear.study.parameters import parameter
 from fretwear.units import axis_label, in_unit, readable_unit
+from fretwear.variable import Variable
 
 Place = Literal["outside upper left", "outside lower left"]
 """The place of a key, as matplotlib's legends name it."""

@@ -15,7 +15,8 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_history
 from fretwear.data.stack import representative_cycles
-from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS, ContactState, Variable
+from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS
+from fretwear.variable import ContactState, Variable
 
 Cycles = Sequence[int] | int | None
 """The snapshots that a figure shows; None: a few representative ones."""

@@ -43,8 +43,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.results import POINT, PointStatus, Variable
+from fretwear.results import POINT, PointStatus
 from fretwear.study.parameters import symbol_text, words_text
+from fretwear.variable import Variable
 
 MOST_KEYED = 8
 """Largest number of levels with a key; more levels have a colour bar."""

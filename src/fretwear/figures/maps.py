@@ -36,8 +36,9 @@ from fretwear.figures.style import (
     one_panel,
     styled,
 )
-from fretwear.results import RESULTS, ContactState
+from fretwear.results import RESULTS
 from fretwear.units import MICROMETRE, Unit, axis_label, cycle_text, readable_unit, with_unit
+from fretwear.variable import ContactState
 
 WAYS = ("displacement_amplitude", "displacement_ratio")
 """Varied parameters that a fretting map may have besides the load."""

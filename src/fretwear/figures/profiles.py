@@ -36,8 +36,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.results import LOOP, ContactState, Variable
+from fretwear.results import LOOP
 from fretwear.units import MICROMETRE, Unit, cycle_text, number_text, readable_unit, with_unit
+from fretwear.variable import ContactState, Variable
 
 ZONE_COLORS = {
     ContactState.OPEN: "#f4f4f4",

@@ -11,9 +11,10 @@ import pandas as pd
 
 from fretwear.arrays import Array
 from fretwear.data.effects import SEED, Indices, Points, plain_unit
-from fretwear.results import Variable, headlines
+from fretwear.results import headlines
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import NO_UNIT, axis_label, number_text, with_unit
+from fretwear.variable import Variable
 
 UNCHANGED = 0.02
 """Relative change of a result that is within the errors of its computation."""

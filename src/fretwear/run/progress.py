@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import SimpleNamespace
 
+from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.state import State
 from fretwear.study.case import Case
 from fretwear.units import LENGTH, duration_text, number_text, readable_unit, with_unit
@@ -21,7 +21,7 @@ class Step:
     """One accepted step of a run, as passed to observers."""
 
     state: State  # fields and numbers of the contact
-    measures: SimpleNamespace  # scalars of the whole contact, by name
+    measures: Measures  # scalars of the whole contact, by name
     last_cycle: int  # where the run ends
 
 

@@ -24,23 +24,16 @@ from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
     Described,
+    Measures,
     described,
     fractions,
-    measure,
     share_beyond_friction,
     uncertainty,
 )
 from fretwear.mechanics.wear.pulsating import evolve_pulsating
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState, slide
-from fretwear.results import (
-    BODY_FIELDS,
-    FIELDS,
-    FRICTION_FIELD,
-    SYMMETRIES,
-    VECTOR_FIELDS,
-    ContactState,
-)
+from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, SYMMETRIES, VECTOR_FIELDS
 from fretwear.run.accuracy import (
     GridRun,
     Margins,
@@ -56,6 +49,7 @@ from fretwear.run.progress import Observer, Step, progress_bar
 from fretwear.run.resources import require_memory
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
+from fretwear.variable import ContactState
 
 _MARGIN = 1.15
 # Results that err with the slip model.
@@ -69,7 +63,7 @@ class RunRecord:
     # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
-    # every scalar of `measure`.
+    # every scalar of a step.
     history: list[dict[str, float]] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
@@ -92,7 +86,7 @@ class RunRecord:
             self.work += max(1, state.convolutions - spent) * work
         numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
-        self.history.append(numbers | vars(step.measures))
+        self.history.append(numbers | step.measures.at_step())
         if keep_fields:
             self.snapshots.append(state)
 
@@ -246,7 +240,7 @@ def _run_on_cells(
     workspace, snapshots = Workspace(problem), record.snapshots
     with _one_thread(case):
         for state in _states(case, problem, record.last):
-            step = Step(state, measure(problem.of(state), state), case.cycles)
+            step = Step(state, Measures(problem.of(state), state), case.cycles)
             record.add(step, keep_fields=state.cycle in case.output_cycles)
             for observer in observers:
                 observer(step)
@@ -336,7 +330,7 @@ def steps(
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
     problem = wear_problem(case, geometry)
     for state in _states(case, problem, start):
-        yield Step(state, measure(problem.of(state), state), case.cycles)
+        yield Step(state, Measures(problem.of(state), state), case.cycles)
 
 
 def _states(case: Case, problem: WearProblem, start: State | None = None) -> Iterator[State]:

@@ -12,13 +12,13 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapte
 from fretwear.arrays import Array
 from fretwear.plugins import plugins
 from fretwear.quantity import AUTO, MappingOf, PartOf, Schema, auto_or, inlined
-from fretwear.results import Variable
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
 from fretwear.study.cycles import Snapshots
 from fretwear.study.designs import MAX_POINTS, Combinations, Design
 from fretwear.study.keys import Keys
 from fretwear.study.mistakes import Mistakes
+from fretwear.variable import Variable
 
 MAX_TITLE = 200
 _Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]

@@ -7,9 +7,9 @@ contacts end at a tip, whose lowest point lies somewhere in its cell.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from math import isfinite, nan, pi, sqrt
-from types import SimpleNamespace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,10 +20,12 @@ from fretwear.mechanics.contact.cells import (
     Geometry,
     Region,
     Way,
+    Zone,
 )
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
+from fretwear.variable import SlidingRegime, declared_scalars, scalar
 
 # Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
 NextTips: TypeAlias = dict[str, tuple[float, float]]
@@ -40,68 +42,297 @@ _NO_GAP = 1e-2
 _SHALLOW = 0.01
 
 
-def measure(problem: WearProblem, state: State) -> SimpleNamespace:
-    """The scalars of a state in SI units, of the whole contact, by their names in `results`.
+# How radii of zones and half-widths on one line of cells are shown.
+_OUTLINE: dict[str, Any] = {"from_zero": False, "across": True}
+_ALONG_X: dict[str, Any] = {"from_zero": False, "is_headline": False, "of_line": True}
+_ALONG_Y: dict[str, Any] = {"from_zero": False, "is_headline": False, "across": True}
+
+
+class Measures:
+    """The scalars of a state in SI units, of the whole contact, computed when they are asked for.
 
     A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
     the mean of both sides if the contact is not even. A radius belongs to the disc with the area
     within the outline of a zone; in a line contact it is the half-width.
     """
-    geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
-    integral, stick = geometry.integral, reduced.stick
-    follows = problem.slip_model.follows_shape
-    (contact_x, stick_x), (contact_y, stick_y) = (
-        half_widths(state, geometry.along(axis)) for axis in (0, 1)
+
+    def __init__(
+        self, problem: WearProblem, state: State, workspace: Workspace | None = None
+    ) -> None:
+        self.problem, self.state = problem, state
+        #: of the run, for scalars that take further contact solutions
+        self.workspace = workspace or Workspace(problem)
+
+    def at_step(self) -> dict[str, float]:
+        """The scalars of every step of every contact, by name."""
+        return {
+            name: getattr(self, name)
+            for name, scalar in _SCALARS.items()
+            if not (scalar.needs or scalar.variable.is_at_snapshots)
+        }
+
+    def at_snapshot(self) -> dict[str, float]:
+        """All scalars that this contact has, by name."""
+        return {
+            name: getattr(self, name)
+            for name, scalar in _SCALARS.items()
+            if not scalar.needs or scalar.needs(self)
+        }
+
+    @cached_property
+    def _half_widths(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Half-widths of contact and stick zone, m, along x and along y."""
+        along_x, along_y = (
+            half_widths(self.state, self.state.geometry.along(axis)) for axis in (0, 1)
+        )
+        return along_x, along_y
+
+    @cached_property
+    def _scar(self) -> tuple[float, float]:
+        return scar_half_widths(self.state)
+
+    @cached_property
+    def _zones(self) -> tuple[Zone, Zone]:
+        """The zones of contact and of stick."""
+        contact, stick = _regions(self.problem, self.state)
+        geometry = self.state.geometry
+        return geometry.zone(contact), geometry.zone(stick)
+
+    @cached_property
+    def _wear_of_each(self) -> dict[str, Array]:
+        return self.state.wear_of_each(self.problem.wear_law)
+
+    @cached_property
+    def _carried(self) -> float:
+        """Integral of the pressure, N, which the state's load is to the solver's tolerance."""
+        return self.state.geometry.integral(self.state.pressure)
+
+    @cached_property
+    def _stick_load(self) -> float:
+        """Load in the stick zone to its edge within a cell, N.
+
+        The part of the cells beyond the edge bears the harmonic mean of the pressures on both
+        sides: the pressure of the zone there while the surface is unworn, and none once slip has
+        worn the surface beside.
+        """
+        (_, zone), pressure, stick = self._zones, self.state.pressure, self.state.reduced.stick
+        if zone.area <= 0.0:
+            return 0.0
+        integral = self.state.geometry.integral
+        load = integral(np.where(stick, pressure, 0.0))
+        beyond = integral(stick.astype(float)) - zone.area
+        within, beside = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
+        if beside > 0.0:
+            load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
+        return min(load, self.problem.plastic_limit * zone.area)
+
+    def _volume(self, index: int, body: str) -> float:
+        """Wear volume of a body, m³."""
+        if shares := self.problem.wear_law.shares:
+            return shares[index] * self.wear_volume
+        return self.state.geometry.integral(self._wear_of_each[body])
+
+    @scalar("m", "approach", symbol="$δ$", unit="µm")
+    def approach(self) -> float:
+        """Of the bodies."""
+        return self.state.approach
+
+    @scalar("m", "tangential displacement", symbol="$δ_x$")
+    def tangential_displacement(self) -> float:
+        """Of distant points at +Q."""
+        return self.problem.tangential_displacement(self.state.mean_approach, self.state.reduced)
+
+    @scalar("N", "normal force", symbol="$P$")
+    def normal_force(self) -> float:
+        """Of the whole contact."""
+        return self.state.load
+
+    @scalar("N", "tangential force amplitude", symbol="$Q$")
+    def tangential_force(self) -> float:
+        """Given or computed."""
+        load = self.problem.slipping_load(self.state, self.state.geometry)
+        return self.problem.tangential_force(load, self.state.reduced)
+
+    @scalar("1", "sliding regime", unit="1", flags=tuple(SlidingRegime))
+    def regime(self) -> float:
+        """0 partial slip, 1 gross slip."""
+        sticks = self.state.reduced.stick.any()
+        return float(SlidingRegime.PARTIAL_SLIP if sticks else SlidingRegime.GROSS_SLIP)
+
+    @scalar("1", "sliding ratio", symbol="$A$", unit="1", may_lack=True)
+    def sliding_ratio(self) -> float:
+        """Dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is
+        one.
+        """
+        force = self.tangential_force
+        work = 4.0 * (self.tangential_displacement + self.problem.flexibility * force) * force
+        return self.dissipated_energy / work if work else nan
+
+    @scalar(
+        "1", "energy sliding criterion", symbol="$B$", unit="1", is_at_snapshots=True, may_lack=True
     )
-    scar_x, scar_y = scar_half_widths(state)
-    contact, stuck = _regions(problem, state)
-    contact_area, zone = geometry.zone(contact).area, geometry.zone(stuck)
-    # The part of the cells beyond the edge of the zone bears the harmonic mean of the pressures on
-    # both sides: the pressure of the zone there while the surface is unworn, and none once slip has
-    # worn the surface beside.
-    stick_load = integral(np.where(stick, pressure, 0.0))
-    beyond = integral(stick.astype(float)) - zone.area
-    within, beside = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
-    if beside > 0.0:
-        stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
-    stick_load = min(stick_load, problem.plastic_limit * zone.area) if zone.area > 0.0 else 0.0
-    peak, carried = float(pressure.max()), integral(pressure)
-    if follows and not state.plastic.any():
-        # The peak at the stick edge grows as rings get narrower, up to the plastic limit where they
-        # are narrow enough to yield: take the mean over an annulus as wide as a cell.
-        peak = geometry.largest_mean(pressure, min(problem.spacing))
-    contact_radius = _radius(geometry, contact.cells, contact_area, contact_x)
-    stick_radius = _radius(geometry, stick, zone.area, stick_x)
-    displacement = problem.tangential_displacement(state.mean_approach, reduced)
-    force = problem.tangential_force(problem.slipping_load(state, geometry), reduced)
-    energy = problem.dissipated_energy(state, geometry)
-    work = 4.0 * (displacement + problem.flexibility * force) * force
-    return SimpleNamespace(
-        approach=state.approach,
-        tangential_displacement=displacement,
-        normal_force=state.load,
-        tangential_force=force,
-        regime=0.0 if stick.any() else 1.0,
-        sliding_ratio=energy / work if work else nan,
-        contact_radius=contact_radius,
-        stick_radius=stick_radius,
-        scar_half_width_x=scar_x,
-        scar_half_width_y=scar_y,
-        contact_half_width_x=contact_x,
-        contact_half_width_y=contact_y,
-        stick_half_width_x=stick_x,
-        stick_half_width_y=stick_y,
-        contact_area=contact_area,
-        stick_area=zone.area,
-        mean_stick_pressure=stick_load / zone.area if zone.area else nan,
-        stick_load_share=stick_load / carried if zone.area and carried else nan,
-        peak_pressure=peak,
-        central_pressure=float(np.mean([pressure[line][0] for line, _ in geometry.along(0)])),
-        wear_volume=integral(state.wear),
-        maximum_wear_depth=float(state.wear.max()),
-        plastic_volume=integral(state.plastic),
-        dissipated_energy=energy,
+    def sliding_criterion(self) -> float:
+        """Dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop
+        vanishes; at the snapshots only.
+        """
+        # One contact between its ends tells where the force vanishes.
+        opening = loop(self.workspace, self.state, contacts=1).opening
+        work = 4.0 * opening * self.tangential_force
+        return self.dissipated_energy / work if work else nan
+
+    @scalar("m", "contact outline radius", symbol=r"$a_\mathrm{c}$", unit="µm", **_OUTLINE)
+    def contact_radius(self) -> float:
+        """Of a disc as large as the apparent contact: all within the convex outline of the real
+        one.
+        """
+        return _radius(
+            self.state.geometry, self.state.in_contact, self.contact_area, self.contact_half_width_x
+        )
+
+    @scalar("m", "stick outline radius", symbol="$c$", unit="µm", **_OUTLINE)
+    def stick_radius(self) -> float:
+        """Of a disc as large as all within the convex outline of the stick zone."""
+        return _radius(
+            self.state.geometry, self.state.reduced.stick, self.stick_area, self.stick_half_width_x
+        )
+
+    @scalar("m", "scar half-width along x", symbol="$b_x$", unit="µm", from_zero=False)
+    def scar_half_width_x(self) -> float:
+        """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
+        return self._scar[0]
+
+    @scalar("m", "scar half-width along y", symbol="$b_y$", unit="µm", **_OUTLINE)
+    def scar_half_width_y(self) -> float:
+        """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
+        return self._scar[1]
+
+    @scalar("m", "contact half-width along x", symbol="$a_x$", unit="µm", **_ALONG_X)
+    def contact_half_width_x(self) -> float:
+        """Outermost edge on the line of cells nearest y = 0."""
+        return self._half_widths[0][0]
+
+    @scalar("m", "contact half-width along y", symbol="$a_y$", unit="µm", **_ALONG_Y)
+    def contact_half_width_y(self) -> float:
+        """Outermost edge on the line of cells nearest x = 0."""
+        return self._half_widths[1][0]
+
+    @scalar("m", "stick half-width along x", symbol="$c_x$", unit="µm", **_ALONG_X)
+    def stick_half_width_x(self) -> float:
+        """Outermost edge on the line of cells nearest y = 0."""
+        return self._half_widths[0][1]
+
+    @scalar("m", "stick half-width along y", symbol="$c_y$", unit="µm", **_ALONG_Y)
+    def stick_half_width_y(self) -> float:
+        """Outermost edge on the line of cells nearest x = 0."""
+        return self._half_widths[1][1]
+
+    @scalar("m2", "contact area", symbol=r"$A_\mathrm{c}$")
+    def contact_area(self) -> float:
+        """To the edge within a cell: the sum of contact_fraction, not of cells by contact_state."""
+        return self._zones[0].area
+
+    @scalar("m2", "stick area", symbol=r"$A_\mathrm{stick}$")
+    def stick_area(self) -> float:
+        """To the edge within a cell: the sum of stick_fraction, not of cells by contact_state."""
+        return self._zones[1].area
+
+    @scalar(
+        "Pa", "mean stick pressure", symbol=r"$\bar{p}_\mathrm{stick}$", unit="MPa", may_lack=True
     )
+    def mean_stick_pressure(self) -> float:
+        """Load in the stick zone over its area, both to the edge within a cell; NaN where nothing
+        sticks.
+        """
+        return self._stick_load / self.stick_area if self.stick_area else nan
+
+    @scalar("1", "stick share of the load", symbol=r"$P_\mathrm{stick}/P$", unit="%", may_lack=True)
+    def stick_load_share(self) -> float:
+        """To the edge within a cell; NaN where nothing sticks."""
+        carries = self.stick_area and self._carried
+        return self._stick_load / self._carried if carries else nan
+
+    @scalar(
+        "Pa",
+        "peak pressure",
+        symbol=r"$p_\mathrm{max}$",
+        unit="MPa",
+        is_headline=False,
+        may_diverge=True,
+    )
+    def peak_pressure(self) -> float:
+        """Of a single cell; wear of elastic bodies makes it singular at the edge of a stick zone,
+        and its error infinite.
+        """
+        pressure = self.state.pressure
+        if self.problem.slip_model.follows_shape and not self.state.plastic.any():
+            # The peak at the stick edge grows as rings get narrower, up to the plastic limit where
+            # they are narrow enough to yield: take the mean over an annulus as wide as a cell.
+            return self.state.geometry.largest_mean(pressure, min(self.problem.spacing))
+        return float(pressure.max())
+
+    @scalar("Pa", "central pressure", symbol="$p(0)$", unit="MPa", is_headline=False)
+    def central_pressure(self) -> float:
+        """Of the cell nearest the origin; zero if this cell is open, as in a valley of waves."""
+        lines = self.state.geometry.along(0)
+        return float(np.mean([self.state.pressure[line][0] for line, _ in lines]))
+
+    @scalar("m3", "wear volume", symbol="$V$", may_be_logarithmic=True)
+    def wear_volume(self) -> float:
+        """Of both bodies since cycle 0."""
+        return self.state.geometry.integral(self.state.wear)
+
+    @scalar("m", "maximum wear depth", symbol=r"$w_\mathrm{max}$")
+    def maximum_wear_depth(self) -> float:
+        """Of both bodies together since cycle 0."""
+        return float(self.state.wear.max())
+
+    @scalar("m3", "plastic volume")
+    def plastic_volume(self) -> float:
+        """Displaced since cycle 0."""
+        return self.state.geometry.integral(self.state.plastic)
+
+    @scalar("J", "dissipated energy per cycle", symbol=r"$E_\mathrm{d}$", may_be_logarithmic=True)
+    def dissipated_energy(self) -> float:
+        """From +Q over -Q back to +Q."""
+        return self.problem.dissipated_energy(self.state, self.state.geometry)
+
+    @scalar(
+        "m3",
+        "wear volume of the indenter",
+        symbol="$V_1$",
+        needs=lambda measures: measures._wear_of_each,
+        may_be_logarithmic=True,
+    )
+    def wear_volume_indenter(self) -> float:
+        """Since cycle 0."""
+        return self._volume(0, "indenter")
+
+    @scalar(
+        "m3",
+        "wear volume of the flat",
+        symbol="$V_2$",
+        needs=lambda measures: measures._wear_of_each,
+        may_be_logarithmic=True,
+    )
+    def wear_volume_flat(self) -> float:
+        """Since cycle 0."""
+        return self._volume(1, "flat")
+
+    @scalar(
+        "1",
+        "mean coefficient of friction in the slip zone",
+        symbol=r"$\bar{µ}$",
+        unit="1",
+        needs=lambda measures: measures.problem.friction_law.follows_slip,
+    )
+    def mean_slip_friction(self) -> float:
+        """Weighted by pressure."""
+        law, integral = self.problem.friction_law, self.state.geometry.integral
+        slipping = np.where(self.state.reduced.stick, 0.0, self.state.pressure)
+        return law.coefficient * integral(law.ratio * slipping) / integral(slipping)
+
+
+_SCALARS = {scalar.variable.name: scalar for scalar in declared_scalars(Measures)}
 
 
 def half_widths(state: State, lines: Lines) -> tuple[float, float]:
@@ -154,24 +385,14 @@ def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Arra
 class Described(NamedTuple):
     """A snapshot in numbers."""
 
-    scalars: dict[str, float]  # the measures of every step, and scalars of its loop and of bodies
+    scalars: dict[str, float]  # by name
     tips: NextTips
 
 
 def described(workspace: Workspace, state: State) -> Described:
     """Describe a snapshot."""
-    problem = workspace.problem.of(state)
-    scalars = vars(measure(problem, state))
-    if problem.friction_law.follows_slip:
-        scalars["mean_slip_friction"] = mean_slip_friction(problem, state)
-    # One contact between its ends tells where the force vanishes.
-    full = 4.0 * loop(workspace, state, contacts=1).opening * scalars["tangential_force"]
-    scalars["sliding_criterion"] = scalars["dissipated_energy"] / full if full else nan
-    shares = problem.wear_law.shares
-    for index, (body, wear) in enumerate(state.wear_of_each(problem.wear_law).items()):
-        volume = shares[index] * scalars["wear_volume"] if shares else state.geometry.integral(wear)
-        scalars[f"wear_volume_{body}"] = volume
-    return Described(scalars, next_tips(state))
+    measures = Measures(workspace.problem.of(state), state, workspace)
+    return Described(measures.at_snapshot(), next_tips(state))
 
 
 def next_tips(state: State) -> NextTips:
@@ -232,13 +453,6 @@ def scatter(state: State) -> dict[str, float]:
 def uncertainty(problem: WearProblem, state: State, peak: float) -> tuple[dict[str, float], float]:
     """The `scatter` of a snapshot, and how much higher than its peak, Pa, the pressure may be."""
     return scatter(state), unresolved_peak(problem, state, peak)
-
-
-def mean_slip_friction(problem: WearProblem, state: State) -> float:
-    """Coefficient of friction, mean over the slip zone weighted by pressure."""
-    law, integral = problem.friction_law, state.geometry.integral
-    slipping = np.where(state.reduced.stick, 0.0, state.pressure)
-    return law.coefficient * integral(law.ratio * slipping) / integral(slipping)
 
 
 def share_beyond_friction(problem: WearProblem, state: State) -> float:

@@ -32,7 +32,7 @@ collapse to the stick zone after many cycles.
 """
 
 # Fields of a state that other cells take over as they are.
-FIELDS = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
+_RESIZED = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
 # Least part of a change of the limit of pressure that is made.
 _LEAST_PART = 0.2
 # Columns of cells whose heights are computed at a time.
@@ -368,7 +368,7 @@ class State(Stage):
             return self
         bodies, problem = workspace.on(geometry), workspace.problem
         fields: dict[str, Any] = {
-            name: old.resized(getattr(self, name), geometry) for name in FIELDS
+            name: old.resized(getattr(self, name), geometry) for name in _RESIZED
         }
         if self.opening is self.wear:
             fields["opening"] = fields["wear"]
