@@ -6,15 +6,20 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact import dense, solver
-from fretwear.mechanics.contact.cells import ContactProblem
+from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import projected_gradients, solve_contact
 from fretwear.mechanics.slip.coupled import shear
 from fretwear.mechanics.slip.models import Cerruti, Pressed, contact_under
 from fretwear.mechanics.slip.shear import shear_space
-from fretwear.mechanics.surfaces.loading import Sliding
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.loading import Sliding, SlidingAmplitude
+from fretwear.mechanics.surfaces.materials import Coulomb
+from fretwear.mechanics.wear import rubbing, stroke
+from fretwear.mechanics.wear.rubbing import Rubbing
 
 from .hard_contacts import RATIOS, SEEDS, hard_contact, hard_family
+from .problems import EDGE, LINE, P0, on_strips
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -101,3 +106,35 @@ def test_pressures_carry_the_load_from_any_guess_under_any_limits():
                 rounding = 1e-16 * np.abs(guess).sum()
                 assert result.sum() == pytest.approx(start.size, rel=1e-12, abs=rounding)
                 assert np.all((result >= 0.0) & (result <= limit))
+
+
+@pytest.mark.parametrize("limit", [np.inf, 0.7])
+@pytest.mark.parametrize("worn", [0.0, 0.3])
+def test_projected_gradients_solve_the_contacts_of_a_stroke_alone(limit, worn, monkeypatch):
+    problem = on_strips(
+        6,
+        loading=SlidingAmplitude(0.3 * EDGE),
+        wear_law=Archard((1.9e-14, 2.9e-14)),
+        friction_law=Coulomb(0.9),
+        limit=limit * LINE.peak_pressure / P0,
+    )
+    strokes = Rubbing(problem, (16, 1))
+    inside = np.abs(strokes.x - strokes.places[:, None]) < EDGE
+    opening = np.zeros((2, *strokes.geometry.shape))
+    # Wear that lowers pressures by a good part.
+    compliance = worn * float(strokes.influence[0, 0, 0]) * np.array([1.9, 2.9])[:, None, None]
+    expected = strokes.solve(opening, compliance, inside[..., None].astype(float))
+    monkeypatch.setattr(rubbing, "_LARGEST_SWEEPS", 0)
+    found = strokes.solve(opening, compliance, inside[..., None].astype(float))
+    for field, other in zip(found, expected, strict=True):
+        assert np.abs(field - other).max() <= 1e-7 * max(np.abs(other).max(), 1e-12)
+    assert (found.flow.max() > 0.0) == (limit < 1.0)
+
+
+def test_flow_of_a_stroke_that_does_not_settle_is_an_error(monkeypatch):
+    problem = on_strips(
+        6, loading=SlidingAmplitude(0.3 * EDGE), limit=0.7 * LINE.peak_pressure / P0
+    )
+    monkeypatch.setattr(stroke, "_LARGEST_PASSES", 1)
+    with pytest.raises(ContactError, match="did not settle in 1"):
+        next(stroke.slide(problem, (1.0,)))

@@ -253,6 +253,30 @@ def find_shift(
     raise ContactError(f"no shift of the tractions carries the force: {left:.1e} lacks")
 
 
+def projected(
+    pressure: Array,
+    limit: float | Array,
+    total: float,
+    compliance: Array | float = 1.0,
+    weights: Array | None = None,
+) -> tuple[Array, float]:
+    """The nearest pressure of a weighted sum within the bounds; see `ContactProblem.projected`."""
+    # The approach is found in units of the largest change.
+    unit = float(np.max(compliance)) * max(float(np.abs(pressure).max()), total / pressure.size)
+    moves, result = unit / np.asarray(compliance), pressure
+    sinks = moves if weights is None else weights * moves
+
+    def missing(shift: float) -> tuple[float, float]:
+        nonlocal result
+        result = np.clip(pressure + shift * moves, 0.0, limit)
+        carried = float((result if weights is None else weights * result).sum())
+        free = (result > 0.0) & (result < limit)
+        return 1.0 - carried / total, float((free * sinks).sum()) / total
+
+    shift = find_shift(missing, 0.0, BALANCED)
+    return result, unit * shift
+
+
 class Layer(Protocol):
     """Local compliance between the bodies: a displacement that depends on its cell's pressure.
 
@@ -366,22 +390,10 @@ class ContactProblem:
         It is the minimum of Σ c (p − p₀)² over the cells of a compliance c, m/Pa: p₀ + δ/c, clipped
         to the bounds. Without a load the approach δ, m, is zero.
         """
-        result, total = np.clip(pressure, 0.0, self.limit), self.total
         if self.load is None:
-            return result, 0.0
-        # The approach is found in units of the largest change.
-        unit = float(np.max(compliance)) * max(float(np.abs(pressure).max()), total / pressure.size)
-        moves = unit / np.asarray(compliance)
-
-        def missing(shift: float) -> tuple[float, float]:
-            nonlocal result
-            result = np.clip(pressure + shift * moves, 0.0, self.limit)
-            free = (result > 0.0) & (result < self.limit)
-            lacks = total - float(self.weighted(result).sum())
-            return lacks / total, float(self.weighted(free * moves).sum()) / total
-
-        shift = find_shift(missing, 0.0, BALANCED)
-        return result, unit * shift
+            return np.clip(pressure, 0.0, self.limit), 0.0
+        weights = self.half_space.geometry.weights
+        return projected(pressure, self.limit, self.total, compliance, weights)
 
 
 @dataclass(frozen=True)

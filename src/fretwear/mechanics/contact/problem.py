@@ -12,11 +12,12 @@ program. Each half-space solves it by its own method, and by projected gradients
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem
+from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, Layer
 from fretwear.mechanics.contact.kernels import inner
 from fretwear.theory import find_root
 
@@ -150,15 +151,17 @@ def projected_gradients(problem: ContactProblem, start: Array, tolerance: float)
     """
     layer, spent = problem.layer, 0
     if layer is None or layer.level is None:
-        return _descended(problem, start, tolerance)
+        return descend(problem, problem.half_space, start, tolerance)
     if problem.approach is not None:
-        return _descended(replace(problem, layer=layer.at(problem.approach)), start, tolerance)
+        problem = replace(problem, layer=layer.at(problem.approach))
+        return descend(problem, problem.half_space, start, tolerance)
     followed, contact = layer, None
 
     def rises(level: float) -> float:
         nonlocal contact, spent
         guess = start if contact is None else contact.pressure
-        contact = _descended(replace(problem, layer=followed.at(level)), guess, tolerance)
+        now = replace(problem, layer=followed.at(level))
+        contact = descend(now, now.half_space, guess, tolerance)
         spent += contact.convolutions
         rise = contact.approach - level
         return 0.0 if abs(rise) <= tolerance * abs(level) else rise
@@ -170,10 +173,49 @@ def projected_gradients(problem: ContactProblem, start: Array, tolerance: float)
     return replace(contact, convolutions=spent)
 
 
-def _descended(problem: ContactProblem, start: Array, tolerance: float) -> Contact:
-    """The contact under a layer that does not follow the approach; see `projected_gradients`."""
-    half_space, layer, unit = problem.half_space, problem.layer, problem.half_space.self_influence
-    limit = problem.limit
+class ElasticBodies(Protocol):
+    """Displacements of a pressure, linear and positive definite, as of a `HalfSpace`."""
+
+    self_influence: float
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa."""
+
+
+class PressureProblem(Protocol):
+    """Pressures within bounds that carry loads, as of a `ContactProblem`."""
+
+    @property
+    def shape(self) -> Array:
+        """Gap without pressure and approach, m."""
+
+    @property
+    def limit(self) -> float | Array:
+        """Largest pressure, Pa."""
+
+    @property
+    def layer(self) -> Layer | None:
+        """Local compliance."""
+
+    @property
+    def approach(self) -> float | None:
+        """Approach, m, if it is given."""
+
+    def weighted(self, values: Array) -> Array:
+        """A field times the weights of the cells."""
+
+    def projected(self, pressure: Array, compliance: Array) -> tuple[Array, Array | float]:
+        """See `ContactProblem.projected`."""
+
+
+def descend(
+    problem: PressureProblem, half_space: ElasticBodies, start: Array, tolerance: float
+) -> Contact:
+    """Solve a contact under a layer that does not follow the approach; see `projected_gradients`.
+
+    Several contacts may be solved as one, with an approach each: that of the result is their mean.
+    """
+    layer, unit, limit = problem.layer, half_space.self_influence, problem.limit
     approach: Array | float = problem.approach or 0.0
     compliance, growth, momentum, error, convolutions = np.zeros_like(start), 1.0, 1.0, np.inf, 1
 
@@ -196,7 +238,7 @@ def _descended(problem: ContactProblem, start: Array, tolerance: float) -> Conta
         beyond = gap[pressure > 0.0].max(initial=0.0), -gap[pressure < limit].min(initial=0.0)
         return float(max(beyond)) / max(float(np.abs(displacement).max()), np.finfo(float).tiny)
 
-    pressure = ahead = problem.projected(start)[0]
+    pressure = ahead = problem.projected(start, np.ones_like(start))[0]
     moved = ahead_moved = half_space.displacement(pressure)
     while convolutions < _LARGEST_STEPS:
         separation, compliance = separated(ahead, ahead_moved), softened(ahead)

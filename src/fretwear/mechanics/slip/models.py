@@ -246,6 +246,9 @@ class Jaeger(SlipModel):
         if flexibility and (guess is None or not low < tried < high):
             tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
         before: tuple[float, float] | None = None
+        # The excess is continuous, and the bracket halves every second time at least, so that this
+        # ends.
+        halves = True
         while True:
             contact = contact_under(
                 half_space, shape, None, lowest + tried, guess, tolerance, flexibility
@@ -254,14 +257,16 @@ class Jaeger(SlipModel):
             excess = tried + flexibility * contact.load - depth
             if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
                 return replace(contact, convolutions=convolutions)
+            width = high - low
             low, high = (low, tried) if excess > 0 else (tried, high)
+            halved, halves = halves, high - low <= 0.5 * width
             stiffness = power * contact.load / tried
             if before is not None:
                 stiffness = (contact.load - before[1]) / (tried - before[0])
             before = tried, contact.load
             guess = contact.pressure if contact.load > 0.0 else guess
             tried -= excess / (1.0 + flexibility * stiffness)
-            if not low < tried < high:
+            if not (low < tried < high and (halves or halved)):
                 tried = 0.5 * (low + high)
 
 
@@ -393,7 +398,8 @@ def contact_under(
     """The normal contact of a shape, m, under a load, N, or at an approach, m.
 
     The stick zone is smaller than the contact, so the problem is solved on a part of the cells that
-    holds the start and a margin, and again on a larger part if the zone reaches its border.
+    holds the start and a margin, and again on a larger part if the zone reaches its border. Each
+    part holds cells that the last one missed, so this ends.
     """
     geometry, convolutions = half_space.geometry, 0
     if start is None:

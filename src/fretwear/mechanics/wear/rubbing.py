@@ -22,9 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Places
-from fretwear.mechanics.contact.cells import ContactError, Geometry
+from fretwear.mechanics.contact.cells import ContactError, Geometry, projected
 from fretwear.mechanics.contact.grid import Grid, influence_coefficients
-from fretwear.mechanics.contact.problem import Exchange
+from fretwear.mechanics.contact.problem import Exchange, descend
 from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
@@ -218,7 +218,7 @@ class Rubbing:
         return np.sort(order[:count]), order[count : count + 1], load - count * carried
 
     def solve(self, opening: Array, compliance: Array, start: Array) -> Contacts:
-        """The contacts of all positions; a ContactError if the cells in contact do not settle.
+        """The contacts of all positions; by projected gradients if their cells do not settle.
 
         ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
         and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
@@ -261,7 +261,16 @@ class Rubbing:
             changed = exchange.of(changed)
             for sets, now in ((closed, now_closed), (capped, now_capped)):
                 sets.flat[changed] = now.flat[changed]
-        raise ContactError("the cells in contact over the stroke do not settle")
+        stage = _Stage(self, np.stack(shapes), compliance)
+        contact = descend(stage, stage, start, _CLOSED)
+        flow = np.zeros_like(worn)
+        for place, full in enumerate(contact.saturated):
+            self._sink(flow, place, full, -contact.gap[place])
+        return Contacts(
+            contact.pressure.reshape(shape_of_cells),
+            self._mean(contact.pressure).reshape(shape_of_bodies),
+            flow.reshape(shape_of_bodies),
+        )
 
     def _response(
         self, place: int, shape: Array, worn: Array, inside: Mask, full: Mask
@@ -338,10 +347,47 @@ class Rubbing:
             held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * limit
             now_capped[place] = np.where(full, held, yields)
             if full.any():
-                sinking = self.worn[place][np.flatnonzero(full)].tocoo()
-                depth = np.maximum(sunk[full], 0.0)[sinking.row]
-                np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
+                self._sink(flow, place, full, sunk)
         return pressures, now_closed, now_capped, flow
+
+    def _sink(self, flow: Array, place: int, full: Mask, sunk: Array) -> None:
+        """Raise the flow of both bodies to half of what cells at the limit have sunk, m."""
+        sinking = self.worn[place][np.flatnonzero(full)].tocoo()
+        depth = np.maximum(sunk[full], 0.0)[sinking.row]
+        np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
+
+
+class _Stage:
+    """The contacts of a stage as one problem, with the bodies that they wear.
+
+    Fields have shape (positions, cells), and ``compliance`` is as in `Rubbing.solve`.
+    """
+
+    layer, approach = None, None
+
+    def __init__(self, rubbing: Rubbing, shape: Array, compliance: Array) -> None:
+        self._rubbing, self.shape, self._compliance = rubbing, shape, compliance
+        self.limit, self.self_influence = rubbing.limit, float(rubbing.influence[0, 0, 0])
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement and wear of all positions, m."""
+        rubbing = self._rubbing
+        wear = self._compliance * rubbing._mean(pressure)
+        places = zip(pressure, rubbing.worn, strict=True)
+        return np.stack([rubbing.displacement(p) + worn @ wear for p, worn in places])
+
+    def weighted(self, values: Array) -> Array:
+        """A field times the weights of the positions."""
+        return np.asarray(self._rubbing.weights[:, None] * values)
+
+    def projected(self, pressure: Array, compliance: Array) -> tuple[Array, Array | float]:
+        """The nearest pressure within the bounds that carries each load, and the approaches, m."""
+        totals = np.array(self._rubbing.loads) / self._rubbing.area
+        each = [
+            projected(p, self.limit, float(total), c)
+            for p, c, total in zip(pressure, compliance, totals, strict=True)
+        ]
+        return np.stack([result for result, _ in each]), np.array([[shift] for _, shift in each])
 
 
 def _outermost(pressure: Array) -> float:
