@@ -151,7 +151,8 @@ def _mean_under_discs(edges: Array) -> Array:
 def elliptic_integrals(complement: Array) -> tuple[Array, Array]:
     """E and K by their complementary moduli k', not zero, by arithmetic-geometric means.
 
-    scipy.special has both, but takes longer to import than a short run.
+    scipy.special has both, but takes longer to import than a short run. Means converge
+    quadratically, from any start.
     """
     mean, geometric = np.ones(complement.shape), complement
     total, power = 0.5 * (1.0 - complement) * (1.0 + complement), 0.5

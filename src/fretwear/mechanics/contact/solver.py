@@ -224,7 +224,7 @@ class ActiveSet:
         self.residual = (worst if isfinite(worst) else inf) / self.scale
 
     def _advance(self, tolerance: float) -> bool:
-        """One projected Newton step; False when no descent is left."""
+        """One projected Newton step; False when none descends, and projected gradients must."""
         problem, bodies = self.problem, self._bodies
         before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
@@ -386,7 +386,7 @@ class FreeCells:
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
     ) -> tuple[Single, Single, float, int]:
-        """Preconditioned conjugate gradients.
+        """Preconditioned conjugate gradients, which may stop early: each step lowers the energy.
 
         It returns s, its displacement K s, the sum of s, which vanishes under a given load up to
         rounding, and the number of steps, of one convolution each.

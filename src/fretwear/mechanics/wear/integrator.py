@@ -233,7 +233,8 @@ def first_loading(
 
     ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. Unless there
     are other ``cells``, it is on the same ones, or on the first of the problem. A
-    `fretwear.mechanics.contact.problem.ContactError` says that the contact does not converge.
+    `fretwear.mechanics.contact.problem.ContactError` says that the contact does not converge, or
+    that the limit, which no step can be halved for, does not settle.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry = cells or (first_cells(problem) if before is None else before.geometry)
@@ -368,6 +369,7 @@ class Evolution(Integrator[State]):
         """Load the bodies anew."""
         problem, before, spent = self.problem, self.before, 0
         self.state = first_loading(problem, self.accuracy, self.workspace, before)
+        # A state on any of these cells has converged; later ones only suit it better.
         for _ in range(_RELOADED):
             fitting = next_cells(self.state.geometry, problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:

@@ -121,8 +121,9 @@ class ImplicitStage:
     def solve(self, exposure: Exposure, pressure: Array, change: Array, tolerance: float) -> Stage:
         """The stage, from first guesses of its pressure, Pa, and of the change of G, m.
 
-        ``tolerance`` applies to the normal contact. A ContactError says that a contact or the
-        iteration between flow and wear does not converge, or that a value is not finite.
+        ``tolerance`` applies to the normal contact. A ContactError says that the iteration between
+        flow and wear does not converge, or that a value is not finite. Sweeps have no other method
+        to fall back on: what they iterate is proportional to the step, which the caller halves.
         """
         drift, reduced, geometry = self._expected(change), self.base.reduced, self.bodies.geometry
         problem = self.problem
