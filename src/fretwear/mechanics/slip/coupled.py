@@ -359,9 +359,18 @@ class _Descent:
             of_turn = (turn * flat[of_slipping]).sum(axis=0)
             return np.concatenate([flat[of_stuck], of_turn]).astype(np.float32)
 
+        pulled = gathered(np.stack([np.ones(self.shape), np.zeros(self.shape)]))
+        eased, gain = np.zeros_like(pulled), 0.0
+
         def condition(unknowns: Single) -> Single:
             self.spent += 0.25
-            return np.asarray(weight * gathered(self.single.inverse(spread(weight * unknowns))))
+            result = weight * gathered(self.single.inverse(spread(weight * unknowns)))
+            return np.asarray(result - np.float32(gain * float(eased @ unknowns)) * eased)
+
+        if self.series:
+            # The inverse with a flexibility in series, by Sherman and Morrison.
+            eased = condition(pulled)
+            gain = self.series / (1.0 + self.series * float(pulled @ eased))
 
         def moved(traction: Single) -> Single:
             self.spent += 1.0
