@@ -31,14 +31,18 @@ _FRICTION = (
     ("friction tangential q fx lateral reibkraft reibungskraft", "force kraft", "load f ff ft fy"),
     f"{_KIND} coefficient cof mu µ μ energy work",
 )
-_SECONDS = Dimension("a time", "s", "s", "1 s")
+_SECONDS = Dimension("time", "s", "s", "1 s")
 _TIME = Sought(_SECONDS, ("time timestamp zeit t clock",), "cycle cycles")
-_CYCLE = Sought(BY_SI_UNIT["1"], ("cycle cycles zyklus zyklen n",), "time period total target")
+_CYCLE = Sought(
+    Dimension("cycles", "1", "", "1"), ("cycle cycles zyklus zyklen n",), "time period total target"
+)
 # Reversals of a displacement are looked for from the finest to the coarsest, parts of its range.
 _REVERSALS = 0.005 * 1.2 ** np.arange(29)
 _SAME = 0.9  # numbers of cycles that count as equal
 _FEWEST = 8  # readings of a cycle
-_NEAR_END = 0.9  # of the amplitude
+_NEAR_TURN = 0.05  # of a stroke
+_STEP = 2.0  # largest step of a sine over the mean one, with noise
+_NAMES_OF_FILES = "name the files by their cycles, such as loop_0.csv loop_1000.csv"
 _STUCK = 0.01  # half the width of a loop over its amplitude of displacement
 
 
@@ -67,13 +71,13 @@ def recording_of(path: Path, layout: Layout, force_unit: str) -> Recording:
         rule = f"has the same force everywhere in {table.label(numbers[1])}"
         raise QuantityError(rule, "choose its columns of displacement and force: columns: [0, 1]")
     origin = "displacement from {}, force from {}".format(*map(table.label, numbers))
-    beside: list[Array | None] = []
-    for words, sought, values_of in (("time", _TIME, _seconds), ("cycles", _CYCLE, _counts)):
-        free = [n for n, (misfits, _) in table.ranked(sought).items() if not misfits]
-        free = [n for n in free if n not in numbers]
-        found = [(n, values[there]) for n in free if (values := values_of(table, n)) is not None]
-        beside.append(found[0][1] if found else None)
-        origin += f", {words} from {table.label(found[0][0])}" if found else ""
+    beside: list[Array | None] = [None, None]
+    for place, (sought, values_of) in enumerate(((_TIME, _seconds), (_CYCLE, _counts))):
+        for number, (misfits, _) in table.ranked(sought).items():
+            values = None if misfits or number in numbers else values_of(table, number)
+            if beside[place] is None and values is not None:
+                beside[place] = values[there]
+                origin += f", {sought.dimension.name} from {table.label(number)}"
     return Recording(x[there], force[there], origin, int((~there).sum()), *beside)
 
 
@@ -91,7 +95,7 @@ def _seconds(table: Table, number: int) -> Array | None:
 def _counts(table: Table, number: int) -> Array | None:
     """Numbers of cycles, if a column counts them."""
     values = table.values[:, number]
-    return values if np.isfinite(values).all() and (np.diff(values) >= 0.0).all() else None
+    return values if (np.diff(values) >= 0.0).all() else None
 
 
 def _turns(values: Sequence[float], reach: float) -> list[int]:
@@ -142,56 +146,57 @@ def _reversal(x: Array) -> float:
     return float(np.ptp(x) * _REVERSALS[(2 * first + last) // 3]) if score else np.inf
 
 
-def cycles_of(x: Array, breaks: Sequence[int] = ()) -> list[slice]:
-    """The whole cycles of a displacement: from one rise through its local mean to the next.
+def _strokes(x: Array, reach: float) -> Array:
+    """The strokes up to each reading, whole numbers at turns; empty if there is no whole cycle.
 
-    If they are more, from one passage of the displacement with which it begins to the next.
-    `breaks` are the readings with which further parts begin; no cycle reaches over these.
+    The first stroke and the last one, which may not be whole, are as long as their neighbours.
     """
-    reach, cycles = _reversal(x), []
-    for start, stop in pairwise([0, *breaks, x.size]):
-        part = x[start:stop]
-        found = max(([*pairwise(cuts)] for cuts in _cuts(part, reach)), key=len)
-        # The reading that ends a cycle begins the next one.
-        found = [(a, b) for a, b in found if b - a >= _FEWEST]
-        cycles += [slice(start + a, min(start + b + 1, stop)) for a, b in found]
-    return cycles
-
-
-def _cuts(x: Array, reach: float) -> tuple[list[int], list[int]]:
-    """Where cycles may begin and end: in the middle of their rise, and as `x` begins."""
     places = _extrema(x)
     turns = places[_turns(x[places].tolist(), reach)]
     if turns.size < 3:
-        return [], []
+        return np.empty(0)
     ends = x[turns]
-    turns[0], turns[-1] = 0, x.size - 1
-    # Means and amplitudes of the halves beside each; the first and the last half are not whole.
-    halves, whole = np.arange(turns.size - 1), slice(1, -1) if turns.size > 3 else slice(None)
-    means, sizes = (
-        np.mean([np.interp(halves + n, halves[whole], values[whole]) for n in (-1, 1)], axis=0)
-        for values in (0.5 * (ends[1:] + ends[:-1]), 0.5 * np.abs(np.diff(ends)))
-    )
-    is_rise, steps = np.diff(ends) > 0.0, 1.2 * np.pi * sizes / np.maximum(np.diff(turns), 1)
+    sizes = np.abs(np.diff(ends))
+    n = np.clip(np.searchsorted(turns, np.arange(x.size), "right") - 1, 0, turns.size - 2)
+    share = np.clip((x - ends[n]) / (ends[n + 1] - ends[n]), 0.0, 1.0)
+    first, last = n == 0, n == turns.size - 2
+    share[first] = 1.0 - (1.0 - share[first]) * min(sizes[0] / sizes[1], 1.0)
+    share[last] *= min(sizes[-1] / sizes[-2], 1.0)
+    for end in (0, -1):  # noise at a turn
+        if abs(share[end] - round(share[end])) < _NEAR_TURN:
+            share[end] = round(share[end])
+    return np.maximum.accumulate(n + share)
 
-    def passages(share: float, is_up: bool) -> list[int]:
-        """Where halves pass a share of the amplitude; an end may be a step away from it."""
-        found, way = [], 1.0 if is_up else -1.0
-        for half in halves[is_rise == is_up]:
-            first, last = turns[half], turns[half + 1] + 1
-            over = way * (x[first:last] - means[half] - share * sizes[half])
-            if 0.0 <= over[0] <= steps[half] or over[0] < 0.0 <= over.max():
-                found.append(first + int((over >= 0.0).argmax()))
-            elif last == x.size and -steps[half] <= over[-1] < 0.0:
-                found.append(last)
-        return found
 
-    begin = (x[0] - means[0]) / sizes[0]
-    if abs(begin) < _NEAR_END:
-        return passages(0.0, True), passages(begin, is_rise[0])
-    is_end = [abs(x[-1] - means[-1]) >= _NEAR_END * sizes[-1]]
-    at_turn = turns[(np.r_[is_rise, ~is_rise[-1:]] == (begin < 0.0)) & np.r_[halves >= 0, is_end]]
-    return passages(0.0, True), at_turn.tolist()
+def cycles_of(x: Array, breaks: Sequence[int] = ()) -> Array:
+    """Where whole cycles of a displacement begin and end, in readings, shape (n, 2).
+
+    They go from one rise through its local mean to the next. If they are more, they go from one
+    passage of the displacement with which it begins to the next. `breaks` are the readings with
+    which further parts begin; no cycle reaches over these.
+    """
+    reach, cycles = _reversal(x), [np.empty((0, 2))]
+    for start, stop in pairwise([0, *breaks, x.size]):
+        strokes = _strokes(x[start:stop], reach)
+        if not strokes.size:
+            continue
+        first, last = strokes[[0, -1]]
+        step = _STEP * (last - first) / strokes.size
+        rises = x[start + int((strokes >= 1.0).argmax())] > x[start]
+        middle = 0.5 if rises else 1.5
+        middle += 2.0 if middle < first else 0.0
+        passages = max((np.arange(one, last + step, 2.0) for one in (middle, first)), key=len)
+        # Where the displacement rests, the first reading counts.
+        steady = strokes + 1e-9 * np.arange(strokes.size)
+        places = start + np.interp(passages, steady, np.arange(strokes.size))
+        found = np.stack([places[:-1], places[1:]], axis=1)
+        cycles.append(found[np.diff(found)[:, 0] >= _FEWEST])
+    return np.concatenate(cycles)
+
+
+def _slices(cycles: Array) -> list[slice]:
+    """The readings of cycles; the one that ends a cycle begins the next one."""
+    return [slice(first, last + 1) for first, last in np.ceil(cycles - 1e-6).astype(int)]
 
 
 def _breaks(recording: Recording) -> list[int]:
@@ -202,38 +207,26 @@ def _breaks(recording: Recording) -> list[int]:
         jumps |= np.diff(np.floor(recording.counter)) > 1.0
     if time is not None and (usual := np.median(steps := np.diff(time))) > 0.0:
         places = _extrema(x)
-        halves = np.diff(time[places[_turns(x[places].tolist(), _reversal(x))]])
-        longest = np.quantile(halves[halves > 0.0], 0.25) if (halves > 0.0).any() else np.inf
+        strokes = np.diff(time[places[_turns(x[places].tolist(), _reversal(x))]])
+        longest = np.quantile(strokes[strokes > 0.0], 0.25) if (strokes > 0.0).any() else np.inf
         jumps |= (steps < 0.0) | (steps > max(longest, 3.0 * usual))
     return (np.flatnonzero(jumps) + 1).tolist()
 
 
-def _numbers(recording: Recording, cycles: Sequence[slice], breaks: Sequence[int]) -> Places:
+def _numbers(recording: Recording, cycles: Array, breaks: Sequence[int]) -> Places:
     """The numbers of cycles, from 0: of a column that counts them, or by the time in between."""
-    x, time, count = recording.displacement, recording.time, np.arange(len(cycles))
+    time, count = recording.time, np.arange(len(cycles))
     if recording.counter is not None:
-        counted = [int(np.median(recording.counter[cycle])) for cycle in cycles]
+        counted = recording.counter[cycles.mean(axis=1).astype(int)].astype(int)
         # Several cycles of one number follow each other.
-        return np.maximum.accumulate(np.array(counted) - count) + count
+        return np.maximum.accumulate(counted - count) + count
     if time is None or not breaks:
         return count
-    parts = np.searchsorted(breaks, [cycle.start for cycle in cycles], side="right")
-    edges = [0, *breaks, x.size]
-    level = np.median([x[cycle.start] for cycle in cycles])
-
-    def passage(place: int, part: int) -> float:
-        """When the displacement passes the level at a reading, s."""
-        after = min(max(place, edges[part] + 1), edges[part + 1] - 1)
-        rise = x[after] - x[after - 1]
-        share = np.clip((level - x[after - 1]) / rise, -1.0, 3.0) if rise else 0.0
-        return float(time[after - 1] + share * (time[after] - time[after - 1]))
-
-    starts = [passage(cycle.start, part) for cycle, part in zip(cycles, parts, strict=True)]
-    stops = [passage(cycle.stop - 1, part) for cycle, part in zip(cycles, parts, strict=True)]
-    period = float(np.median(np.subtract(stops, starts)))
-    numbers = [0]
-    for n in range(1, len(cycles)):
-        gap = max(round((starts[n] - starts[n - 1]) / period), 1) if parts[n] > parts[n - 1] else 1
+    starts, stops = np.interp(cycles.T, np.arange(time.size), time)
+    period, numbers = np.median(stops - starts), [0]
+    is_next = np.diff(np.searchsorted(breaks, cycles[:, 0], "right")) > 0
+    for n in count[1:]:
+        gap = max(round((starts[n] - starts[n - 1]) / period), 1) if is_next[n - 1] else 1
         numbers.append(numbers[-1] + gap)
         if starts[n] > starts[0] and gap > 1:  # the longer the time, the better the period
             period = (starts[n] - starts[0]) / numbers[-1]
@@ -266,20 +259,20 @@ def split_recording(path: str | Path, load: float, layout: Layout = PLAIN) -> Lo
     """The cycles of a recording, as `loop_history` has them, with their readings."""
     recording = recording_of(Path(path), layout, "N")
     breaks = _breaks(recording)
-    if not (cycles := cycles_of(recording.displacement, breaks)):
+    places = cycles_of(recording.displacement, breaks)
+    if not places.size:
         rule = "has no whole cycle of its displacement"
         raise QuantityError(rule, "check its columns, or record a cycle from its beginning on")
-    table = _loops(recording.displacement, recording.force, cycles)
-    table.insert(0, "cycle", _numbers(recording, cycles, breaks))
+    x, force, cycles = recording.displacement, recording.force, _slices(places)
+    table = pd.DataFrame([_loop(x[cycle], force[cycle]) for cycle in cycles])
+    table.insert(0, "cycle", _numbers(recording, places, breaks))
     width = table.pop("width")
     slides = width > _STUCK * table["displacement_amplitude"]
     table["friction"] = (table["dissipated_energy"] / (2.0 * load * width)).where(slides)
     if np.isinf(table["friction"]).any():
         raise QuantityError("has an infinite friction", "check the load and the columns")
-    is_outside = np.ones(recording.force.size, bool)
-    for cycle in cycles:
-        is_outside[cycle] = False
-    outside, total = int(is_outside.sum()), is_outside.size + recording.missing
+    inside = np.concatenate([np.arange(cycle.start, cycle.stop) for cycle in cycles])
+    outside, total = x.size - np.unique(inside).size, x.size + recording.missing
     notes = [recording.origin]
     if outside or recording.missing:
         lacking = f" and {recording.missing} without numbers" if recording.missing else ""
@@ -297,76 +290,58 @@ def histories(
     paths: Sequence[Path], load: float, layout: Layout = PLAIN
 ) -> tuple[pd.DataFrame, list[str]]:
     """The cycles of one recording, or of files with a loop or more of the cycle in their names."""
-    found, tables = _cycles_in_names(paths), []
+    firsts, tables = _cycles_in_names(paths), []
     notes: dict[str, list[str]] = {}
-    for path in paths:
+    for path, first in zip(paths, firsts, strict=True):
         try:
             history = split_recording(path, load, layout)
         except QuantityError as error:
             raise QuantityError(f"{path}: {error.rule}", error.hint) from error
-        table = history.table
-        if found and history.recording.counter is None:
-            table["cycle"] += found[path]
-        tables.append(table)
+        if history.recording.counter is None:
+            history.table["cycle"] += first
+        tables.append(history.table)
         for text in history.notes:
             notes.setdefault(text, []).append(path.name)
     table = pd.concat(tables).sort_values("cycle")
     if (twice := table["cycle"].duplicated()).any():
         rule = f"two files have cycle {table['cycle'][twice].iloc[0]}"
-        raise QuantityError(rule, "say the cycle in the name of each file, such as loop_1000.csv")
+        raise QuantityError(rule, _NAMES_OF_FILES)
     said = [t if len(n) == len(paths) else f"{', '.join(n[:3])}: {t}" for t, n in notes.items()]
     return table, said
 
 
-def _cycles_in_names(paths: Sequence[Path]) -> dict[Path, int]:
+def _cycles_in_names(paths: Sequence[Path]) -> Sequence[int]:
     """The last numbers in the names of files that all differ."""
     if len(paths) == 1:
-        return {}
+        return [0]
     numbers = [[int(one) for one in re.findall(r"\d+", path.stem)] for path in paths]
-    places = zip(*numbers, strict=True) if len({*map(len, numbers)}) == 1 else ()
-    differing = [place for place in places if len({*place}) == len(paths)]
+    same_form = len({*map(len, numbers)}) == 1
+    differing = [n for n in zip(*numbers, strict=False) if len({*n}) == len(paths) and same_form]
     if not differing:
         rule = "the files do not say their cycles: their names lack numbers that all differ"
-        raise QuantityError(rule, "name them by their cycles, such as loop_0.csv loop_1000.csv")
-    return dict(zip(paths, differing[-1], strict=True))
+        raise QuantityError(rule, _NAMES_OF_FILES)
+    return differing[-1]
 
 
-def _loops(x: Array, force: Array, cycles: Sequence[slice]) -> pd.DataFrame:
-    """Amplitudes of displacement and force, energy, and width at the middle force of loops."""
-    sizes = np.array([cycle.stop - cycle.start for cycle in cycles])
-    starts = np.r_[0, np.cumsum(sizes)[:-1]]
-    rows = np.concatenate([np.arange(cycle.start, cycle.stop) for cycle in cycles])
-    x, force = x[rows], force[rows]
-
-    def ends(values: Array) -> tuple[Array, Array]:
-        return np.maximum.reduceat(values, starts), np.minimum.reduceat(values, starts)
-
-    (largest, least), (highest, lowest) = ends(x), ends(force)
-    force = force - np.repeat(0.5 * (highest + lowest), sizes)
-    following = np.arange(rows.size) + 1
-    following[starts + sizes - 1] = starts
-    x_after, after = x[following], force[following]
-    energy = np.abs(np.add.reduceat(0.5 * (force + after) * (x_after - x), starts))
-    crossing = np.sign(force) != np.sign(after)
-    share = np.divide(force, force - after, out=np.zeros_like(x), where=crossing)
-    places = x + share * (x_after - x)
-    right, _ = ends(np.where(crossing, places, -np.inf))
-    _, left = ends(np.where(crossing, places, np.inf))
-    width = np.where(highest > lowest, right - left, 0.0)
-    return pd.DataFrame(
-        {
-            "displacement_amplitude": 0.5 * (largest - least),
-            "force_amplitude": 0.5 * (highest - lowest),
-            "dissipated_energy": energy,
-            "width": width,
-        }
-    )
+def _loop(x: Array, force: Array) -> dict[str, float]:
+    """Amplitudes of displacement and force, energy, and width at the middle force of a loop."""
+    force = force - 0.5 * (force.max() + force.min())
+    x_after, after = np.roll(x, -1), np.roll(force, -1)
+    rows = np.flatnonzero(np.sign(force) != np.sign(after))
+    share = force[rows] / (force[rows] - after[rows])
+    crossings = x[rows] + share * (x_after[rows] - x[rows])
+    return {
+        "displacement_amplitude": 0.5 * np.ptp(x),
+        "force_amplitude": 0.5 * np.ptp(force),
+        "dissipated_energy": float(abs(0.5 * (force + after) @ (x_after - x))),
+        "width": np.ptp(crossings) if rows.size else 0.0,
+    }
 
 
 def last_loop(recording: Recording) -> tuple[Array, Array]:
     """The last whole loop of a recording, from its largest displacement on, as it dissipates."""
     x, force = recording.displacement, recording.force
-    if len(cycles := cycles_of(x, _breaks(recording))) > 1:
+    if len(cycles := _slices(cycles_of(x, _breaks(recording)))) > 1:
         x, force = x[cycles[-1]], force[cycles[-1]]
     if float(force @ (np.roll(x, -1) - np.roll(x, 1))) < 0.0:
         x, force = x[::-1], force[::-1]

@@ -26,7 +26,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Readable, Schema, is_list
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed
 from fretwear_measured.maps import LEAST_POINTS, open_surface, read_map, without_marks
-from fretwear_measured.tables import read_text_table
+from fretwear_measured.tables import Sought, open_table
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
@@ -377,13 +377,10 @@ def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | 
         with suppress(QuantityError):
             read_map(path, unit or "", "", "", "")
             return None
-    surface, scales, _ = open_surface(path, unit or "", "", "", "")
-    heights = np.ma.filled(surface.heights().astype(float), np.nan)
-    if heights.ndim != 1 and heights.shape[1] != 1:
+    heights, x, _, _ = open_surface(path, unit or "", "", "", "")
+    if heights.shape[1] != 1:
         return None
-    x = np.asarray(surface.positions()[0] if heights.ndim > 1 else surface.positions(), float)
-    x, heights = scales[0] * x.ravel(), scales[2] * heights.ravel()
-    return x, without_marks(heights, float(np.ptp(x)))
+    return x, without_marks(heights[:, 0], float(np.ptp(x)))
 
 
 def _filled(values: Array, measured: Mask) -> Array:
@@ -413,9 +410,9 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     QuantityError
         If the file cannot be used; the message says why.
     """
-    table, example = read_text_table(Path(source.path)), "such as: r (mm), z (um)"
-    distance, _ = table.column(0, ("r", "x", "radius", "distance"), LENGTH, example)
-    height, _ = table.column(1, ("z", "height", "profile"), LENGTH, example)
+    sought = Sought(LENGTH, ("r", "x", "radius distance")), Sought(LENGTH, ("z", "height profile"))
+    table = open_table(Path(source.path))
+    _, (distance, height) = table.read(sought, "such as: r (mm), z (um)")
     if len(distance) < LEAST_POINTS or not np.isfinite([distance, height]).all():
         raise QuantityError(f"must have at least {LEAST_POINTS} points, all of them numbers")
     if distance[0] != 0.0 or not (np.diff(distance) > 0.0).all():

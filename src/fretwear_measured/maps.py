@@ -12,33 +12,30 @@ import re
 import warnings
 import zipfile
 from collections.abc import Sequence
-from itertools import pairwise
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Places
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed, parse_quantity
-from fretwear_measured.tables import read_text
+from fretwear_measured.tables import TEXTS, Sought, Table, read_text, table_of_text
 
 LEAST_POINTS = 4
-_TEXTS = (".csv", ".txt", ".dat", ".xyz", ".asc", ".tsv", ".prn")
-_NAMES = ("x",), ("y",), ("z", "height", "heights", "höhe", "hoehe", "hauteur", "topography")
-_MARKS = "nan|no[ _]?data|bad|n/?a|-+|[*]+|null|[-+]?inf(inite|inity)?|invalid|masked|void|none"
-_CELL = re.compile(rf"(?P<number>[-+−]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?)|{_MARKS}|", re.I)
-_WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
-_HEAD = re.compile(r"(.*?)[\s_]*(?:[(\[/]\s*([^)\]]*?)\s*[)\]]?|[\s_]([nuµμm]?m))?")
-_SIDE = re.compile(r"#[^:]+:\s*[\d.,]+\s*\S?m\s*$")  # as Gwyddion writes it
-_MOST_HEADLINES = 500
+POSITION_AND_HEIGHT = (
+    Sought(LENGTH, ("x",)),
+    Sought(LENGTH, ("y",)),
+    Sought(LENGTH, ("z height heights höhe hoehe hauteur topography",)),
+)
 _STEEPEST, _FARTHEST = 10.0, 1e3  # heights over the longer side: a map's, and those of marks
 _FAR_AWAY = 10.0  # of a mark, over the range of the other heights
+_FEW = 9  # positions in order by chance
 _OFF_GRID, _FULL = 0.1, 0.25  # of a step; share of the points of a grid with a height
-_MOST_CUBIC, _LONG_EDGE = 200_000, 3.0  # points, of the median
+_LONG_EDGE = 3.0  # of the median
 _LARGEST, _LONGEST = 1e300, 1.0  # a number, a side in m
 _ADD_UNIT = "add unit: um, or unit: [mm, mm, um] for x, y and z"
 _SAVE = "save it as a map in binary x3p, or as text with x (um), y (um), z (um)"
-_LINE_SCAN = "is a line scan, but a map of heights over x and y is needed", _SAVE
 
 Triple = tuple[float, float, float]
 
@@ -54,9 +51,14 @@ class Map(NamedTuple):
 
 def read_map(path: Path, unit: str, size: str, file_format: str, channel: str) -> Map:
     """Read a map; `QuantityError` says why it cannot be read and what to do."""
-    is_text = path.suffix.lower() in _TEXTS and not file_format
+    is_text = path.suffix.lower() in (*TEXTS, ".xyz") and not file_format
     found = _map_of_text(path, unit, size) if is_text else None
-    found = found or _map_of_surface(path, unit, size, file_format, channel)
+    if found is None:
+        heights, _, sides, reader = open_surface(path, unit, size, file_format, channel)
+        found = Map(heights, sides, reader)
+    if found.heights.shape[1] == 1:
+        rule = "is a line scan, but a map of heights over x and y is needed"
+        raise QuantityError(rule, _SAVE)
     if max(found.sides) > _LONGEST:
         says = " x ".join(format_quantity(side, LENGTH, 4) for side in found.sides)
         raise QuantityError(f"({found.reader}) has sides of {says}", f"check its units, or {_SAVE}")
@@ -111,12 +113,6 @@ def _length(unit: str) -> float:
         raise QuantityError(f"has {unit!r}, no unit of length", error.hint or _ADD_UNIT) from error
 
 
-def _units_in(line: str) -> Sequence[str]:
-    """Units of x, y and z in brackets in a line."""
-    units = re.findall(r"[(\[]\s*([^)\]\s]+)\s*[)\]]", line)
-    return units * (3 // len(units)) if len(units) in (1, 3) else ("", "", "")
-
-
 def _sides(size: str) -> tuple[float, float]:
     """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
     sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
@@ -137,59 +133,51 @@ def _checked(sides: Sequence[float], points: Sequence[int], size: str) -> tuple[
 
 
 def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
-    """The map of a text; None if it holds neither columns nor a matrix."""
+    """The map of a text; None if SurfaceTopography may know it."""
     try:
         text = re.sub("(?i)no[ _]data", "nan", read_text(path))
+        is_of_zygo = text.startswith("Zygo XYZ Data File")
+        table = table_of_text(text.partition("\n#")[2] if is_of_zygo else text)
     except QuantityError:
         return None  # some instruments name their binary files .dat
-    if text.startswith("Zygo XYZ Data File"):
-        return _map_of_zygo(text, unit, size)
-    if (block := _block_of(text)) is None:
-        return None
-    above, separator, values = block
-    if values.shape[1] == 3 and any(map(_SIDE.match, above)):
-        return None  # a narrow matrix
-    heads: Sequence[tuple[str, str]] = ()
-    for line in above[-2:]:
-        cells = _cells(line, separator) if separator else _WORD.findall(line.lstrip("# "))
-        found = [_HEAD.fullmatch(cell) for cell in cells]
-        own = [(one[1].casefold(), one[2] or one[3] or "") if one else ("", "") for one in found]
-        # Units may have a line of their own.
-        only_units = len(own) == len(heads) and not any(name for name, _ in own)
-        heads = [(n, u) for (n, _), (_, u) in zip(heads, own, strict=True)] if only_units else own
-    named = len(heads) == values.shape[1]
-    names = [name for name, _ in heads] if named else []
-    chosen = [
-        [n for n, name in enumerate(names) if name in words]
-        or [n for n, name in enumerate(names) if {*words} & {*re.findall(r"\w+", name)}]
-        for words in _NAMES
-    ]
-    if values.shape[1] > 3 and (not all(chosen[:2]) or chosen[0] == chosen[1]):
-        return _map_of_matrix(above, values, unit, size)
-    chosen = chosen if named else [[0], [1], [2]]
-    if any(len(one) != 1 for one in chosen):
-        rule = f"has the columns {listed(names)}, not one each for x, y and z"
-        raise QuantityError(rule, "name them x (um), y (um), z (um)")
-    numbers = [one[0] for one in chosen]
-    scales = scales_of([heads[n][1] for n in numbers] if named else ("", "", ""), unit)
-    x, y, z = (scale * values[:, n] for scale, n in zip(scales, numbers, strict=True))
+    if is_of_zygo:
+        return _map_of_zygo(text, table, unit, size)
+    named = len(table.names) == table.values.shape[1]
+    of_x, of_y = map(table.ranked, POSITION_AND_HEIGHT[:2])
+    if table.values.shape[1] > 3 and not (named and of_x and of_y and of_x.keys() != of_y.keys()):
+        return _map_of_matrix(table, unit, size)
+    try:
+        numbers = table.choose(POSITION_AND_HEIGHT, "")
+    except QuantityError as error:
+        raise QuantityError(error.rule, "name the columns x (um), y (um), z (um)") from error
+    rows = _whole_rows(table)
+    scales = scales_of([table.units[n] for n in numbers], unit)
+    x, y, z = (s * table.numbers(n)[rows] for s, n in zip(scales, numbers, strict=True))
     sizes = [format_quantity(scale, LENGTH).removeprefix("1 ") for scale in scales]
-    labels = [names[n] if named else f"number {n}" for n in numbers]
+    labels = [table.names[n] if named else f"number {n}" for n in numbers]
     columns = ", ".join(f"{name} ({one})" for name, one in zip(labels, sizes, strict=True))
     return _map_of_points(x, y, z, f"text, columns {columns}", size)
 
 
-def _map_of_zygo(text: str, unit: str, size: str) -> Map:
+def _whole_rows(table: Table) -> Places:
+    """The rows of a table with numbers; `QuantityError` if some are shorter than the others."""
+    rows = np.flatnonzero(np.isfinite(table.values).any(axis=1))
+    widths = np.array(table.widths)[rows]
+    if (short := widths[1:] < widths.max()).any():
+        width = widths[1:][short][0]
+        rule = f"has {width} numbers in a line, but {widths.max()} in others"
+        raise QuantityError(rule, "export it again: its end may be missing")
+    return rows
+
+
+def _map_of_zygo(text: str, table: Table, unit: str, size: str) -> Map:
     """The map of an xyz file of Zygo: columns and lines of a camera, heights in µm."""
-    head, _, rows = text.partition("\n#")
     try:
-        pixel = float(head.splitlines()[7].split()[6])
-        numbers = [row.split() for row in rows.splitlines() if row.strip().strip("#")]
-        columns, lines, heights = np.array(numbers, float).T
+        pixel = float(text.splitlines()[7].split()[6])
+        columns, lines, heights = table.values.T
     except (ValueError, IndexError) as error:
-        raise QuantityError(
-            "is a damaged xyz file of Zygo", f"export it again, or {_SAVE}"
-        ) from error
+        rule = "is a damaged xyz file of Zygo"
+        raise QuantityError(rule, f"export it again, or {_SAVE}") from error
     if not pixel > 0.0:
         raise QuantityError("has no lateral calibration", f"calibrate it in MetroPro, or {_SAVE}")
     scales_of(("m", "m", "um"), unit)
@@ -237,10 +225,10 @@ def _map_of_points(x: Array, y: Array, z: Array, reader: str, size: str) -> Map:
 
 def _interpolated(places: Sequence[Array], z: Array, lines: Sequence[Array], reader: str) -> Map:
     """The map between uneven or scattered positions, with about as many points."""
-    from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator
+    from scipy.interpolate import CloughTocher2DInterpolator
     from scipy.spatial import Delaunay, QhullError
 
-    widths, known = [np.ptp(at) for at in places], np.isfinite(z)
+    widths, known = [np.ptp(one) for one in places], np.isfinite(z)
     # Few positions along an axis are the lines of a scan.
     few = [len(one) if 4 * len(one) < z.size else 0 for one in lines]
     square = np.sqrt(widths[0] * widths[1] / z.size)
@@ -249,101 +237,59 @@ def _interpolated(places: Sequence[Array], z: Array, lines: Sequence[Array], rea
         for own, across, width in zip(few, few[::-1], widths, strict=True)
     ]
     scaled = [(p - p.min()) * n / w for p, n, w in zip(places, counts, widths, strict=True)]
-    points = np.stack(scaled, 1)[known]
-    grid = [np.arange(count) + 0.5 for count in counts]
-    wanted = np.stack(np.meshgrid(*grid, indexing="ij"), -1)
+    points = np.stack(scaled, axis=1)[known]
+    grid = np.meshgrid(*(np.arange(count) + 0.5 for count in counts), indexing="ij")
     try:
         mesh = Delaunay(points)
     except (QhullError, ValueError) as error:
         raise QuantityError("is no map: its points lie on one line", _SAVE) from error
-    between = CloughTocher2DInterpolator if z.size < _MOST_CUBIC else LinearNDInterpolator
-    heights = between(mesh, z[known])(wanted)
+    heights = CloughTocher2DInterpolator(mesh, z[known])(*grid)
     # Triangles with long edges span holes.
     corners = points[mesh.simplices]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=-1)
     spans_hole = edges > _LONG_EDGE * np.median(edges)
-    heights[spans_hole[mesh.find_simplex(wanted)]] = np.nan
+    heights[spans_hole[mesh.find_simplex(np.stack(grid, axis=-1))]] = np.nan
     reader += f", interpolated between {len(points)} uneven positions"
     return Map(heights, (float(widths[0]), float(widths[1])), reader, len(points))
 
 
-def _cells(line: str, separator: str | None) -> list[str]:
-    return [cell.strip(' "') for cell in line.rstrip(";,\t ").split(separator)]
-
-
-def _is_data(cells: Sequence[str]) -> bool:
-    """Whether all cells are numbers or marks of missing points, and one is a number."""
-    found = [_CELL.fullmatch(cell) for cell in cells]
-    return all(found) and any(cell and cell["number"] for cell in found)
-
-
-def _block_of(text: str) -> tuple[list[str], str | None, Array] | None:
-    """The lines above a block of numbers, the sign between these, and their values."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    for first, neighbours in enumerate(pairwise(lines[:_MOST_HEADLINES])):
-        for separator in ("\t", ";", ",", None):
-            one, following = (_cells(line, separator) for line in neighbours)
-            count = len(following)
-            if (
-                count >= 3
-                and count - 1 <= len(one) <= count
-                and _is_data(one)
-                and _is_data(following)
-            ):
-                break
-        else:
-            continue
-        rows = [_cells(line, separator) for line in lines[first:]]
-        corner = _cells(lines[first - 1], separator)[1 - count :] if first else []
-        if len(rows[0]) == count - 1:  # an axis without a corner
-            rows[0].insert(0, "")
-        elif len(corner) == count - 1 and _is_data(corner):  # or with words in it
-            rows.insert(0, ["", *corner])
-        fits = [len(row) == count for row in rows]
-        end = fits.index(False) if False in fits else len(rows)
-        if any(fits[end:]):
-            return None  # several channels
-        if broken := next((row for row in rows[end:] if _is_data(row)), None):
-            rule = f"has {len(broken)} numbers in a line, but {count} in others"
-            raise QuantityError(rule, "export it again: its end may be missing")
-        cells = np.char.replace(rows[:end], "−", "-")
-        if separator != ",":
-            cells = np.char.replace(cells, ",", ".")
-        try:
-            values = cells.astype(float)
-        except ValueError:
-            numbers = [[_is_data([cell]) for cell in row] for row in cells]
-            values = np.where(numbers, cells, "nan").astype(float)
-        return lines[:first], separator, np.where(np.abs(values) < _LARGEST, values, np.nan)
-    return None
-
-
 def _axes_of(values: Array) -> tuple[Array, Array] | None:
     """Positions in the first line and column of a matrix; None if they are heights too."""
-    axes = values[0, 1:], values[1:, 0]
-    steps = [np.diff(axis) for axis in axes]
-    ordered = [bool((step > 0).all() or (step < 0).all()) for step in steps]
-    even = [o and np.ptp(s) < 0.05 * abs(s.mean()) for o, s in zip(ordered, steps, strict=True)]
-    # The heights of a plane, or of a slope, are ordered as well, but go on like that inside.
-    inside = np.diff(values[1:, 1:], axis=1), np.diff(values[1:, 1:], axis=0)
-    waves = [(step > 0).any() and (step < 0).any() for step in inside]
-    jumps = [
-        not abs(np.median(i[np.isfinite(i)]) - s.mean()) < 0.2 * abs(s.mean())
-        for i, s in zip(inside, steps, strict=True)
-    ]
-    if (all(even) and any(jumps)) or (all(ordered) and all(waves)):
+    axes, are_axes, are_even = (values[0, 1:], values[1:, 0]), [], []
+    for n, axis in enumerate(axes):
+        steps, inside = np.diff(axis), np.diff(values[1:, 1:], axis=1 - n)
+        is_even = bool(np.ptp(steps) < 0.05 * abs(steps.mean()))
+        is_ordered = bool((steps > 0.0).all() or (steps < 0.0).all())
+        waves = bool((inside > 0.0).any() and (inside < 0.0).any())
+        # The heights of a slope are ordered as well, but go on like that inside.
+        goes_on = abs(np.nanmedian(inside) - steps.mean()) < 0.2 * abs(steps.mean())
+        are_axes.append(is_ordered and not goes_on and (is_even or waves))
+        are_even.append(is_even and axis.size > _FEW)
+    if all(are_axes):
         return axes
-    if any(e and j and s.size > 8 for e, j, s in zip(even, jumps, steps, strict=True)):
-        which = "line" if even[0] else "column"
-        rule = f"has a matrix whose first {which} holds positions or numbers of its points"
-        raise QuantityError(
-            rule, "save the heights alone, or x in the first line and y in the column"
-        )
+    for name, is_axis, is_even in zip(("line", "column"), are_axes, are_even, strict=True):
+        if is_axis and is_even:
+            rule = f"has a matrix whose first {name} holds positions or numbers of its points"
+            remedy = "save the heights alone, or x in the first line and y in the column"
+            raise QuantityError(rule, remedy)
     return None
 
 
-def _map_of_matrix(above: Sequence[str], values: Array, unit: str, size: str) -> Map:
+def _map_of_matrix(table: Table, unit: str, size: str) -> Map | None:
     """The map of a matrix with a line for each y, its axes perhaps in the first line and column."""
+    if (np.diff(table.lines) > 1).any():
+        return None  # several channels
+    for number in table.words:
+        table.numbers(number)
+    rows = _whole_rows(table)
+    values, above = table.values[rows], [*table.above]
+    if table.widths[0] == values.shape[1] - 1:  # an axis without a corner
+        values[0] = np.roll(values[0], 1)
+    elif len(table.names) == values.shape[1]:  # a corner with words
+        with suppress(ValueError):
+            line = [float(name.replace(",", ".")) for name in table.names[1:]]
+            values = np.vstack([[np.nan, *line], values])
+    values = np.where(np.abs(values) < _LARGEST, values, np.nan)
     if axes := _axes_of(values):
         values = values[1:, 1:]
         if all(np.array_equal(at, at[0] + np.arange(at.size)) and at[0] in (0, 1) for at in axes):
@@ -352,57 +298,47 @@ def _map_of_matrix(above: Sequence[str], values: Array, unit: str, size: str) ->
                 raise QuantityError(rule, "add size: [900 um, 900 um] and unit: um")
             above = []
         else:
-            scales = scales_of(_units_in(above[-1] if above else ""), unit)
+            # Units of x, y and z in brackets in the corner.
+            own = re.findall(r"[(\[]\s*([^)\]\s]+)\s*[)\]]", above[-1] if above else "")
+            own = own * (3 // len(own)) if len(own) in (1, 3) else ["", "", ""]
+            scales = scales_of(own, unit)
             x, y = np.meshgrid(scales[0] * axes[0], scales[1] * axes[1], indexing="ij")
             heights = scales[2] * values.T.ravel()
             return _map_of_points(x.ravel(), y.ravel(), heights, "text, matrix with axes", size)
     # As Keyence writes it, in any language: "XY Calibration","277.7","nm" and "Unit","um".
-    cells = [_cells(line, separator) for line in above for separator in (",", ";", "\t")]
-    pitch = [
-        row for row in cells if len(row) == 3 and row[0].startswith("XY") and _is_data(row[1:2])
-    ]
-    if pitch:
-        word, number, lateral = pitch[0]
-        own = [row[1] for row in cells if len(row) == 2 and row[0] in ("Unit", "Einheit")]
-        scales = scales_of((lateral, lateral, own[0] if own else ""), unit)
-        step, shape = scales[0] * float(number.replace(",", ".")), values.T.shape
+    said = "\n".join(above).replace('"', "")
+    if pitch := re.search(r"^XY[^,;\t]*[,;\t]([\d.,]+)[,;\t](\w+)$", said, re.M):
+        text, lateral = pitch.groups()
+        vertical = re.search(r"^(?:Unit|Einheit)[,;\t](\w+)$", said, re.M)
+        scales = scales_of((lateral, lateral, vertical[1] if vertical else ""), unit)
+        step, shape = scales[0] * float(text.replace(",", ".")), values.T.shape
         sides = _checked([step * count for count in shape], shape, size)
-        return Map(scales[2] * values.T, sides, f"text, matrix, {word} {number} {lateral}")
+        return Map(scales[2] * values.T, sides, f"text, matrix, {text} {lateral} per point")
     if unit and size and not above:
         return Map(scales_of(("", "", ""), unit)[2] * values.T, _sides(size), "text, matrix")
     # SurfaceTopography knows many lines above a matrix, but no decimal commas.
     clean = io.StringIO()
     np.savetxt(clean, values)
     above = [re.sub(r"(\d),(\d)", r"\1.\2", line) for line in above]
-    above = [f"# {line}" if _is_data(line.split()) else line for line in above]
     content = "\n".join([*above, clean.getvalue()]).encode()
-    return _map_of_surface(io.BytesIO(content), unit, size, "asc", "")
-
-
-def _map_of_surface(
-    file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str
-) -> Map:
-    """The map that SurfaceTopography reads."""
-    surface, scales, reader = open_surface(file, unit, size, file_format, channel, dim=2)
-    heights = np.ma.filled(surface.heights().astype(float), np.nan)
-    if heights.shape[1] == 1:
-        raise QuantityError(*_LINE_SCAN)
-    sides = [one * scale for one, scale in zip(surface.physical_sizes, scales, strict=False)]
-    return Map(scales[2] * heights, (sides[0], sides[1]), reader)
+    heights, _, sides, reader = open_surface(io.BytesIO(content), unit, size, "asc", "")
+    return Map(heights, sides, reader)
 
 
 def open_surface(
-    file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str, dim: int = 1
-) -> tuple[Any, Triple, str]:
-    """What SurfaceTopography reads, the metres of its units along x, y, z, and how it was read."""
+    file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str
+) -> tuple[Array, Array, tuple[float, float], str]:
+    """What SurfaceTopography reads of a map or a line scan.
+
+    Heights, m, of shape (nx, ny), with ny = 1 for a line scan; positions along x and the sides, m;
+    and how it was read.
+    """
     try:
         from SurfaceTopography import open_topography
         from SurfaceTopography.IO import lookup_reader_by_format
     except ImportError as error:
-        raise QuantityError(
-            "needs the package SurfaceTopography, which is not installed",
-            "install it: pip install 'fretwear[surfaces]'",
-        ) from error
+        rule = "needs the package SurfaceTopography, which is not installed"
+        raise QuantityError(rule, "install it: pip install 'fretwear[surfaces]'") from error
     if file_format not in ("", *lookup_reader_by_format):
         formats = listed(sorted(lookup_reader_by_format))
         raise QuantityError(f"has no reader for format: {file_format}", f"formats are {formats}")
@@ -415,33 +351,30 @@ def open_surface(
             open_topography(file, file_format or None) as reader,
         ):
             chosen = _channel(reader.channels, channel, lambda: reader.default_channel)
-            if chosen.dim < dim:
-                raise QuantityError(*_LINE_SCAN)
-            own = (chosen.info.get("raw_metadata") or {}) if chosen.unit is None else {}
-            lateral = chosen.unit or own.get("xunit") or ""
-            sides, points = chosen.physical_sizes, chosen.nb_grid_pts
+            own = {} if chosen.unit else chosen.info.get("raw_metadata") or {}
+            sides, keys = chosen.physical_sizes, {}
             if sides is None and chosen.dim == 2 and not size:
                 rule = "does not say the lengths of its sides"
                 raise QuantityError(rule, "add size: [900 um, 900 um] and unit: um")
-            scales, named = scales_of((lateral, lateral, chosen.unit or ""), unit), {}
+            lateral = chosen.unit or own.get("xunit") or ""
+            scales = scales_of((lateral, lateral, chosen.unit or ""), unit)
             if sides is None and chosen.dim == 2:
-                asked = zip(_sides(size), scales, strict=False)
-                named = {"physical_sizes": tuple(side / scale for side, scale in asked)}
-            elif chosen.dim == 2:
-                metres = [side * scale for side, scale in zip(sides, scales, strict=False)]
-                _checked(metres, points, size)
-            surface = chosen.topography(**named)
-            return surface, scales, f"{reader.format()}, channel {chosen.name}"
+                keys = {"physical_sizes": tuple(np.divide(_sides(size), scales[:2]))}
+            surface = chosen.topography(**keys)
+            heights = scales[2] * np.ma.filled(surface.heights().astype(float), np.nan)
+            if chosen.dim == 1:
+                x = scales[0] * np.asarray(surface.positions(), float)
+                return heights[:, None], x, (0.0, 0.0), ""
+            metres = np.multiply(surface.physical_sizes, scales[:2]).tolist()
+            x = scales[0] * surface.positions()[0][:, 0]
+            name = f"{reader.format()}, channel {chosen.name}"
+            return heights, x, _checked(metres, heights.shape, size), name
     except QuantityError:
         raise
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
         if type(error).__name__ == "CannotDetectFileFormat":
             reason = "no reader knows its format"
-            if isinstance(file, Path) and file.suffix.lower() in (".gz", ".zip"):
-                raise QuantityError(
-                    "is an archive", "unpack it, and name the file in it"
-                ) from error
         raise QuantityError(f"cannot be read as a topography: {reason}", _SAVE) from error
 
 

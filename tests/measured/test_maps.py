@@ -135,7 +135,11 @@ MICRO = {"unit": "um"}
         ),
         (columns(on_grid() * 2), {}, "several heights at one place"),
         (columns([(x, 0.0, 1.0) for x in X]), {}, "points lie on one line"),
-        (columns(on_grid(), "x (um);force (N);z (um)"), {}, "x, force and z, not one each for x"),
+        (
+            columns(on_grid(), "x (um);force (N);z (um)"),
+            {},
+            "has the columns x, force and z, not y; name the columns x",
+        ),
         (columns(on_grid()) + "3;4", {}, "has 2 numbers in a line, but 3 in others"),
         (matrix(HEIGHTS.T), {"file_format": "x4p"}, "no reader for format: x4p; formats are al3d"),
     ],

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from fretwear.units import LENGTH, QuantityError
-from fretwear_measured.tables import Layout, read_text_table
+from fretwear_measured.tables import Layout, Sought, open_table
 
 X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
 WANTED = ("x", "position"), ("depth", "wear")
 
 
 def columns(path, **layout):
-    table = read_text_table(path, Layout(**layout))
-    return [table.column(n, words, LENGTH, "like this")[0] for n, words in enumerate(WANTED)]
+    sought = [Sought(LENGTH, words) for words in WANTED]
+    return open_table(path, Layout(**layout)).read(sought, "like (mm), this (um)")[1]
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,11 @@ def columns(path, **layout):
         ),
         (',time (s),"x (mm)","depth (um)"\n0,9,-0.5,1e-3\n1,9,0,-.25\n2,9,1.25,.3\n', "utf-8", {}),
         ('"x (mm)","depth (um)"\n"-0,5","0,001"\n"0","-0,25"\n"1,25","0,3"\n', "utf-8", {}),
-        ("# x (mm), z\n-0.5 0.001\n0 -0.25\n1.25 0.3\n", "utf-8", {"units": ("mm", "um")}),
+        (
+            "# Made by a maker\n# x (mm), depth\n-0.5 0.001\n0 -0.25\n1.25 0.3\n",
+            "utf-8",
+            {"units": ("mm", "um")},
+        ),
         (
             "Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n",
             "utf-8",
