@@ -7,6 +7,8 @@ repository that pages need (`Snakefile`, `profiles/`, `studies/`):
   ``# in studies/mine.yaml`` instead changes single entries of an existing file.
 - ``bash``: commands, run by bash as they stand; the first that fails ends them.
 - ``python``: run like the cells of a notebook, with one set of names for the whole page.
+- ``diff``: changes of a copy of the package, with which the blocks after it run, each of ``python``
+  in a process of its own. A hunk has no line numbers: its old lines stand in one place of the file.
 - ``text``: the output of the block before it, with ``...`` for omissions. Numbers agree within
   1 %, the error that stands after them (``0.986 ± 0.002``), or a unit of their last decimal.
 
@@ -100,6 +102,7 @@ class Session:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._sources = folder / "src"  # the copy of the package, once a block has changed it
         self._names: dict[str, Any] = {"__name__": "__main__"}
         for name in NEEDED:
             source = REPOSITORY / name
@@ -108,7 +111,12 @@ class Session:
 
     def run(self, block: Block) -> str:
         """Run a block and return its output."""
-        kinds = {"bash": self._bash, "python": self._python, "yaml": self._yaml}
+        kinds = {
+            "bash": self._bash,
+            "python": self._python,
+            "yaml": self._yaml,
+            "diff": self._diff,
+        }
         if block.language not in kinds:
             raise ExampleError(
                 f"line {block.line}: a block of {block.language} cannot be run; "
@@ -117,11 +125,16 @@ class Session:
         return kinds[block.language](block)
 
     def _bash(self, block: Block) -> str:
+        return self._process(block, ["bash", "-euo", "pipefail", "-c", block.text])
+
+    def _process(self, block: Block, command: list[str]) -> str:
         # Commands come from the Python that runs this, whether or not its environment is active.
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         environment = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
+        if self._sources.exists():
+            environment["PYTHONPATH"] = str(self._sources)
         done = subprocess.run(
-            ["bash", "-euo", "pipefail", "-c", block.text],
+            command,
             cwd=self.folder,
             env=environment,
             stdin=subprocess.DEVNULL,
@@ -138,6 +151,8 @@ class Session:
         return done.stdout
 
     def _python(self, block: Block) -> str:
+        if self._sources.exists():
+            return self._process(block, [sys.executable, "-W", "ignore", "-c", block.text])
         printed = io.StringIO()
         before = Path.cwd()
         os.chdir(self.folder)
@@ -150,6 +165,16 @@ class Session:
         finally:
             os.chdir(before)
         return printed.getvalue()
+
+    def _diff(self, block: Block) -> str:
+        if not self._sources.exists():
+            compiled = shutil.ignore_patterns("__pycache__", "*.egg-info")
+            shutil.copytree(REPOSITORY / "src", self._sources, ignore=compiled)
+        try:
+            patch(block.text, self.folder)
+        except ExampleError as error:
+            raise ExampleError(f"line {block.line}: {error}") from error
+        return ""
 
     def _yaml(self, block: Block) -> str:
         heading = re.match(r"# (in )?(\S+\.yaml)\n", block.text)
@@ -166,6 +191,23 @@ class Session:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
         return ""
+
+
+def patch(diff: str, folder: Path) -> None:
+    """Apply a diff without line numbers to the files of a folder, each named after ``+++``."""
+    for change in re.split(r"^\+\+\+ ", diff, flags=re.MULTILINE)[1:]:
+        name, _, hunks = change.partition("\n")
+        file = folder / name.strip()
+        text = file.read_text(encoding="utf-8")
+        for hunk in re.split(r"^@@.*\n", hunks, flags=re.MULTILINE)[1:]:
+            lines = [line if line.strip() else " \n" for line in hunk.splitlines(keepends=True)]
+            old, new = (
+                "".join(line[1:] for line in lines if line[0] in kinds) for kinds in (" -", " +")
+            )
+            if f"\n{text}".count(f"\n{old}") != 1:
+                raise ExampleError(f"{name} does not have these lines in one place:\n{old}")
+            text = f"\n{text}".replace(f"\n{old}", f"\n{new}")[1:]
+        file.write_text(text, encoding="utf-8")
 
 
 def _updated(old: Any, new: Any) -> Any:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import ExampleError, agrees, blocks
+from examples import ExampleError, agrees, blocks, patch
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -90,10 +90,20 @@ def test_a_page_that_prints_other_digits_still_has_its_pictures(tmp_path):
     assert (tmp_path / "made/one.svg").exists()
 
 
+def test_a_diff_changes_the_one_place_that_has_its_lines(tmp_path):
+    file = tmp_path / "law.py"
+    file.write_text("a = 1\n\nb = 2\na = 1\n")
+    patch("+++ law.py\n@@ between\n a = 1\n\n-b = 2\n+b = 3\n+c = 4\n", tmp_path)
+    assert file.read_text() == "a = 1\n\nb = 3\nc = 4\na = 1\n"
+    for lines in (" a = 1\n", "-b = 2\n", " = 3\n"):  # twice, no longer, part of a line
+        with pytest.raises(ExampleError, match=r"law\.py does not have these lines in one place"):
+            patch(f"+++ law.py\n@@\n{lines}+d = 5\n", tmp_path)
+
+
 def test_every_block_that_is_not_run_says_why_and_the_tutorial_installs_as_the_readme_does():
     for page in PAGES:
         for block in blocks(page.read_text(encoding="utf-8")):
-            if block.language not in ("bash", "python", "yaml", "text"):
+            if block.language not in ("bash", "python", "yaml", "diff", "text"):
                 assert not block.is_run, f"{page.name}, line {block.line}"
             if not block.is_run:
                 assert len(block.note.removeprefix("not run: ")) > 10
