@@ -10,7 +10,8 @@ from fretwear.arrays import Array
 from fretwear.results import X
 from fretwear.units import BY_SI_UNIT, QuantityError
 from fretwear_measured.files import Source, read_line, read_topography
-from fretwear_measured.tables import TABLES, Layout, Sought, has_word, open_table
+from fretwear_measured.maps import POSITION_AND_HEIGHT
+from fretwear_measured.tables import TABLES, Layout, Sought, Table, has_word, open_table
 
 _FEWEST = 5
 _NARROWEST, _FARTHEST, LARGEST_FORCE = 1e-12, 1e2, 1e9  # m, m, N or N/m
@@ -35,8 +36,9 @@ def profile_of(
     `QuantityError` says why a file cannot be used.
     """
     path = Path(file.path)
-    if path.suffix.lower() in TABLES:
-        table, example = open_table(path, layout), "such as x (um),depth (um)"
+    table = open_table(path, layout) if path.suffix.lower() in TABLES else None
+    if table is not None and not _is_map(table):
+        example = "such as x (um),depth (um)"
         is_pair = all(map(table.ranked, _PAIR)) or len(layout.columns or ()) > 2
         numbers, (x, *parts) = table.read([_POSITION, *(_PAIR if is_pair else [_WORN])], example)
         name = table.names[numbers[-1]] if table.names else ""
@@ -45,7 +47,9 @@ def profile_of(
         origin = f"positions from {table.label(numbers[0])}, {'heights' if is_height else 'depths'}"
         origin += f" from {' less '.join(table.label(n) for n in numbers[:0:-1])}"
     else:
-        x, depth = _line_of_instrument(file, unit, along, line)
+        unit = unit or ", ".join(layout.units or ())
+        scan = None if table else read_line(file, unit)
+        x, depth = (scan[0], -scan[1]) if scan else _line_of_map(file, unit, along, line)
         origin = "a line of an instrument"
     there = np.isfinite(x) & np.isfinite(depth)
     if missing := int((~there).sum()):
@@ -76,12 +80,16 @@ def check_sizes(x: Array, values: Array, most: float) -> None:
         raise QuantityError(f"is {np.ptp(x):g} m wide", "check the units of its columns")
 
 
-def _line_of_instrument(
-    file: Source, unit: str | None, along: str, line: float | None
-) -> tuple[Array, Array]:
-    """Positions and depths along a line scan, or along a line of a map of heights, m."""
-    if (scan := read_line(file, unit)) is not None:
-        return scan[0], -scan[1]
+def _is_map(table: Table) -> bool:
+    """Whether a table has heights over x and y, at several y."""
+    found = [*map(table.ranked, POSITION_AND_HEIGHT)]
+    if table.layout.columns or not all(found) or len({*map(tuple, found)}) < len(found):
+        return False
+    return np.unique(table.values[:, min(found[1])]).size > 1
+
+
+def _line_of_map(file: Source, unit: str, along: str, line: float | None) -> tuple[Array, Array]:
+    """Positions and depths along a line of a map of heights, m."""
     surface = read_topography(file, "none", unit=unit)
     is_x = along == X.name
     # What was not measured is no reading, although the map is filled there.

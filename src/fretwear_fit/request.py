@@ -48,6 +48,7 @@ from fretwear.units import (
     QuantityError,
     did_you_mean,
     exact_text,
+    format_quantity,
     parse_quantity,
 )
 from fretwear.variable import Variable
@@ -355,6 +356,20 @@ class Measurement(Part):
         """What the readings were taken from, such as columns, and how many are missing."""
         return "" if self._read is None else self._read[2]
 
+    @property
+    def file_summary(self) -> str:
+        """Number and range of the readings, and what they were taken from."""
+        if self.file is None or self.readings is None:
+            return ""
+        unit = BY_SI_UNIT[self.force_noise.si_unit if self.force_noise else "m"]
+        ends = zip(self.readings, (BY_SI_UNIT["m"], unit), strict=True)
+        x, values = (
+            f"{format_quantity(one.min(), kind, 4)} to {format_quantity(one.max(), kind, 4)}"
+            for one, kind in ends
+        )
+        size = self.readings[0].size
+        return f"{self.file.name}: {size} readings, {values} over {x}; {self.origin}"
+
     @cached_property
     def _read(self) -> tuple[Array, Array, str] | None:
         if self.file is None:
@@ -399,6 +414,11 @@ class FitRequest(StudySection):
     def files(self) -> list[Path]:
         """The files with what was measured, without the study if it has numbers only."""
         return [*dict.fromkeys(Path(datum.file.path) for datum in self.data if datum.file)]
+
+    @property
+    def file_summaries(self) -> list[str]:
+        """What these files hold, for people."""
+        return [datum.file_summary for datum in self.data if datum.file]
 
     @classmethod
     def complete_base(

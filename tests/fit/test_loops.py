@@ -203,6 +203,17 @@ def test_the_options_of_the_command_say_what_the_file_lacks(desk, tmp_path):
     assert "--columns '0, 1'" in desk.call(*call, "--skip", "2", status=2).stderr
 
 
+def test_the_remedy_for_channels_in_volts_names_them_and_works(desk, tmp_path):
+    heads = ("Time (s)", "CH1 (V)", "CH2 (V)")
+    scope = written(tmp_path / "scope.csv", heads, TURN, MICRO / 10.0, FORCE / 10.0)
+    call = ("loops", scope, "--load", "50 N", "-o", "table.csv")
+    remedy = desk.call(*call, status=2).stderr
+    keys = ("--columns", "1, 2"), ("--scale", "10 um/V, 10 N/V")
+    assert all(f"{key} '{value}'" in " ".join(remedy.split()) for key, value in keys)
+    said = desk.call(*call, *keys[0], *keys[1]).stdout
+    assert yaml.safe_load(said.splitlines()[-1])["friction"]["values"] == [0.55] * 4
+
+
 def test_files_of_labview_are_read_by_their_libraries(tmp_path):
     from nptdms import ChannelObject, TdmsWriter
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear.study.mistakes import StudyError
+from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 
 from ..studies import base, near, write_study
@@ -129,6 +130,21 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
     places, read = line(file="scan.nc")
     assert places == pytest.approx(1e-6 * x, abs=1e-12)
     assert read == pytest.approx(1e-6 * depth[:, 10], abs=1e-12)
+
+
+def test_a_scar_as_x_y_z_in_a_table_is_a_map_and_the_plan_says_what_it_holds(tmp_path):
+    x, y = 10.0 * np.arange(60), 10.0 * np.arange(40)  # µm
+    depth = 0.4 * np.exp(-(((x[:, None] - 290) / 100) ** 2) - ((y - 190) / 60) ** 2)
+    rows = "".join(f"{a},{b},{-d:.5f}\n" for a, r in zip(x, depth, strict=True)
+                   for b, d in zip(y, r, strict=True))  # fmt: skip
+    told = "scar.csv: 60 readings, "
+    for head, keys in (("x (um),y (um),z (um)", {}), ("x,y,z", {"units": ["um", "um", "um"]})):
+        read = study(tmp_path, f"{head}\n{rows}", noise="20 nm", line="100 um", **keys)
+        _, values = read.added["fit"].data[0].readings
+        expected = 1e-6 * depth[:, 10]
+        assert values - values.mean() == pytest.approx(expected - expected.mean(), abs=1e-10)
+        (text,) = Plan(read).files
+        assert text.startswith(told)
 
 
 def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_path):

@@ -68,6 +68,7 @@ def test_a_map_as_xyz_is_no_line_scan(tmp_path):
     assert read_line(FILE.read(str(tmp_path / "map.xyz"), Path())) is None
 
 
+@pytest.mark.slow
 def test_uneven_and_scattered_positions_are_interpolated_and_holes_stay(tmp_path):
     uneven = (
         np.cumsum(np.r_[0.0, np.geomspace(1.0, 4.0, 40)]),

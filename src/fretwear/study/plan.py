@@ -154,13 +154,15 @@ class Plan:
 
     @property
     def files(self) -> Mapping[str, None]:
-        """What the files of the parts of cases hold, each once, as text."""
+        """What the files of cases and of sections hold, each once, as text."""
         parts = (
             part
             for case in self.study.cases().values()
             for part in (case.indenter, case.roughness, case.counterface)
         )
-        return dict.fromkeys(filter(None, (getattr(part, "file_summary", "") for part in parts)))
+        texts = [getattr(part, "file_summary", "") for part in parts]
+        texts += [text for part in self.study.added.values() for text in part.file_summaries]
+        return dict.fromkeys(filter(None, texts))
 
     @property
     def memory_bytes(self) -> int:

@@ -79,6 +79,11 @@ class StudySection:
         """Files that the section names."""
         return ()
 
+    @property
+    def file_summaries(self) -> Sequence[str]:
+        """What these files hold, for people."""
+        return ()
+
     @classmethod
     def complete_base(
         cls,
