@@ -201,7 +201,11 @@ def test_fractions_of_cells_add_up_to_the_stored_areas(changes):
 def test_a_contact_of_pressures_ten_orders_of_magnitude_apart_converges():
     """A step keeps the load to the last digit of the highest pressure, not of the lowest."""
     study = load_study(Path(__file__).parents[2] / "studies" / "paper.yaml")
-    case = next(case for name, case in study.cases().items() if name.endswith("52d2aa5f"))
+    case = next(
+        case
+        for case in study.cases().values()
+        if case.slip_model.kind == "jaeger" and case.roughness and np.isinf(case.plastic_limit)
+    )
     *_, last = steps(case)
     assert last.state.cycle == case.cycles
     assert last.state.pressure.max() > 1e10 * last.state.pressure[last.state.pressure > 0].min()
