@@ -124,3 +124,16 @@ def test_recipes_are_in_the_style_of_the_package(recipes, tool):
         check=False,
     )
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.slow
+def test_recipes_give_no_symbol_a_second_meaning(recipes):
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "tests/docs/test_notation.py"],
+        env={**os.environ, "PYTHONPATH": str(recipes / "src")},
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
