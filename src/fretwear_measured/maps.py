@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Places
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed, parse_quantity
-from fretwear_measured.tables import TEXTS, Sought, Table, read_text, table_of_text
+from fretwear_measured.tables import TEXTS, NoTableError, Sought, Table, read_text, table_of_text
 
 LEAST_POINTS = 4
 POSITION_AND_HEIGHT = (
@@ -138,8 +138,10 @@ def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
         text = re.sub("(?i)no[ _]data", "nan", read_text(path))
         is_of_zygo = text.startswith("Zygo XYZ Data File")
         table = table_of_text(text.partition("\n#")[2] if is_of_zygo else text)
-    except QuantityError:
+    except NoTableError:
         return None  # some instruments name their binary files .dat
+    except QuantityError as error:
+        raise QuantityError(error.rule, "save it with decimal points") from error
     if is_of_zygo:
         return _map_of_zygo(text, table, unit, size)
     named = len(table.names) == table.values.shape[1]
@@ -150,7 +152,7 @@ def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
         numbers = table.choose(POSITION_AND_HEIGHT, "")
     except QuantityError as error:
         raise QuantityError(error.rule, "name the columns x (um), y (um), z (um)") from error
-    rows = _whole_rows(table)
+    rows = _whole_rows(table, numbers)
     scales = scales_of([table.units[n] for n in numbers], unit)
     x, y, z = (s * table.numbers(n)[rows] for s, n in zip(scales, numbers, strict=True))
     sizes = [format_quantity(scale, LENGTH).removeprefix("1 ") for scale in scales]
@@ -159,8 +161,13 @@ def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
     return _map_of_points(x, y, z, f"text, columns {columns}", size)
 
 
-def _whole_rows(table: Table) -> Places:
-    """The rows of a table with numbers; `QuantityError` if some are shorter than the others."""
+def _whole_rows(table: Table, numbers: Sequence[int]) -> Places:
+    """The rows with numbers; `QuantityError` if some are short, or have words in some columns."""
+    try:
+        for number in numbers:
+            table.numbers(number)
+    except QuantityError as error:
+        raise QuantityError(error.rule, "write missing heights as nan") from error
     rows = np.flatnonzero(np.isfinite(table.values).any(axis=1))
     widths = np.array(table.widths)[rows]
     if (short := widths[1:] < widths.max()).any():
@@ -279,9 +286,7 @@ def _map_of_matrix(table: Table, unit: str, size: str) -> Map | None:
     """The map of a matrix with a line for each y, its axes perhaps in the first line and column."""
     if (np.diff(table.lines) > 1).any():
         return None  # several channels
-    for number in table.words:
-        table.numbers(number)
-    rows = _whole_rows(table)
+    rows = _whole_rows(table, [*table.words])
     values, above = table.values[rows], [*table.above]
     if table.widths[0] == values.shape[1] - 1:  # an axis without a corner
         values[0] = np.roll(values[0], 1)

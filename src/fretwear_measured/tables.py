@@ -50,6 +50,10 @@ _VOLTS = ("V", "mV", "volt")
 _SUBSTRING = 5  # letters of a word that may be a part of a longer one, such as frictionforce
 
 
+class NoTableError(QuantityError):
+    """A file without text or without numbers in columns."""
+
+
 @dataclass(frozen=True)
 class Layout:
     """What a user says of a table, where the file does not."""
@@ -258,7 +262,7 @@ def table_of_text(text: str, layout: Layout = PLAIN) -> Table:
     first = _first_numbers([lines[n] for n in kept[: _MOST_HEADLINES + 1]])
     if first is None:
         rule = f"has no table of numbers within {_MOST_HEADLINES} lines"
-        raise QuantityError(rule, "say where the names of its columns are: skip: 12")
+        raise NoTableError(rule, "say where the names of its columns are: skip: 12")
     above = [lines[n] for n in kept[:first]]
     kept = [n for n in kept[first:] if not lines[n].lstrip().startswith("#")]
     rows = [lines[n] for n in kept]
@@ -410,7 +414,7 @@ def read_text(path: Path, encoding: str | None = None) -> str:
             raise QuantityError(f"has no encoding {encoding!r}", "such as latin-1") from error
         if sum(not (c.isprintable() or c.isspace()) for c in text[:1000]) < 10:
             return text
-    raise QuantityError("cannot be read as text", "give its encoding, such as encoding: utf-16")
+    raise NoTableError("cannot be read as text", "give its encoding, such as encoding: utf-16")
 
 
 def _separator(line: str) -> str | None:

@@ -1,6 +1,7 @@
 """Maps as instruments export them: the same surface, or a sentence that says what to do."""
 
 import io
+import re
 import zipfile
 from pathlib import Path
 
@@ -140,6 +141,18 @@ MICRO = {"unit": "um"}
             columns(on_grid(), "x (um);force (N);z (um)"),
             {},
             "has the columns x, force and z, not y; name the columns x",
+        ),
+        (
+            columns(on_grid()) + "1;2;deep",
+            {},
+            "'deep' in line 477, .*; write missing heights as nan",
+        ),
+        (
+            re.sub(
+                r"[.](\d{3})\d*", r",\1", columns([(x + 1, y + 1, 0.002) for x, y, _ in on_grid()])
+            ),
+            {},
+            "which may be .*; save it with decimal points",
         ),
         (columns(on_grid()) + "3;4", {}, "has 2 numbers in a line, but 3 in others"),
         (matrix(HEIGHTS.T), {"file_format": "x4p"}, "no reader for format: x4p; formats are al3d"),
