@@ -7,10 +7,18 @@ import subprocess
 import sys
 from pathlib import Path
 
-from fretwear.run.workflow import StudyJobs, release_locks
+from fretwear.run.workflow import StudyJobs, mark_start, release_locks
 from fretwear.study.mistakes import StudyError
 from fretwear.version import __version__
 
+if workflow.storage_settings.default_storage_provider:
+    # A job writes case files that are no outputs, which storage would not keep.
+    print(
+        "fretwear: error: --default-storage-provider does not keep the case files: run in a folder "
+        "that all machines share, without it, and copy results/ when the study is done",
+        file=sys.stderr,
+    )
+    sys.exit(2)
 try:
     JOBS = StudyJobs.of(config)
 except StudyError as error:
@@ -34,18 +42,25 @@ def in_results():
     )
 
 
+# Where the results are; a module with a prefix has moved them.
+MOVED = Path(str(workflow.modifier.path_modifier.replace_prefix(RESULTS, None)))
+
 if workflow.is_main_process:
     release_locks()
-    for sentence in JOBS.check():
+    for sentence in JOBS.check(MOVED):
         print(f"fretwear: warning: {sentence}", file=sys.stderr)
 
 
-# Steps that take less time than a cluster takes to start a job.
+def after():
+    """Resources of a step after the simulations; of a few cases it takes no job of a cluster."""
+    return dict(
+        mem_mb=lambda wildcards, attempt: attempt * JOBS.memory_mb_after,
+        runtime=lambda wildcards, attempt: attempt * JOBS.minutes_after,
+    )
+
+
 localrules:
     all,
-    merge,
-    figures,
-    report,
 
 
 rule all:
@@ -63,8 +78,8 @@ rule simulate:
     log:
         f"{RESULTS}/logs/jobs/{{job}}.log",
     resources:
-        mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.job),
-        runtime=lambda wildcards: JOBS.minutes(wildcards.job),
+        mem_mb=lambda wildcards, attempt: attempt * JOBS.memory_mb(wildcards.job),
+        runtime=lambda wildcards, attempt: attempt * JOBS.minutes(wildcards.job),
     params:
         **in_results(),
         cases=lambda wildcards: JOBS.options(wildcards.job),
@@ -81,6 +96,9 @@ rule merge:
         f"{RESULTS}/summary.nc",
         f"{RESULTS}/points.csv",
         f"{RESULTS}/results.csv",
+    localrule: JOBS.is_small
+    resources:
+        **after(),
     params:
         **in_results(),
         code=(__version__, JOBS.code),
@@ -99,7 +117,10 @@ rule fit:
     output:
         f"{RESULTS}/fit.nc",
         f"{RESULTS}/fit.json",
-    threads: workflow.resource_settings.cores or 1
+    threads: JOBS.fit_threads
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * JOBS.memory_mb_of_fit,
+        runtime=lambda wildcards, attempt: attempt * JOBS.minutes_of_fit,
     params:
         **in_results(),
         code=JOBS.code,
@@ -121,6 +142,9 @@ rule figures:
             labels={"figure": "{figure}"},
         ),
     threads: 2
+    localrule: JOBS.is_small
+    resources:
+        **after(),
     params:
         **in_results(),
         version=__version__,
@@ -137,6 +161,9 @@ rule report:
     output:
         report(f"{RESULTS}/report.html", category="Report"),
         f"{RESULTS}/answer.json",
+    localrule: JOBS.is_small
+    resources:
+        **after(),
     params:
         **in_results(),
         version=__version__,
@@ -146,6 +173,7 @@ rule report:
 
 # A forced job computes its cases again, although their files are finished.
 onstart:
+    mark_start()
     JOBS.remove_forced(workflow.dag_settings.forcerun, workflow.dag_settings.forceall)
 
 

@@ -70,7 +70,7 @@ def test_paraview_gets_a_grid_for_each_snapshot(worn, tmp_path):
 
 
 def test_stresses_and_line_contacts_are_meshes_as_well(line, worn, tmp_path):
-    *_, collection = write_vtk(line, tmp_path / "line.pvd")
+    write_vtk(line, tmp_path / "line.pvd")
     mesh = dict(appended(tmp_path / "line-0001.vtu"))
     assert mesh["connectivity"].reshape(-1, 2).tolist() == [
         [place, place + 1] for place in range(line.sizes["x"] - 1)

@@ -1,9 +1,9 @@
 """From a study file to its report, and what a change or a failure does to it."""
 
 import json
+import os
+import platform
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.run import workflow
-from fretwear.run.workflow import StudyJobs, release_locks, study_file
+from fretwear.run.workflow import StudyJobs, mark_start, release_locks, study_file
 from fretwear.study.mistakes import StudyError
 
 from .conftest import HOPELESS, TINY, Checkout, without
@@ -61,6 +61,14 @@ def test_a_failed_case_leaves_what_is_finished_to_be_reported_with_keep_going(tm
     assert list((checkout.results / "figures").glob("*.svg"))
 
 
+@pytest.mark.slow
+def test_storage_that_would_lose_the_case_files_is_refused(tmp_path):
+    pytest.importorskip("snakemake_storage_plugin_fs")
+    checkout = Checkout.make(tmp_path)
+    said = checkout.snakemake("--default-storage-provider", "fs", status=2)
+    assert "copy results/ when the study is done" in said
+
+
 OUTER = """
 module wear:
     snakefile: "inner/Snakefile"
@@ -85,6 +93,11 @@ def test_the_workflow_is_a_module_of_another_one_and_writes_under_its_prefix(tmp
     with open_summary(tmp_path / "elsewhere/results/demo/summary.nc") as summary:
         assert (summary["status"] == 0).all()
     assert not checkout.results.exists()
+    # Also a case that has gone is missed there.
+    gone = min((tmp_path / "elsewhere/results/demo/cases").iterdir())
+    gone.unlink()
+    checkout.snakemake("--", "wear_all", status=0)
+    assert gone.exists()
 
 
 @pytest.mark.slow
@@ -137,31 +150,56 @@ def test_removed_cases_are_computed_again_and_those_of_other_code_are_told_befor
 ):
     ours = jobs()
     shutil.copytree(finished.results, "results/demo")
-    assert list(ours.check()) == []
-    first, second = (ours.marker(name) for name in ours.by_name)
+    assert list(ours.check(ours.results)) == []
+    first, second = (ours.results / "jobs" / name for name in ours.by_name)
     min(Path("results/demo/cases").iterdir()).unlink()
-    list(ours.check())
+    list(ours.check(ours.results))
     assert [first.exists(), second.exists()].count(True) == 1
     monkeypatch.setattr(workflow, "case_digest", lambda _: "newer")
-    *_, told = jobs().check()
+    *_, told = jobs().check(ours.results)
     assert told == "1 finished case is of other code: computed again; keep_older=true keeps them"
-    *_, told = StudyJobs(jobs().plan, keep_older=True).check()
+    *_, told = StudyJobs(jobs().plan, keep_older=True).check(ours.results)
     assert told == "1 finished case is of other code: kept"
 
 
-def test_locks_of_a_killed_snakemake_go_unless_another_one_runs_in_the_folder(
-    tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
-    lock = tmp_path / "0.input.lock"
+@pytest.fixture
+def locked(tmp_path):
+    """A folder of Snakemake with a lock, and the mark of a process that is given by its start."""
+    lock = tmp_path / "locks/0.input.lock"
+    lock.parent.mkdir()
     lock.touch()
-    waiting = [sys.executable, "-c", "import time; time.sleep(60)", "snakemake"]
-    with subprocess.Popen(waiting) as other:
+    mark_start(tmp_path)
+    mark = next(file for file in tmp_path.iterdir() if file.is_file())
+
+    def by(node=None, pid=None, age=0.0):
+        here, this, created = json.loads(mark.read_text())
+        given = [node or here, pid or this, created - age]
+        mark.write_text(json.dumps(given))
         release_locks(tmp_path)
-        assert lock.exists()
-        other.kill()
-    release_locks(tmp_path)
-    assert not lock.exists()
+        return lock.exists()
+
+    by.folder, by.lock = tmp_path, lock
+    return by
+
+
+def test_locks_of_a_dead_process_of_this_machine_go_and_no_other_ones(locked):
+    assert locked()  # this process lives
+    assert locked(node="another login node", pid=2**22 + 1)  # and here nobody knows that one
+    assert locked(node=platform.node(), pid=2**22 + 1) is False
+
+
+def test_locks_of_a_process_whose_number_another_one_has_go(locked):
+    assert locked(age=60.0) is False
+
+
+def test_locks_newer_than_the_mark_or_without_one_stay(locked):
+    later = locked.lock.stat().st_mtime + 60.0
+    os.utime(locked.lock, (later, later))
+    assert locked(pid=2**22 + 1)
+    for file in locked.folder.glob("*started"):
+        file.unlink()
+    release_locks(locked.folder)
+    assert locked.lock.exists()
 
 
 def test_a_study_is_given_by_name_or_by_path_and_misspelt_keys_are_refused(jobs):
@@ -182,6 +220,16 @@ def test_a_scheduler_reserves_more_than_the_plan_expects(jobs):
         assert ours.memory_mb(name) * 1e6 > 2 * job.memory_bytes
         assert ours.minutes(name) * 60 > 300 + 5 * job.seconds - 60
         assert ours.options(name) == f"--case {job.case_ids[0]}"
+    # A fit has as many processes where it is submitted as where it runs, each with a case.
+    largest = max(job.memory_bytes for job in ours.by_name.values())
+    assert ours.memory_mb_of_fit * 1e6 > 2 * ours.fit_threads * largest
+    assert ours.minutes_of_fit > max(ours.minutes(name) for name in ours.by_name)
+    assert ours.is_small
+    many = {"load": {"from": "25 N", "to": "50 N"}}
+    drawn = jobs(vary=many, design={"kind": "sobol", "points": 512, "seed": 1})
+    assert not drawn.is_small
+    assert drawn.memory_mb_after > ours.memory_mb_after
+    assert drawn.minutes_after >= ours.minutes_after
     joined = jobs(**{**without(TINY, "batch"), "batch": 2})
     ((name, job),) = joined.by_name.items()
     assert len(job.case_ids) == 2

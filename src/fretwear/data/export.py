@@ -117,7 +117,7 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
         raise ExportError("the dataset has no fields on cells or points")
     places = [np.atleast_1d(ds[n].values) if n in ds.coords else np.zeros(1) for n in _SPACE]
     if not on_points:
-        places = np.meshgrid(*places, indexing="ij")
+        places = [*np.meshgrid(*places, indexing="ij")]
     points = [np.ascontiguousarray(np.ravel(place), np.float64) for place in places]
     corners, kind = _cells_between(places[0].shape)
     cells = (corners.ravel(), np.arange(1, len(corners) + 1) * corners.shape[1])

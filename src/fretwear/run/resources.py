@@ -91,10 +91,14 @@ def grouped(plan: Plan) -> list[Job]:
 
 def study_seconds(plan: Plan) -> float:
     """Return the time, s, of all jobs of a study, of merging, figures and report on one core."""
+    return math.fsum(job.seconds for job in grouped(plan)) + seconds_after(plan)
+
+
+def seconds_after(plan: Plan) -> float:
+    """Return the time, s, of merging, figures and report of a study on one core."""
     cases = len(plan.estimates)
     drawn = SECONDS_PER_CASE_DRAWN * min(cases, MOST_CASES_DRAWN)
-    jobs = math.fsum(job.seconds for job in grouped(plan))
-    return jobs + SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
+    return SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:

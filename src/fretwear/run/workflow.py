@@ -9,12 +9,14 @@ import hashlib
 import json
 import math
 import os
+import platform
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from fretwear.run.resources import Job, grouped
+from fretwear.run.resources import Job, grouped, seconds_after
 from fretwear.study.mistakes import Mistake, StudyError
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
@@ -25,6 +27,12 @@ _KEYS = ("study", "keep_older")
 _MEMORY_MARGIN, _TIME_MARGIN, _MINUTES_TO_START = 2.0, 5.0, 5
 # In a job on a cluster Snakemake runs beside the simulation.
 _SNAKEMAKE_MB = 300
+# Of what follows the simulations: libraries of figures, and a share of each case.
+_AFTER_MB, _MB_PER_CASE, _MOST_ON_SUBMITTING_MACHINE = 1500, 0.2, 300
+# A fit takes twenty to forty runs, about as many side by side as parameters are free and their
+# steps have signs.
+_FIT_THREADS, _FIT_RUNS = 8, 40
+_STARTED = "fretwear_started"
 
 
 def workspace() -> Path:
@@ -49,17 +57,33 @@ def study_file(name: str) -> Path:
     return path if path.exists() or path.parent != Path() else Path("studies", path)
 
 
-def release_locks(locks: Path = Path(".snakemake/locks")) -> None:
-    """Remove the locks that a killed Snakemake has left, unless another one runs in this folder."""
+def mark_start(folder: Path = Path(".snakemake")) -> None:
+    """Write beside its locks which process on which machine Snakemake is."""
     import psutil
 
-    this = psutil.Process()
-    own = {process.pid for process in (this, *this.parents())}
-    for process in psutil.process_iter(["cwd", "cmdline"]):
-        is_here = process.info["cwd"] == os.getcwd() and process.pid not in own  # noqa: PTH109
-        if is_here and any("snakemake" in word for word in process.info["cmdline"] or ()):
+    this = [platform.node(), os.getpid(), psutil.Process().create_time()]
+    (folder / _STARTED).write_text(json.dumps(this), encoding="utf-8")
+
+
+def release_locks(folder: Path = Path(".snakemake")) -> None:
+    """Remove the locks of a Snakemake that was killed on this machine.
+
+    Locks of one that runs, of one on another machine and of one that left no mark stay, and
+    Snakemake says how to remove them.
+    """
+    import psutil
+
+    mark, locks = folder / _STARTED, [*(folder / "locks").glob("*.lock")]
+    try:
+        node, pid, created = json.loads(mark.read_bytes())
+        newest = max(lock.stat().st_mtime for lock in locks)
+        is_of_locks = node == platform.node() and newest <= mark.stat().st_mtime
+    except (OSError, ValueError):
+        return
+    with suppress(psutil.NoSuchProcess):
+        if not is_of_locks or psutil.Process(pid).create_time() == created:
             return
-    for lock in locks.glob("*.lock"):
+    for lock in locks:
         lock.unlink(missing_ok=True)
 
 
@@ -120,14 +144,43 @@ class StudyJobs:
             named[hashlib.sha256(text.encode()).hexdigest()[:12]] = job
         return named
 
-    def marker(self, name: str) -> Path:
-        """Return the file that tells that a job is done."""
-        return self.results / "jobs" / name
+    @property
+    def fit_threads(self) -> int:
+        """Processes of a fit, the same where it is submitted and where it runs."""
+        return _FIT_THREADS
+
+    @property
+    def memory_mb_of_fit(self) -> int:
+        """The memory that a scheduler reserves for a fit."""
+        largest = max(cost.memory_bytes for cost in self.plan.estimates.values())
+        return math.ceil(_MEMORY_MARGIN * _FIT_THREADS * largest / 1e6 + _SNAKEMAKE_MB)
+
+    @property
+    def minutes_of_fit(self) -> int:
+        """The time that a scheduler reserves for a fit."""
+        once = math.fsum(cost.seconds for cost in self.plan.estimates.values())
+        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * _FIT_RUNS * once / 60.0)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether what follows the simulations takes less time than a job takes to start."""
+        return len(self.plan.estimates) <= _MOST_ON_SUBMITTING_MACHINE
+
+    @property
+    def memory_mb_after(self) -> int:
+        """The memory that a scheduler reserves for merging, figures or the report."""
+        return math.ceil(_AFTER_MB + _MB_PER_CASE * len(self.plan.estimates))
+
+    @property
+    def minutes_after(self) -> int:
+        """The time that a scheduler reserves for merging, figures or the report."""
+        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * seconds_after(self.plan) / 60.0)
 
     def remove_forced(self, forced: Collection[str], is_all: bool) -> None:
         """Remove the case files of jobs that Snakemake is forced to do, by rule or by marker."""
         for name, job in self.by_name.items():
-            if is_all or {"simulate", self.marker(name).as_posix()} & {*forced}:
+            marker = (self.results / "jobs" / name).as_posix()
+            if is_all or {"simulate", marker} & {*forced}:
                 for case_id in job.case_ids:
                     (self.results / "cases" / f"{case_id}.nc").unlink(missing_ok=True)
 
@@ -144,15 +197,16 @@ class StudyJobs:
         """Return the time that a scheduler reserves for a job."""
         return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.by_name[name].seconds / 60.0)
 
-    def check(self) -> Iterator[str]:
+    def check(self, results: Path) -> Iterator[str]:
         """Have jobs whose case files are gone done again; yield what to know before the start."""
         older, cases = 0, self.plan.study.cases()
         for name, job in self.by_name.items():
-            files = {n: self.results / "cases" / f"{n}.nc" for n in job.case_ids}
+            marker = results / "jobs" / name
+            files = {n: results / "cases" / f"{n}.nc" for n in job.case_ids}
             present = {n: file for n, file in files.items() if file.exists()}
             if len(present) < len(files):
-                self.marker(name).unlink(missing_ok=True)
-            if present and not self.marker(name).exists():
+                marker.unlink(missing_ok=True)
+            if present and not marker.exists():
                 from fretwear.data.files import finished_by
 
                 for name, file in present.items():
