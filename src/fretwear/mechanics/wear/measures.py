@@ -92,11 +92,15 @@ class Measures:
         return scar_half_widths(self.state)
 
     @cached_property
+    def _regions(self) -> tuple[Region, Region]:
+        """The regions of contact and of stick."""
+        return _regions(self.problem, self.state, self._half_widths[0])
+
+    @cached_property
     def _zones(self) -> tuple[Zone, Zone]:
         """The zones of contact and of stick."""
-        contact, stick = _regions(self.problem, self.state)
-        geometry = self.state.geometry
-        return geometry.zone(contact), geometry.zone(stick)
+        contact, stick = map(self.state.geometry.zone, self._regions)
+        return contact, stick
 
     @cached_property
     def _wear_of_each(self) -> dict[str, Array]:
@@ -186,7 +190,10 @@ class Measures:
         one.
         """
         return _radius(
-            self.state.geometry, self.state.in_contact, self.contact_area, self.contact_half_width_x
+            self.state.geometry,
+            self._regions[0].cells,
+            self.contact_area,
+            self.contact_half_width_x,
         )
 
     @scalar("m", "stick outline radius", symbol="$c$", unit="µm", **_OUTLINE)
@@ -367,9 +374,11 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
     return sqrt(max(area + within * geometry.unit_area, 0.0) / pi)
 
 
-def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
-    """The regions of contact and of stick."""
-    contact, stick = half_widths(state, state.geometry.along(0))
+def _regions(
+    problem: WearProblem, state: State, along_x: tuple[float, float]
+) -> tuple[Region, Region]:
+    """The regions of contact and of stick, whose half-widths along x are known, m."""
+    contact, stick = along_x
     touching = Region(state.in_contact, contact, Beside(state.pressure, state.gap, state.opening))
     worn = state.opening + state.plastic if problem.slip_model.follows_shape else None
     beside = Beside(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
@@ -378,7 +387,8 @@ def _regions(problem: WearProblem, state: State) -> tuple[Region, Region]:
 
 def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
-    contact, stick = (state.geometry.covered(r, plane) for r in _regions(problem, state))
+    regions = _regions(problem, state, half_widths(state, state.geometry.along(0)))
+    contact, stick = (state.geometry.covered(region, plane) for region in regions)
     return contact, stick
 
 
