@@ -234,8 +234,8 @@ class Comparison:
     def settled(self, signal: Array, start: Array | None = None) -> Array:
         """The nuisances with the least sum of squares for a signal.
 
-        Without a start, a loop is searched from its middle on, and the shift of a profile over the
-        whole width.
+        Without a start, a loop is searched from its middle on, and a profile from the shift at
+        which a scar of this form, however deep, explains most of the readings.
         """
         from scipy.optimize import least_squares
 
@@ -243,25 +243,38 @@ class Comparison:
         if not names.size:
             return np.zeros(0)
         assert readings is not None
-        starts = [np.zeros(names.size) if start is None else start]
         if start is None and self.measurement.is_loop:
             force, where = (0.5 * (each.min() + each.max()) for each in readings[::-1])
-            starts = [force * (names == "offset") + where * (names == "shift")]
+            start = force * (names == "offset") + where * (names == "shift")
         elif start is None and "shift" in names:
-            shifts = _ROOM * (readings[0][-1] - readings[0][0]) * np.linspace(-1.0, 1.0, _SHIFTS)
-            starts = [(_center(self.measurement) + shift) * (names == "shift") for shift in shifts]
-        found = [
-            least_squares(
-                lambda nuisances: self.residuals(signal, nuisances),
-                each,
-                lambda nuisances: self.slopes(signal, nuisances),
-                method="lm",
-                x_scale=self.steps,
-                ftol=_CLOSE,
-            )
-            for each in starts
-        ]
-        return np.asarray(min(found, key=lambda one: one.cost).x)
+            start = self._shift_of(signal) * (names == "shift")
+        found = least_squares(
+            lambda nuisances: self.residuals(signal, nuisances),
+            np.zeros(names.size) if start is None else start,
+            lambda nuisances: self.slopes(signal, nuisances),
+            method="lm",
+            x_scale=self.steps,
+            ftol=_CLOSE,
+        )
+        return np.asarray(found.x)
+
+    def _shift_of(self, signal: Array) -> float:
+        """The shift at which a multiple of a scar, besides a base line, fits the readings best.
+
+        At its own depth, a scar that is much too deep would fit best beyond the readings.
+        """
+        assert self.measurement.readings is not None
+        assert self.noise is not None
+        x, depth = self.measurement.readings
+        names = np.array(self.names)
+        shifts = np.linspace(-1.0, 1.0, _SHIFTS) * _ROOM * (x[-1] - x[0])
+        shifts += _center(self.measurement)
+        scars = [self.modelled(signal, shift * (names == "shift")) for shift in shifts]
+        trend = [c for n, c in (("offset", x**0), ("tilt", x - x.mean())) if n in names]
+        rows = self.noise.whitened(x, np.column_stack([*scars, depth, *trend]))
+        *scars, depth = without_nuisances(rows, _SHIFTS + 1).T
+        falls = [max(scar @ depth, 0.0) / max(np.sqrt(scar @ scar), 1e-300) for scar in scars]
+        return float(shifts[int(np.argmax(falls))])
 
     def misfit(self, signal: Array, nuisances: Array) -> float:
         """Sum of squares of the residuals."""
@@ -326,6 +339,13 @@ class Comparison:
         """The same derivatives, not yet whitened: for residuals of a profile in m."""
         blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
         return blank.derivatives(signal, nuisances, changes)
+
+
+def without_nuisances(columns: Array, count: int) -> Array:
+    """The first columns without what the others, derivatives by nuisances, take up."""
+    moved, of_nuisances = np.split(columns, [count], axis=1)
+    q, _ = np.linalg.qr(of_nuisances)
+    return np.asarray(moved - q @ (q.T @ moved))
 
 
 def _evenly_along(displacement: Array, force: Array) -> Array:

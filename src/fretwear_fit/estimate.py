@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear_fit.comparison import Comparison
+from fretwear_fit.comparison import Comparison, without_nuisances
 from fretwear_fit.emulator import NEAR, Emulator
 from fretwear_fit.noise import Noise
 from fretwear_fit.request import Unknown
@@ -18,7 +18,8 @@ LEVELS = (0.68, 0.9, 0.95)
 
 _STEP = 0.04  # of a derivative, in logarithms or parts of a range
 _MOST_STEPS = 30
-_FLAT, _SAME = 2e-3, 5e-3  # least relative change of χ², and of parameters
+_CURVED = 0.3  # part of a change of a signal that its derivatives miss, after which they are anew
+_FLAT, _SAME = 1e-2, 5e-3  # least relative change of χ², and of parameters
 _INVALID = 1e3  # residual of parameters that make no case
 _DIGITS = 10  # of the parameters of a run
 # Places of the runs that intervals rest on, in standard deviations.
@@ -29,11 +30,20 @@ _FAR = 0.4  # standard deviations after which the runs around the best parameter
 _MOST_MOVES = 3
 # Logarithm of a ratio of standard deviations with which the runs lie where they should.
 _ALIKE = 0.3
-_UNCHECKED = 0.5  # standard deviations from all runs at which ends of intervals are run
+# Standard deviations from all runs at which ends of intervals, and the best parameters, are run.
+_UNCHECKED, _SETTLED = 0.5, 0.05
 # Values of a profile, in standard deviations, up to this part of the highest rise of χ² asked for.
 _REACHES, _BEYOND = (0.4, 0.8, 1.2, 1.6, 2.0, 2.6, 3.3, 4.5, 6.0, 9.0, 15.0, 30.0, 100.0), 1.8
 _FALLEN = 0.5  # fall of χ² along a profile that is another minimum
 _NOISES = 256  # draws of the noise
+# Parts of all runs after which each stage ends; the rest checks draws.
+SEARCH, MOVES, AROUND, ENDS = 0.4, 0.6, 0.75, 0.9
+_RISE = 2.71  # of χ² at the ends of an interval of 90 %
+TOLERATED = 0.2  # error of an emulated rise of χ², over the rise or the one above
+
+
+class _SpentError(Exception):
+    """A stage has made all of its runs."""
 
 
 class Fitter:
@@ -45,11 +55,13 @@ class Fitter:
         comparisons: Sequence[Comparison],
         signals: Callable[[Sequence[Array]], list[list[Array] | None]],
         tell: Callable[[str], None] = lambda _: None,
+        runs: int = 40,
     ) -> None:
         """Begin; `signals` runs parameters and gives the signal of each measurement or None.
 
-        `tell` takes a line of text about each run.
+        `tell` takes a line of text about each run, of which at most `runs` are made.
         """
+        self.runs, self._most = runs, runs
         self.unknowns, self.comparisons, self._signals = unknowns, [*comparisons], signals
         self._tell = tell
         ends = np.array([unknown.ends for unknown in unknowns])
@@ -57,11 +69,25 @@ class Fitter:
         self.settled: list[Array | None] = [None] * len(comparisons)
         self.signals_of: dict[bytes, tuple[Array, Array | None]] = {}
         self.sizes: list[int] = []
+        self._tangent: tuple[Array, Array, Array] | None = None
+
+    @property
+    def left(self) -> int:
+        """Number of runs that are left."""
+        return max(self._most - len(self.signals_of), 0)
+
+    def keep(self, share: float) -> None:
+        """Make runs up to a share of all of them."""
+        self._most = int(share * self.runs)
 
     def signals_at(self, points: Sequence[Array]) -> list[Array | None]:
-        """The signals of all measurements, one after the other, at some parameters."""
+        """The signals of all measurements, one after the other, at some parameters.
+
+        None where they make no case, or no run is left.
+        """
         points = [np.round(u, _DIGITS) + 0.0 for u in points]
         new = {u.tobytes(): u for u in points if u.tobytes() not in self.signals_of}
+        new = dict([*new.items()][: self.left])
         for (key, u), signals in zip(new.items(), self._signals([*new.values()]), strict=True):
             pairs = zip(self.unknowns, u, strict=True)
             values = ", ".join(f"{of.name} = {float(of.value(x)):.4g}" for of, x in pairs)
@@ -74,7 +100,7 @@ class Fitter:
             parts = zip(self.comparisons, signals, self.settled, strict=True)
             misfit = sum(c.misfit(part, c.settled(part, start)) for c, part, start in parts)
             self._tell(f"{values}: χ² = {misfit:.4g}")
-        return [self.signals_of[u.tobytes()][1] for u in points]
+        return [self.signals_of.get(u.tobytes(), (u, None))[1] for u in points]
 
     def split(self, signal: Array) -> list[Array]:
         """The signal of each measurement."""
@@ -105,7 +131,7 @@ class Fitter:
         count, columns = changes.shape[1], []
         for place, (comparison, part, nuisances) in enumerate(self.parts(signal)):
             slopes = comparison.derivatives(part, nuisances, self.split_all(changes, place))
-            columns.append(_without_nuisances(slopes, count))
+            columns.append(without_nuisances(slopes, count))
         return np.concatenate(columns)
 
     def derivatives(self, u: Array, signal: Array) -> Array:
@@ -119,7 +145,11 @@ class Fitter:
         return np.column_stack(columns)
 
     def best(self, start: Array) -> Array:
-        """Return the parameters with the least χ²."""
+        """Return the parameters with the least χ², of the runs that are left.
+
+        Derivatives follow the steps (C. G. Broyden, Math. Comp. 19, 1965), and are anew after steps
+        along which signals bend.
+        """
         from scipy.optimize import least_squares
 
         start = np.clip(start, self.lower + 1e-6, self.upper - 1e-6)
@@ -129,18 +159,42 @@ class Fitter:
 
         def missed(step: Array) -> Array:
             signal = self.signals_at([origin + step])[0]
+            if signal is None and not self.left:
+                raise _SpentError
             return np.full(rows, _INVALID) if signal is None else self.residuals(signal)
 
         def slopes(step: Array) -> Array:
             u = origin + step
             signal = self.signal(u)
-            return self.projected(signal, self.derivatives(u, signal))
+            return self.projected(signal, self._followed(u, signal))
 
         ends = self.lower - origin, self.upper - origin
         tolerances = {"ftol": _FLAT, "xtol": _SAME, "max_nfev": _MOST_STEPS}
-        return np.asarray(
-            origin + least_squares(missed, start - origin, slopes, ends, **tolerances).x
-        )
+        try:
+            step = least_squares(missed, start - origin, slopes, ends, **tolerances).x
+        except _SpentError:
+            runs = [(u, s) for u, s in self.signals_of.values() if s is not None]
+            return min(runs, key=lambda run: self.misfit(run[1]))[0]
+        return np.asarray(origin + step)
+
+    def _followed(self, u: Array, signal: Array) -> Array:
+        """Derivatives of the signal, updated by the last step where it is nearly straight."""
+        derivatives = None
+        if self._tangent is not None:
+            from_u, from_signal, derivatives = self._tangent
+            step, change = u - from_u, signal - from_signal
+            missed = change - derivatives @ step
+            parts = [*zip(self.split(missed), self.split(change), strict=True)]
+            if any(np.linalg.norm(m) > _CURVED * np.linalg.norm(c) for m, c in parts):
+                derivatives = None
+            elif step.any():
+                derivatives = derivatives + np.outer(missed, step) / (step @ step)
+        if derivatives is None:
+            if self.left < u.size:
+                raise _SpentError
+            derivatives = self.derivatives(u, signal)
+        self._tangent = u, signal, derivatives
+        return derivatives
 
     def signal(self, u: Array) -> Array:
         """The signals of all measurements at parameters that make a case."""
@@ -182,7 +236,7 @@ class Fitter:
                     x, _ = comparison.measurement.readings
                     readings = noise.whitened(x, columns[: x.size])
                     whitened = np.concatenate([readings, columns[x.size :]])
-                slopes.append(_without_nuisances(whitened, len(self.unknowns)))
+                slopes.append(without_nuisances(whitened, len(self.unknowns)))
             return np.diag(self._covariance(np.concatenate(slopes)))
 
         taken = [comparison.noise for comparison in self.comparisons]
@@ -208,11 +262,12 @@ class Fitter:
         to lie there, the runs are made anew.
         """
         ends = np.array([self.lower, self.upper])
-        derivatives = self.derivatives(u, self.signal(u))
+        derivatives = self._followed(u, self.signal(u))
         for _ in range(_MOST_MOVES):
             signal = self.signal(u)
             before = self.covariance(signal, derivatives)
-            derivatives = self._along(u, signal, before)
+            derivatives = self._along(u, signal, before, derivatives)
+            self._tangent = u, signal, derivatives
             covariance = self.covariance(signal, derivatives)
             emulator = Emulator(u, covariance)
             near = [
@@ -221,12 +276,14 @@ class Fitter:
                 if moved is not None and np.abs(emulator.at(place)).max() < NEAR
             ]
             self.teach(emulator, *zip(*near, strict=True))
-            moved = emulator.minimum(emulator.best, ends)
-            if np.abs(emulator.at(moved)).max() > _FAR:
-                ahead = self.signals_at([moved])[0]
-                if ahead is not None and self.misfit(ahead) < self.misfit(signal):
-                    u = moved
-                    continue
+            while self.left:
+                moved = emulator.minimum(emulator.best, ends)
+                if emulator.distance(moved) < _FAR:
+                    break
+                self.check(emulator, [moved])
+            if np.abs(emulator.at(emulator.best)).max() > _FAR:
+                u = emulator.best
+                continue
             ratios = np.diag(covariance) / np.diag(before)
             if np.abs(np.log(ratios)).max() < _ALIKE:
                 break
@@ -241,8 +298,11 @@ class Fitter:
             [u for u, _ in runs], [self.residuals(s) for _, s in runs], [s for _, s in runs]
         )
 
-    def _along(self, u: Array, signal: Array, covariance: Array) -> Array:
-        """Derivatives from runs on both sides of the best parameters, along its covariance."""
+    def _along(self, u: Array, signal: Array, covariance: Array, derivatives: Array) -> Array:
+        """Derivatives from runs on both sides of the best parameters, along its covariance.
+
+        Where no run is made, they stay.
+        """
         deviations = np.sqrt(np.diag(covariance))
         directions = covariance / deviations * np.maximum(_OUT, _NARROWEST / deviations)
         places: list[tuple[int, float]] = []
@@ -257,29 +317,49 @@ class Fitter:
         for (place, share), moved in zip(places, self.signals_at(points), strict=True):
             if moved is not None:
                 slopes[place].append((share, (moved - signal) / share))
-        columns = [0.0 * signal for _ in u]
+        columns = [*(derivatives @ directions).T]
         for place, slopes_here in enumerate(slopes):
             # Of a quadratic through three points, which need not be equally far apart, or a line.
             if slopes_here:
                 (a, ahead), (b, behind) = slopes_here[0], slopes_here[-1]
                 columns[place] = ahead if a == b else (a * behind - b * ahead) / (a - b)
-        return np.column_stack(columns) @ np.linalg.inv(directions)
+        return np.asarray(np.column_stack(columns) @ np.linalg.inv(directions))
 
-    def intervals(self, emulator: Emulator, spread: Array) -> list[Profile]:
-        """The profile likelihood of each parameter, its ends and its best value checked by runs."""
-        ends = np.array([self.lower, self.upper])
-        for last in (False, False, True):
-            trials = [emulator.minimum(emulator.best, ends)]
-            profiles = [
-                self._profile(emulator, place, ends, column)
-                for place, column in enumerate(spread.T)
-            ]
-            trials += [u for profile in profiles for u in profile.ends_at(LEVELS[1])]
-            new = [u for u in trials if emulator.distance(u) > _UNCHECKED]
-            if last or not new:
-                break
-            self.teach(emulator, new, self.signals_at(new))
-        return profiles
+    def intervals(self, emulator: Emulator, spread: Array) -> tuple[list[Profile], float]:
+        """The profile likelihood of each parameter, its ends and its best value checked by runs.
+
+        The error of rises of χ² follows: 0 if runs lie at all ends. Profiles are wider by it.
+        """
+        error, ends = 0.0, np.array([self.lower, self.upper])
+
+        def profiles(spread: Array) -> list[Profile]:
+            columns = enumerate(spread.T)
+            return [self._profile(emulator, place, ends, column) for place, column in columns]
+
+        while True:
+            found = profiles(spread)
+            trials = [(emulator.minimum(emulator.best, ends), _SETTLED)]
+            trials += [(u, _UNCHECKED) for p in found for u in p.ends_at(LEVELS[1])]
+            new = [u for u, farthest in trials if emulator.distance(u) > farthest]
+            if not new:
+                return found, 0.0
+            if not self.left:
+                return profiles(spread * (1.0 + error)) if error > TOLERATED else found, error
+            error = self.check(emulator, new)
+
+    def check(self, emulator: Emulator, points: Sequence[Array]) -> float:
+        """Run parameters for an emulator: largest error of a rise of χ² before it learns them.
+
+        An error is relative to the rise or, of small rises, the one at the ends of 90 %.
+        """
+        signals, emulated = self.signals_at(points), emulator.misfit(np.array(points))
+        errors = [0.0]
+        for signal, misfit in zip(signals, emulated, strict=True):
+            if signal is not None:
+                run = self.misfit(signal)
+                errors.append(abs(run - misfit) / max(run - emulator.least, _RISE))
+        self.teach(emulator, points, signals)
+        return float(max(errors))
 
     def _profile(self, emulator: Emulator, place: int, ends: Array, spread: Array) -> Profile:
         """Signed roots of the rise of χ² over values of one parameter, the others at their best."""
@@ -302,13 +382,6 @@ class Fitter:
         monotonic = np.maximum.accumulate(roots)
         falls = bool((np.sign(roots) * (roots**2 - monotonic**2) < -_FALLEN).any())
         return Profile(place, points, monotonic, spread, falls)
-
-
-def _without_nuisances(columns: Array, count: int) -> Array:
-    """The first columns without what the others, derivatives by nuisances, take up."""
-    moved, of_nuisances = np.split(columns, [count], axis=1)
-    q, _ = np.linalg.qr(of_nuisances)
-    return np.asarray(moved - q @ (q.T @ moved))
 
 
 @dataclass(frozen=True)

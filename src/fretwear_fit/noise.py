@@ -120,7 +120,8 @@ class NoiseEvidence:
         def tried(place: Array) -> Noise:
             return Noise(1.0, float(np.exp(np.clip(place[0], *ends))), float(place[1]))
 
-        begin, bounds = [np.log(start.length), start.white], [ends, (0.0, 0.98)]
+        begin = [float(np.clip(np.log(start.length), *ends)), start.white]
+        bounds = [ends, (0.0, 0.98)]
         optimum = minimize(
             lambda place: self._of(tried(place))[0], begin, method="Nelder-Mead", bounds=bounds
         )

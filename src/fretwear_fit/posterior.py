@@ -9,7 +9,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear_fit.emulator import Emulator
-from fretwear_fit.estimate import Fitter, Profile
+from fretwear_fit.estimate import TOLERATED, Fitter, Profile
 
 CHAINS, DRAWS = 4, 1000
 TOGETHER = 0.95  # correlation above which intervals come from the draws
@@ -18,10 +18,7 @@ _LEVEL = 0.9
 _BESIDE = 0.1  # least part of an interval on either side of the best value
 _WALKERS, _BURN_IN, _THIN = 200, 300, 40
 _SCALES = 32  # values of the variance of the noise
-# Runs at draws: how many at once, among how many draws the farthest is taken, and how far off the
-# rise of χ² may be there, besides a part of it.
-_CHECKS, _AMONG, _TOLERATED, _PART = 4, 200, 0.5, 0.1
-_MOST_RUNS = 20  # of a fit, per parameter
+_CHECKS, _AMONG = 4, 200  # runs at draws at once, and draws among which the farthest is taken
 
 
 @dataclass(frozen=True)
@@ -33,12 +30,12 @@ class Posterior:
 
     draws: Array  # in the coordinates in which parameters are sought, shape (4, 1000, p)
     reason: str = ""  # why intervals come from the draws; empty if from profiles
-    missed: float = 0.0  # largest error of χ² at the last runs, over what is tolerated
+    error: float = 0.0  # of rises of χ², by which the draws are wider where it is not tolerated
 
     @property
     def is_checked(self) -> bool:
-        """Whether the emulator was right at the draws that were run."""
-        return self.missed <= 1.0
+        """Whether the emulator was right at the last runs."""
+        return self.error <= TOLERATED
 
     def interval(self, place: int, level: float, best: float) -> tuple[float, float]:
         """An interval of a parameter, in the coordinate in which it is sought, around its best.
@@ -72,12 +69,18 @@ def why_to_sample(profiles: Sequence[Profile], correlation: Array) -> str:
 
 
 def sampled(
-    fitter: Fitter, emulator: Emulator, spread: Array, seed: int, reason: str = ""
+    fitter: Fitter,
+    emulator: Emulator,
+    spread: Array,
+    seed: int,
+    reason: str = "",
+    error: float = 0.0,
 ) -> Posterior:
     """Draws by the affine-invariant ensemble sampler of emcee.
 
     With a reason, intervals rest on them: runs at draws far from all others check the emulator,
-    which takes them in until it is right there.
+    which takes them in until it is right there. If it is not when no run is left, draws are wider
+    by the error of rises of χ² at the last check, or by the error there was.
 
     References
     ----------
@@ -85,28 +88,20 @@ def sampled(
     Comput. Sci. 5, 65–80. D. Foreman-Mackey et al. (2013), emcee: the MCMC hammer, PASP 125, 306.
     """
     generator, draws = np.random.default_rng(seed), _ensemble(fitter, emulator, spread, seed)
-    missed = 0.0
-    most = max(_MOST_RUNS * emulator.center.size, len(fitter.signals_of) + _CHECKS)
-    while reason and len(fitter.signals_of) + _CHECKS <= most:
+    while reason and fitter.left:
         points: list[Array] = []
-        for _ in range(_CHECKS):
+        for _ in range(min(_CHECKS, fitter.left)):
             few = generator.choice(draws.reshape(-1, emulator.center.size), _AMONG, replace=False)
             there = np.concatenate([emulator.places, *[emulator.at(u)[None] for u in points]])
             apart = ((emulator.at(few)[:, None] - there) ** 2).sum(axis=2).min(axis=1)
             points.append(few[int(apart.argmax())])
-        signals = fitter.signals_at(points)
-        pairs = zip(signals, emulator.misfit(np.array(points)), strict=True)
-        missed = 0.0
-        for signal, emulated in pairs:
-            if signal is not None:
-                misfit = fitter.misfit(signal)
-                tolerated = _TOLERATED + _PART * max(misfit - emulator.least, 0.0)
-                missed = max(missed, abs(misfit - emulated) / tolerated)
-        fitter.teach(emulator, points, signals)
-        if missed <= 1.0:
+        error = fitter.check(emulator, points)
+        if error <= TOLERATED:
             break
         draws = _ensemble(fitter, emulator, spread, seed)
-    return Posterior(draws, reason, missed)
+    if error > TOLERATED:
+        draws = _ensemble(fitter, emulator, spread * (1.0 + error), seed)
+    return Posterior(draws, reason, error)
 
 
 def _ensemble(fitter: Fitter, emulator: Emulator, spread: Array, seed: int) -> Array:

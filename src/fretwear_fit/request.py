@@ -404,6 +404,7 @@ class FitRequest(StudySection):
 
     free: Ranges
     data: Annotated[tuple[Measurement, ...], Field(description="What was measured.", min_length=1)]
+    runs: Annotated[int, Field(description="Most runs of each test.", ge=10)] = 40
 
     @property
     def sought(self) -> tuple[Unknown, ...]:

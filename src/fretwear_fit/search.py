@@ -18,7 +18,7 @@ from fretwear.study.reading import assign, case_of_content, content_of, load_stu
 from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError
 from fretwear_fit.comparison import Comparison
-from fretwear_fit.estimate import Fitter
+from fretwear_fit.estimate import AROUND, ENDS, MOVES, SEARCH, Fitter
 from fretwear_fit.posterior import sampled, why_to_sample
 from fretwear_fit.request import FitRequest, Unknown
 from fretwear_fit.results import UNLIKELY, Fit
@@ -151,8 +151,16 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
             for point in predictions(points)
         ]
 
-    fitter = Fitter(unknowns, comparisons, signals, tell)
+    # The first and the best run are made with estimates of errors besides.
+    fitter = Fitter(unknowns, comparisons, signals, tell, tests.request.runs - 2)
+    fitter.keep(SEARCH)
     best = fitter.best(start)
+    parts = fitter.parts(fitter.signal(best))
+    fitter.comparisons = [c.with_noise_beside(s, n) for c, s, n in parts]
+    fitter.settled = [None] * len(comparisons)
+    fitter.keep(MOVES)
+    best = fitter.emulator(best)[0].best
+    # Which readings lie beside the scar is known only now.
     parts = fitter.parts(fitter.signal(best))
     fitter.comparisons = [c.with_noise_beside(s, n).with_place(s) for c, s, n in parts]
     warnings = [
@@ -161,7 +169,6 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         for c in fitter.comparisons
         if c.evidence is not None and not c.evidence.is_beside
     ]
-    fitter.settled = [None] * len(comparisons)
     warnings += [
         f"{datum.file.name}: {missing}"
         for datum in tests.request.data
@@ -172,30 +179,34 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
         for c in fitter.comparisons
         if c.is_placed
     ]
-    best = fitter.best(best)
     (exact,) = predictions([best], errors=True)
     assert exact is not None
     fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
     fitter.settled = [None] * len(comparisons)
+    fitter.keep(AROUND)
     emulator, derivatives = fitter.emulator(best)
     degrees = sum(c.degrees for c in fitter.comparisons) - len(unknowns)
     spread = fitter.spread(fitter.signal(emulator.best), derivatives)
     if _probability(fitter, emulator.least, degrees) < UNLIKELY:
         # Birge's ratio: errors as large as the residuals.
         spread = spread * (emulator.least / max(degrees, 1))
-    profiles = fitter.intervals(emulator, spread)
+    fitter.keep(ENDS)
+    profiles, error = fitter.intervals(emulator, spread)
     signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
     covariance = fitter.covariance(signal, derivatives)
     deviations = np.sqrt(np.diag(covariance))
     reason = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
-    posterior = sampled(fitter, emulator, spread, seed, reason)
+    fitter.keep(1.0)
+    posterior = sampled(fitter, emulator, spread, seed, reason, error)
     if reason:
         warnings.append(f"{reason}: intervals are quantiles of draws from the posterior")
+    most = tests.request.runs
+    remedy = f"write runs: {2 * most} under fit, and fit again"
     if not posterior.is_checked:
         warnings.append(
-            f"intervals rest on an interpolation of χ² that misses runs by {posterior.missed:.2g} "
-            "times what is tolerated: narrow the ranges in fit.free to the intervals of 95 %, and "
-            "fit again"
+            f"after {most} runs, rises of χ² between them are uncertain by "
+            f"{100.0 * posterior.error:.2g} %: intervals are "
+            f"{100.0 * (np.sqrt(1.0 + posterior.error) - 1.0):.2g} % wider; {remedy}"
         )
     return Fit(
         tests.study,
