@@ -23,6 +23,8 @@ from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.values import OverCycles
+from fretwear.mechanics.wear import rubbing as wear_rubbing
+from fretwear.mechanics.wear import stroke as wear_stroke
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import Measures
@@ -91,17 +93,28 @@ def test_each_body_loses_what_archard_says(worn):
 
 
 def hold_at_each_position(problem, state, displacement, slack):
-    """Whether each position carries the load and nothing penetrates, worn parts interpolated."""
+    """Whether each position carries the load and nothing penetrates, worn parts interpolated.
+
+    A pressure acts on the flat on the way to the next positions, ever less: so the gap has the mean
+    of its wear there.
+    """
     nx, ny = state.geometry.shape
     half = Grid((2 * nx, ny), problem.spacing, (False, True))
-    for place, pressure in zip(positions(problem)[0], state.pressures, strict=True):
+    places = positions(problem)[0]
+    for index, (place, pressure) in enumerate(zip(places, state.pressures, strict=True)):
+        reached = [places[abs(index - 1)] * (1 if index else -1), place, *places[index + 1 :][:1]]
+        way = np.linspace(reached[0], reached[-1], 401)
+        shares = np.interp(way, reached, [0.0, 1.0, 0.0][: len(reached)])
         assert pressure.min() >= 0
         area = problem.spacing[0] if ny == 1 else half.unit_area
         assert area * pressure.sum() == near(problem.hertz.load, rel=1e-9)
         gap = displacement(pressure, half) + problem.indenter.gap(half.x[:, None] - place, half.y)
-        for at, worn_off in ((half.x, state.wear_flat), (half.x - place, state.wear_indenter)):
-            for row in range(ny):
-                gap[:, row] += np.interp(abs(at), half.x[nx:], worn_off[:, row], right=0)
+        for row in range(ny):
+            at = half.x[:, None] + way - place
+            flat = np.interp(abs(at), half.x[nx:], state.wear_flat[:, row], right=0)
+            gap[:, row] += np.average(flat, axis=1, weights=shares)
+            moved = abs(half.x - place)
+            gap[:, row] += np.interp(moved, half.x[nx:], state.wear_indenter[:, row], right=0)
         gap -= gap[pressure > 0].mean()
         # The end of a step has worn a little more than its last stage.
         assert abs(gap[pressure > 0]).max() < slack
@@ -116,6 +129,21 @@ def test_every_position_carries_the_load_without_penetration(worn):
         return column[abs(index[:, None] - index)] @ pressure
 
     hold_at_each_position(sliding(), worn[18000], displacement, 2e-9)
+
+
+def test_pressures_of_a_worn_stroke_are_those_at_many_more_positions(monkeypatch):
+    """Contacts end elsewhere at each position, which must not show where they bear."""
+    *_, usual = slide(sliding(cells=16), (3000.0,))
+    places = np.linspace(0.0, STROKE, 45)
+    weights = np.full(45, 0.5 / 44) * np.where((places > 0) & (places < STROKE), 1.0, 0.5)
+    for module in (wear_rubbing, wear_stroke):
+        monkeypatch.setattr(module, "positions", lambda problem: (places, weights))
+    *_, many = slide(sliding(cells=16), (3000.0,))
+    assert many.pressures.shape[0] == 45
+    inner = slice(int(0.8 * np.count_nonzero(many.pressure)))
+    apart = usual.pressure[inner] - many.pressure[inner]
+    assert np.abs(apart).max() < 0.015 * many.pressure.max()
+    assert apart.std() < 0.005 * many.pressure.max()
 
 
 def test_blocks_follow_each_other():

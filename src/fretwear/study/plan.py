@@ -24,7 +24,7 @@ SECONDS_TO_START, SECONDS_PER_CASE = 1.3, 0.1
 # matrix, per cubed cell, and over a stroke per cubed strip.
 SECONDS_ON_RINGS, SECONDS_ON_STRIPS = 6e-3, 3.5e-2
 SECONDS_ON_WINDOW, SECONDS_PER_CELL = 5e-3, 9e-7
-SECONDS_PER_CUBED_STRIP, SECONDS_PER_CUBED_CELL = 1.8e-8, 2.5e-11
+SECONDS_PER_CUBED_STRIP, SECONDS_PER_CUBED_CELL = 0.9e-8, 2.5e-11
 SECONDS_PER_CELL_OF_SNAPSHOT = 1.5e-6
 # Steps of bodies that yield, friction in two directions, and a load that changes within a cycle
 # take so many times as long.

@@ -15,8 +15,8 @@ positions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import ceil, inf
+from collections.abc import Sequence
+from math import ceil, floor, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,6 +34,10 @@ from fretwear.units import LINE_CONTACT, POINT_CONTACT
 # rounded edge of a line contact and per wave.
 _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
 _MOST_FOR_EDGE = {POINT_CONTACT: 0, LINE_CONTACT: 24}
+# Contacts end at other places of the indenter at each position: so many over half a stroke.
+_MOST_FOR_ENDS = {POINT_CONTACT: 0, LINE_CONTACT: 12}
+# Points per cell at which the way between two positions is sampled.
+_PER_CELL = 2.0
 _LARGEST_SWEEPS = 200
 # Sweeps without a new minimum of cells that change sides, before only one of them does.
 _PATIENCE = 10
@@ -44,7 +48,8 @@ _CLOSED = 1e-10
 def positions(problem: WearProblem) -> tuple[Array, Array]:
     """Positions of the indenter from the middle of a stroke to its end, m, and their weights.
 
-    They follow from the trapezoidal rule over the stroke, doubled for a position and its image.
+    They follow from the trapezoidal rule over the stroke, doubled for a position and its image,
+    where they can a whole number of cells apart.
     Under a load that changes with the position, they begin at the other end; where the contact
     opens there is none.
     """
@@ -55,17 +60,43 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
     # A peak of pressure at an edge wears at each position.
     of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
-    least = max(_LEAST_POSITIONS, min(of_edge, _MOST_FOR_EDGE[problem.frame]), of_waves)
-    count = ceil(max(least, _PER_HALF_WIDTH * amplitude / half_width))
-    weights = np.full(count + 1, 0.5 / count)
-    weights[[0, -1]] *= 0.5
-    places = np.linspace(0.0, amplitude, count + 1)
+    cells = amplitude / problem.spacing[0]
+    of_ends = min(cells, _MOST_FOR_ENDS[problem.frame])
+    least = max(_LEAST_POSITIONS, min(of_edge, _MOST_FOR_EDGE[problem.frame]), of_waves, of_ends)
+    count = max(least, _PER_HALF_WIDTH * amplitude / half_width)
+    if count <= cells * (1.0 + 1e-9):
+        # Contacts on the same cells of the indenter share a matrix.
+        step = floor(cells / count * (1.0 + 1e-9)) * problem.spacing[0]
+        places = np.append(np.arange(0.0, amplitude - 0.25 * step, step), amplitude)
+    else:
+        places = np.linspace(0.0, amplitude, ceil(count) + 1)
+    steps = np.diff(places, prepend=0.0, append=amplitude)
+    weights = 0.25 * (steps[:-1] + steps[1:]) / amplitude
     if problem.wears_unevenly:
         places = np.concatenate([-places[:0:-1], places])
         weights = np.concatenate([weights[:0:-1], 2.0 * weights[:1], weights[1:]])
         first = 0 if problem.load_at(-1.0) > 0.0 else 1
         return places[first:], weights[first:]
     return places, weights
+
+
+def _paths(places: Array, size: float, is_even: bool) -> list[tuple[Array, Array]]:
+    """Paths from each position over which its pressures move with the indenter, m, and shares.
+
+    Between positions, the pressures on the indenter are interpolated linearly, so that each acts on
+    the flat over the way to the next positions.
+    """
+    if places.size == 1:
+        return [(np.zeros(1), np.ones(1))]
+    paths, ends = [], (-places[1:2] if is_even else places[:1], places[-1:])
+    lowers, uppers = np.append(ends[0], places[:-1]), np.append(places[1:], ends[1])
+    for lower, place, upper in zip(lowers, places, uppers, strict=True):
+        count = max(ceil(_PER_CELL * max(upper - place, place - lower) / size), 1)
+        part = (np.arange(count) + 0.5) / count
+        ways = np.concatenate([part * (lower - place), part * (upper - place)])
+        shares = np.concatenate([(1.0 - part) * (place - lower), (1.0 - part) * (upper - place)])
+        paths.append((ways, shares / shares.sum()))
+    return paths
 
 
 class Contacts(NamedTuple):
@@ -76,12 +107,19 @@ class Contacts(NamedTuple):
     flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
 
 
+class Patch(NamedTuple):
+    """Some cells at a position."""
+
+    cells: Places
+    inverse: Array  # their pressure, of no load, by their displacement, Pa/m
+    uniform: Array  # their pressure for a unit displacement of all of them, Pa/m
+    worn: Any  # sparse matrix of their part of the wear at each value of flat and indenter
+
+
 class Response(NamedTuple):
     """The contact at a position on given cells, as a function of the wear of the stage."""
 
-    free: Places  # cells between the bounds
-    inverse: Array  # their pressure, of no load, by their displacement, Pa/m
-    worn: Any  # sparse matrix of their part of the wear at each value of flat and indenter
+    patch: Patch  # cells between the bounds
     pressure: Array  # pressure of all cells if nothing wears, Pa
 
 
@@ -132,11 +170,11 @@ class Rubbing:
         both = problem.roughness, problem.counterface
         if None in both:
             both = problem.rough, None
-        from scipy.sparse import csr_matrix  # takes half a second
+        from scipy.sparse import csr_matrix, hstack, vstack  # takes half a second
 
-        # One row for each cell; one column for each value of the flat's wear, then the indenter's.
-        self.shapes: list[Array] = []
-        self.worn: list[Any] = []
+        # One row for each position and cell; one column for each value of the wear of the flat,
+        # then of the indenter.
+        shapes, worn = [], []
         at, across = self.x[:, None], self.y[None, :]
         along, row = np.divmod(np.arange(self.cells), self.rows)
         x = np.asarray(self.x[along], np.float64)
@@ -145,24 +183,33 @@ class Rubbing:
             """Distances from the first edge of the wear of a body, in cells."""
             return np.abs(x) / size if is_even else x / size + half
 
-        of_flat = np.floor(places_of(x)).astype(int) * self.rows + row
-        for place in self.places:
+        def interpolated(x: Array) -> Any:
+            """Linear interpolation of the wear of a body at places, m; zero beyond its cells."""
+            lower, part = np.divmod(places_of(x) - 0.5, 1.0)
+            columns = [
+                np.clip(lower.astype(int) + step, 0, along_x - 1) * self.rows + row
+                for step in (0, 1)
+            ]
+            inside = np.abs(x) < half * size
+            shares = np.concatenate([(1.0 - part) * inside, part * inside])
+            where = np.tile(np.arange(x.size), 2), np.concatenate(columns)
+            return csr_matrix((shares, where), shape=(x.size, values))
+
+        for place, paths in zip(self.places, _paths(self.places, size, is_even), strict=True):
             gap: Array = np.broadcast_to(
                 problem.indenter.gap(at - place, across), (count, self.rows)
             )
             for surface, moved in zip(both, (at, at - place), strict=True):
                 gap = gap if surface is None else gap + surface.height(moved, across)
-            self.shapes.append(gap.ravel())
-            lower, part = np.divmod(places_of(x - place) - 0.5, 1.0)
-            near, far = (
-                values + np.clip(lower.astype(int) + step, 0, along_x - 1) * self.rows + row
-                for step in (0, 1)
+            shapes.append(gap.ravel())
+            of_flat = sum(
+                share * interpolated(x + path) for path, share in zip(*paths, strict=True)
             )
-            inside = np.abs(x - place) < half * size
-            shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
-            where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
-            self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
-        self._inverses: dict[int, tuple[Places, Array]] = {}
+            worn.append(hstack([of_flat, interpolated(x - place)], format="csr"))
+        #: Gap of the unworn bodies at each position and cell, m, and what the wear adds to it.
+        self.shapes, self.worn = np.stack(shapes), vstack(worn, format="csr")
+        self._of_bodies = self.worn.T
+        self._patches: dict[int, Patch] = {}
 
     def half_widths(self, pressures: Array) -> tuple[float, float]:
         """Half-widths along x and y, m, mean over the positions; infinite along y in line contact.
@@ -179,11 +226,11 @@ class Rubbing:
         return float(wide), float(high) if self.rows > 1 else inf
 
     def displacement(self, pressure: Array) -> Array:
-        """Displacement of all cells, m, under a pressure, Pa."""
-        field = pressure.reshape(-1, self.rows)
-        waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
-        moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
-        return np.ravel(moved[: field.shape[0]])
+        """Displacement of all cells, m, under a pressure, Pa; cells are the last axis."""
+        field = pressure.reshape(*pressure.shape[:-1], -1, self.rows)
+        waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=-2)
+        moved = np.fft.irfft(np.einsum("kij,...kj->...ki", self._transform, waves), axis=-2)
+        return np.asarray(moved[..., : field.shape[-2], :].reshape(pressure.shape))
 
     def _matrix(self, cells: Places, others: Places) -> Array:
         """Displacement of some cells under a unit pressure on others, m/Pa."""
@@ -191,17 +238,33 @@ class Rubbing:
         other_along, other_row = np.divmod(others, self.rows)
         return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
 
-    def _inverse(self, place: int, cells: Places) -> Array:
-        """Inverse of the influence of some cells on each other; the last of each place is kept."""
+    def _patch(self, place: int, cells: Places) -> Patch:
+        """Some cells at a position; the last ones of each are kept.
+
+        The influence of cells on each other is that of the same cells elsewhere along x.
+        """
         from scipy.linalg.lapack import dpotrf, dpotri
 
-        inverted, inverse = self._inverses.get(place, (cells[:0], np.empty((0, 0))))
-        if not np.array_equal(inverted, cells):
+        kept = self._patches.get(place)
+        if kept is not None and np.array_equal(kept.cells, cells):
+            return kept
+        moved = cells - cells[0] // self.rows * self.rows
+        same = (
+            patch
+            for patch in self._patches.values()
+            if patch.cells.size == cells.size
+            and np.array_equal(patch.cells - patch.cells[0] // self.rows * self.rows, moved)
+        )
+        if alike := next(same, None):
+            _, inverse, uniform, _ = alike
+        else:
             inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
             above = np.triu_indices(cells.size, 1)
             inverse[above] = inverse.T[above]
-            self._inverses[place] = cells, inverse
-        return inverse
+            uniform = inverse.sum(axis=1)
+            inverse -= np.outer(uniform, uniform / uniform.sum())
+        self._patches[place] = Patch(cells, inverse, uniform, self.worn[place * self.cells + cells])
+        return self._patches[place]
 
     def _capped(self, full: Mask, shape: Array, load: float) -> tuple[Places, Places, float]:
         """Cells at the limit and the one between the bounds, if a contact yields all over.
@@ -233,9 +296,7 @@ class Rubbing:
         opening, start = opening.ravel(), start.reshape(len(start), -1)
         closed, capped = start > 0, start >= self.limit
         limit = self.limit if capped.any() else inf
-        shapes = [
-            shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
-        ]
+        shapes = self.shapes + self._gaps(opening)
         worn, exchange = np.zeros_like(opening), Exchange(_PATIENCE)
         for _ in range(_LARGEST_SWEEPS):
             responses = [
@@ -261,11 +322,10 @@ class Rubbing:
             changed = exchange.of(changed)
             for sets, now in ((closed, now_closed), (capped, now_capped)):
                 sets.flat[changed] = now.flat[changed]
-        stage = _Stage(self, np.stack(shapes), compliance)
+        stage = _Stage(self, shapes, compliance)
         contact = descend(stage, stage, start, _CLOSED)
         flow = np.zeros_like(worn)
-        for place, full in enumerate(contact.saturated):
-            self._sink(flow, place, full, -contact.gap[place])
+        self._sink(flow, contact.saturated, -contact.gap)
         return Contacts(
             contact.pressure.reshape(shape_of_cells),
             self._mean(contact.pressure).reshape(shape_of_bodies),
@@ -283,39 +343,47 @@ class Rubbing:
         load = self.loads[place]
         left = load - self.limit * self.area * held.size if held.size else load
         if not free.size or left <= 0.0:
-            held, free, left = self._capped(full, shape + self.worn[place] @ worn, load)
+            held, free, left = self._capped(full, shape + self._gaps(worn)[place], load)
             full[:], inside[:] = False, False
             full[held], inside[held], inside[free] = True, True, True
-        # Pressure of no load for a unit displacement of each cell, and one of the load.
-        inverse = self._inverse(place, free)
-        uniform = inverse.sum(axis=1)
-        total = uniform.sum()
-        inverse = inverse - np.outer(uniform, uniform) / total
+        patch = self._patch(place, free)
         height = shape[free]
         if held.size:
             height = height + self._matrix(free, held).sum(axis=1) * self.limit
         pressure = np.where(full, self.limit, 0.0)
-        pressure[free] = left * (uniform / (total * self.area)) - inverse @ height
-        return Response(free, inverse, self.worn[place][free], pressure)
+        pressure[free] = left / (patch.uniform.sum() * self.area) * patch.uniform
+        pressure[free] -= patch.inverse @ height
+        return Response(patch, pressure)
 
-    def _mean(self, pressures: Iterable[Array]) -> Array:
+    def _gaps(self, worn: Array) -> Array:
+        """What the wear of flat and indenter adds to the gap at each position and cell, m."""
+        return np.asarray((self.worn @ worn).reshape(self.shapes.shape))
+
+    def _mean(self, pressures: Array) -> Array:
         """Means over the stroke at each value of flat and indenter, Pa."""
-        places = zip(self.weights, self.worn, pressures, strict=True)
-        return np.asarray(sum(weight * (worn.T @ p) for weight, worn, p in places))
+        return np.asarray(self._of_bodies @ (self.weights[:, None] * pressures).ravel())
 
     def _worn(self, responses: Sequence[Response], compliance: Array) -> Array:
         """Wear of the stage at each value of flat and indenter, m, with which contacts agree."""
         from scipy.linalg import cho_factor, cho_solve
+        from scipy.sparse import csc_matrix
 
         touched = np.zeros(compliance.size, np.bool_)
         for response in responses:
-            touched[response.worn.indices] = True
+            touched[response.patch.worn.indices] = True
         values = np.flatnonzero(touched)
         root = np.sqrt(compliance[values])
-        matrix, unworn = np.eye(values.size), self._mean(r.pressure for r in responses)
-        for weight, response in zip(self.weights, responses, strict=True):
-            seen = response.worn[:, values]
-            matrix += weight * root[:, None] * (seen.T @ (seen.T @ response.inverse).T) * root
+        unworn, number = (
+            self._mean(np.stack([r.pressure for r in responses])),
+            np.cumsum(touched) - 1,
+        )
+        matrix = np.zeros((values.size, values.size))
+        for weight, (patch, _) in zip(self.weights, responses, strict=True):
+            indices, pointers = number[patch.worn.indices], patch.worn.indptr
+            seen = csc_matrix((patch.worn.data, indices, pointers), (values.size, patch.cells.size))
+            matrix += seen @ (seen @ (weight * patch.inverse)).T
+        matrix *= np.outer(root, root)
+        matrix[np.diag_indices(values.size)] += 1.0
         factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
         worn = compliance * unworn
         worn[values] = root * cho_solve(factors, root * unworn[values], check_finite=False)
@@ -324,7 +392,7 @@ class Rubbing:
     def _sides(
         self,
         responses: Sequence[Response],
-        shapes: Sequence[Array],
+        shapes: Array,
         worn: Array,
         closed: Mask,
         capped: Mask,
@@ -334,25 +402,25 @@ class Rubbing:
 
         It returns the cells that touch and those at the limit, and the flow of `Contacts`.
         """
-        pressures, flow = np.zeros(closed.shape), np.zeros(worn.size)
-        now_closed, now_capped = closed.copy(), capped.copy()
-        for place, (free, inverse, worn_free, pressure) in enumerate(responses):
-            pressure[free] -= inverse @ (worn_free @ worn)
-            pressures[place] = pressure
-            gap = self.displacement(pressure) + shapes[place] + self.worn[place] @ worn
-            approach = gap[free].mean()
-            touches = gap < (1.0 - _CLOSED) * approach
-            now_closed[place] = np.where(closed[place], pressure > 0, touches)
-            full, sunk = capped[place], approach - gap
-            held, yields = sunk > -_CLOSED * approach, pressure > (1.0 + _CLOSED) * limit
-            now_capped[place] = np.where(full, held, yields)
-            if full.any():
-                self._sink(flow, place, full, sunk)
+        pressures, flow = (
+            np.stack([response.pressure for response in responses]),
+            np.zeros_like(worn),
+        )
+        for pressure, (patch, _) in zip(pressures, responses, strict=True):
+            pressure[patch.cells] -= patch.inverse @ (patch.worn @ worn)
+        gaps = self.displacement(pressures) + shapes + self._gaps(worn)
+        free = [gap[patch.cells].mean() for gap, (patch, _) in zip(gaps, responses, strict=True)]
+        approach = np.array(free)[:, None]
+        now_closed = np.where(closed, pressures > 0, gaps < (1.0 - _CLOSED) * approach)
+        sunk, yields = approach - gaps, pressures > (1.0 + _CLOSED) * limit
+        now_capped = np.where(capped, sunk > -_CLOSED * approach, yields)
+        if capped.any():
+            self._sink(flow, capped, sunk)
         return pressures, now_closed, now_capped, flow
 
-    def _sink(self, flow: Array, place: int, full: Mask, sunk: Array) -> None:
+    def _sink(self, flow: Array, full: Mask, sunk: Array) -> None:
         """Raise the flow of both bodies to half of what cells at the limit have sunk, m."""
-        sinking = self.worn[place][np.flatnonzero(full)].tocoo()
+        sinking = self.worn[np.flatnonzero(full)].tocoo()
         depth = np.maximum(sunk[full], 0.0)[sinking.row]
         np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
 
@@ -373,8 +441,7 @@ class _Stage:
         """Displacement and wear of all positions, m."""
         rubbing = self._rubbing
         wear = self._compliance * rubbing._mean(pressure)
-        places = zip(pressure, rubbing.worn, strict=True)
-        return np.stack([rubbing.displacement(p) + worn @ wear for p, worn in places])
+        return rubbing.displacement(pressure) + rubbing._gaps(wear)
 
     def weighted(self, values: Array) -> Array:
         """A field times the weights of the positions."""
