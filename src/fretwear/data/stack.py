@@ -148,8 +148,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     # What mirrors or draws a case asks for it.
     even = (bool(axes[1][0] > 0.0), len(dims) > 2 and bool(axes[2][0] > 0.0))
     stacked.attrs["symmetry"] = next(n for n, sides in SYMMETRIES.items() if sides == even)
-    # Closing a derived dataset would not close its file.
-    stacked.set_close(summary.close)
+    if stacked is not summary:  # closing a derived dataset would not close its file
+        stacked.set_close(summary.close)
     return stacked
 
 

@@ -173,7 +173,7 @@ def projected_gradients(problem: ContactProblem, start: Array, tolerance: float)
     return replace(contact, convolutions=spent)
 
 
-class ElasticBodies(Protocol):
+class CompliantBodies(Protocol):
     """Displacements of a pressure, linear and positive definite, as of a `HalfSpace`."""
 
     self_influence: float
@@ -209,7 +209,7 @@ class PressureProblem(Protocol):
 
 
 def descend(
-    problem: PressureProblem, half_space: ElasticBodies, start: Array, tolerance: float
+    problem: PressureProblem, half_space: CompliantBodies, start: Array, tolerance: float
 ) -> Contact:
     """Solve a contact under a layer that does not follow the approach; see `projected_gradients`.
 
