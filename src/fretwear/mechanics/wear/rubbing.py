@@ -107,7 +107,7 @@ class Contacts(NamedTuple):
     flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
 
 
-class Patch(NamedTuple):
+class BetweenBounds(NamedTuple):
     """Some cells at a position."""
 
     cells: Places
@@ -119,7 +119,7 @@ class Patch(NamedTuple):
 class Response(NamedTuple):
     """The contact at a position on given cells, as a function of the wear of the stage."""
 
-    patch: Patch  # cells between the bounds
+    patch: BetweenBounds  # cells between the bounds
     pressure: Array  # pressure of all cells if nothing wears, Pa
 
 
@@ -209,7 +209,7 @@ class Rubbing:
         #: Gap of the unworn bodies at each position and cell, m, and what the wear adds to it.
         self.shapes, self.worn = np.stack(shapes), vstack(worn, format="csr")
         self._of_bodies = self.worn.T
-        self._patches: dict[int, Patch] = {}
+        self._patches: dict[int, BetweenBounds] = {}
 
     def half_widths(self, pressures: Array) -> tuple[float, float]:
         """Half-widths along x and y, m, mean over the positions; infinite along y in line contact.
@@ -238,7 +238,7 @@ class Rubbing:
         other_along, other_row = np.divmod(others, self.rows)
         return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
 
-    def _patch(self, place: int, cells: Places) -> Patch:
+    def _patch(self, place: int, cells: Places) -> BetweenBounds:
         """Some cells at a position; the last ones of each are kept.
 
         The influence of cells on each other is that of the same cells elsewhere along x.
@@ -263,7 +263,9 @@ class Rubbing:
             inverse[above] = inverse.T[above]
             uniform = inverse.sum(axis=1)
             inverse -= np.outer(uniform, uniform / uniform.sum())
-        self._patches[place] = Patch(cells, inverse, uniform, self.worn[place * self.cells + cells])
+        self._patches[place] = BetweenBounds(
+            cells, inverse, uniform, self.worn[place * self.cells + cells]
+        )
         return self._patches[place]
 
     def _capped(self, full: Mask, shape: Array, load: float) -> tuple[Places, Places, float]:
