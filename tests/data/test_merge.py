@@ -262,7 +262,7 @@ def test_points_and_results_have_the_same_columns_of_the_same_type(make_study, s
 
 def virtual(path, group=None):
     """A file as references to its bytes, read by the library of Zarr."""
-    virtualizarr = pytest.importorskip("virtualizarr")
+    virtualizarr = pytest.importorskip("virtualizarr", reason="virtualizarr: every night")
     from obspec_utils.registry import ObjectStoreRegistry
     from obstore.store import LocalStore
 

@@ -10,7 +10,6 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from fretwear.mechanics.contact import strips
 from fretwear.mechanics.contact.cells import ContactProblem, Region
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.problem import solve_contact
@@ -20,6 +19,7 @@ from fretwear.mechanics.surfaces.indenters import FlatPunch
 from fretwear.mechanics.surfaces.loading import DisplacementRatio
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.mechanics.wear import grading
 from fretwear.mechanics.wear.grading import Grading, graded_rings
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
@@ -341,7 +341,7 @@ def test_strips_widen_with_a_contact_that_slides_as_a_whole(monkeypatch):
     problem = driven(20.0, 3e-11)
     cycles = 0.25 / (problem.wear_growth * LINE.peak_pressure)
     *_, last = evolve(problem, [0.01 * cycles, cycles])
-    monkeypatch.setattr(strips, "_WIDEST_SLIDING", 0.0)
+    monkeypatch.setattr(grading, "_WIDEST_SLIDING", 0.0)
     *_, fine = evolve(problem, [0.01 * cycles, cycles])
     found, expected = Measures(problem, last), Measures(problem, fine)
     assert found.contact_half_width_x > 3.0 * EDGE

@@ -63,7 +63,7 @@ def test_a_failed_case_leaves_what_is_finished_to_be_reported_with_keep_going(tm
 
 @pytest.mark.slow
 def test_storage_that_would_lose_the_case_files_is_refused(tmp_path):
-    pytest.importorskip("snakemake_storage_plugin_fs")
+    pytest.importorskip("snakemake_storage_plugin_fs", reason="storage plug-in: every night")
     checkout = Checkout.make(tmp_path)
     said = checkout.snakemake("--default-storage-provider", "fs", status=2)
     assert "copy results/ when the study is done" in said

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.data.files import open_summary
 from fretwear.study.reading import load_study
 from fretwear_source_study.cases import StudyCase, reference_cases
 
@@ -47,7 +48,8 @@ def merged(made_once):
         run_study(load_study(write_study(folder / "source.yaml", STUDY)), folder)
 
     folder = made_once("source-study", make)
-    summary = xr.load_dataset(folder / "summary.nc")
+    with open_summary(folder / "summary.nc") as opened:
+        summary = opened.load()
     groups = {model: cases for model, _, cases in reference_cases(summary, folder / "cases")}
     return Merged(summary, folder / "cases", groups["jaeger"])
 
