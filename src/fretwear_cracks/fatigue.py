@@ -25,7 +25,7 @@ from fretwear.version import code_digest
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.results import stress, warnings_of_depth
+from fretwear_cracks.results import place_of_largest, stress, warnings_of_depth
 from fretwear_cracks.variables import (
     CRACKS,
     EDGE_STRESSES,
@@ -107,7 +107,7 @@ def fatigue(
     names = [_SWT.name, f"{_SWT.name}_normal"]
     swt = xr.concat([at[names].isel(y=0, drop=True) for at in at_cycles], CYCLE.name)
     parameters, normals = (swt[name].values for name in names)
-    places = [np.unravel_index(at.argmax(), at.shape) for at in parameters]
+    places = [place_of_largest(field) for field in parameters]
     x = swt[X.name].values
     # Where the surface is singular there is none.
     tensions = [float(at[_TENSION].max()) if _TENSION in at else np.nan for at in at_cycles]

@@ -38,6 +38,8 @@ from fretwear_cracks.variables import CRACKS, EDGE, EDGE_STRESSES, STRESSES
 
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _NORMAL = "unit normal of the plane on which it is largest"
+# Relative difference of values that are equal but for rounding in single precision.
+_ALIKE = 1e-6
 
 
 def stress(
@@ -156,6 +158,16 @@ def stress(
     return result.assign_attrs(warnings="\n".join(warnings))
 
 
+def place_of_largest(values: Array) -> tuple[int, ...]:
+    """Return the first place of the largest value, as an index, equal values within rounding.
+
+    The sides of an even contact are equal: which one is larger would be decided by the last bits.
+    """
+    largest = float(np.nanmax(values))
+    first = int(np.flatnonzero(values >= largest - _ALIKE * abs(largest))[0])
+    return tuple(int(index) for index in np.unravel_index(first, values.shape))
+
+
 def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
     """Yield the words of the equivalent stresses and of each parameter, and where it is largest.
 
@@ -166,7 +178,8 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
         if about.name not in stresses:
             continue
         field = stresses[about.name]
-        at = field.isel(field.argmax(...))
+        place = dict(zip(field.dims, place_of_largest(field.values), strict=True))
+        at = field.isel(place)
         value = float(at)
         unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
         text = with_unit(number_text(value / unit.size), unit)
@@ -180,7 +193,7 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
         if PHASE.name in field.dims:
             text += f", phase {number_text(float(at[PHASE.name]), 4)}"
         if (normals := f"{about.name}_normal") in stresses and value > 0.0:
-            normal = stresses[normals].isel(field.argmax(...))
+            normal = stresses[normals].isel(place)
             steepness = np.degrees(np.arccos(min(1.0, abs(float(normal.sel(axis="z"))))))
             text += f", plane {steepness:.0f}° to the surface"
         yield about.words, text

@@ -9,6 +9,7 @@ import xarray as xr
 import fretwear
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import surface_of
+from fretwear_cracks.results import place_of_largest
 
 from ..studies import SELF_AFFINE, STEEL, near, steel
 
@@ -176,3 +177,9 @@ def test_friction_in_two_directions_shears_planes_of_equal_depth_along_both():
     xr.testing.assert_allclose(quarter.stress_xx, whole.stress_xx, rtol=1e-4)
     single = fretwear.stress(ds.drop_vars("shear_traction_y"), 300, depths=[20e-6], phases=4)
     assert abs(single.stress_yy - quarter.stress_yy).max() > 0.005 * abs(quarter.stress_yy).max()
+
+
+def test_equal_values_have_their_first_place_whatever_the_last_bits():
+    values = np.array([[1.0, 3.0, 1.0], [2.0, 1.0, 3.0 * (1.0 + 1e-9)], [np.nan, 1.0, 0.0]])
+    assert place_of_largest(values) == (0, 1)
+    assert place_of_largest(-values) == (2, 2)
