@@ -141,8 +141,8 @@ rule figures:
             category="Figures",
             labels={"figure": "{figure}"},
         ),
-    threads: 2
     localrule: JOBS.is_small
+    threads: 2
     resources:
         **after(),
     params:
@@ -174,11 +174,19 @@ rule report:
 # A forced job computes its cases again, although their files are finished.
 onstart:
     mark_start()
-    JOBS.remove_forced(workflow.dag_settings.forcerun, workflow.dag_settings.forceall)
+    JOBS.remove_forced(
+        workflow.dag_settings.forcerun, workflow.dag_settings.forceall
+    )
 
 
 # With --keep-going the finished cases are merged, drawn and reported although others have failed.
 onerror:
     if workflow.execution_settings.keep_going:
-        for step in (["merge", *["--keep-older"] * JOBS.keep_older], ["figures"], ["report"]):
-            subprocess.run([sys.executable, "-m", "fretwear", *step, STUDY], check=False)
+        for step in (
+            ["merge", *["--keep-older"] * JOBS.keep_older],
+            ["figures"],
+            ["report"],
+        ):
+            subprocess.run(
+                [sys.executable, "-m", "fretwear", *step, STUDY], check=False
+            )
