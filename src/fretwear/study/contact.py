@@ -152,8 +152,7 @@ class FrettingContact(Setup):
 
     def changed(self, **members: object) -> Self:
         """The case with other members, not checked against each other."""
-        names = field_names(type(self))
-        return self.of({n: v for n, v in vars(self).items() if n in names} | members)
+        return self.of(vars(self) | members)
 
     def without(self, names: Set[str]) -> FrettingContact:
         """The case without the values of some keys, as if they could not be read."""
@@ -161,10 +160,8 @@ class FrettingContact(Setup):
             return self
         keys = case_keys()
         unknown = {name for key in names for name in (key, keys.member_of(key))}
-        known = {n: value for n, value in vars(self).items() if n in field_names(type(self))}
-        return IncompleteContact.of(
-            {**known, "unknown": unknown | vars(self).get("unknown", set())}
-        )
+        unknown |= vars(self).get("unknown", set())
+        return IncompleteContact.of({**vars(self), "unknown": unknown})
 
     @cached_property
     def geometry(self) -> type[Geometry]:
