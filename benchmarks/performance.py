@@ -7,9 +7,9 @@ import time
 from typing import Any
 
 import numpy as np
-from benchmarks.cases import STUDY, WAVES
 from benchmarks.pages import Data, Page, Section, scientific, table
 from benchmarks.peers import contacts
+from benchmarks.study_contacts import STUDY, WAVES
 from matplotlib.figure import Figure
 
 from fretwear import Case, simulate

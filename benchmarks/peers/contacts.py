@@ -16,7 +16,7 @@ from statistics import median
 from typing import Any, ClassVar
 
 import numpy as np
-from benchmarks.cases import study_case
+from benchmarks.study_contacts import study_case
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import ContactProblem

@@ -25,7 +25,7 @@ from fretwear.version import code_digest
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.results import place_of_largest, stress, warnings_of_depth
+from fretwear_cracks.stresses import place_of_largest, stress, warnings_of_depth
 from fretwear_cracks.variables import (
     CRACKS,
     EDGE_STRESSES,

@@ -51,7 +51,7 @@ def fit_scar(
     beside = check_output(json_ or path.with_suffix(".json"), ".json")
 
     from fretwear_fit import search as fits
-    from fretwear_fit.results import parameter_table
+    from fretwear_fit.fit import parameter_table
 
     try:
         result = fits.fit(study, folder=path.with_suffix(".runs"), processes=processes, tell=note)

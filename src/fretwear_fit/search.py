@@ -19,9 +19,9 @@ from fretwear.study.study import Study, as_mapping
 from fretwear.units import QuantityError
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import AROUND, ENDS, MOVES, SEARCH, Fitter
+from fretwear_fit.fit import UNLIKELY, Fit
 from fretwear_fit.posterior import sampled, why_to_sample
 from fretwear_fit.request import FitRequest, Unknown
-from fretwear_fit.results import UNLIKELY, Fit
 from fretwear_fit.runs import Runs
 
 

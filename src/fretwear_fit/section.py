@@ -16,7 +16,7 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.groups import open_group
 from fretwear.report import Section, table_html
 from fretwear.units import QuantityError
-from fretwear_fit.results import parameter_table
+from fretwear_fit.fit import parameter_table
 from fretwear_measured.tables import TABLES
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from fretwear.results import RESULTS
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
 from fretwear.variable import ContactState
-from fretwear_source_study.cases import (
+from fretwear_source_study.parameters import TITLES
+from fretwear_source_study.reference_cases import (
     RUN_IN,
     Cases,
     StudyCase,
@@ -34,7 +35,6 @@ from fretwear_source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear_source_study.parameters import TITLES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import outside_key, set_cycle_axis
-from fretwear.figures.cases import HALF_WIDTH_LABEL
 from fretwear.figures.datasets import Profiles, field_of, profiles_of
+from fretwear.figures.page import HALF_WIDTH_LABEL
 from fretwear.figures.profiles import (
     Frame,
     at_edge,
@@ -33,8 +33,8 @@ from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.variable import Variable
-from fretwear_source_study.cases import RUN_IN, Cases, reference_cases
 from fretwear_source_study.parameters import PLASTIC_LIMIT
+from fretwear_source_study.reference_cases import RUN_IN, Cases, reference_cases
 
 Drawn = tuple[Figure, list[str]]
 """A figure, and the sentences of its caption."""

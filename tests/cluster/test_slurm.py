@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from fretwear.data.files import open_summary
-from fretwear.run.cases import simulate_to_file
+from fretwear.run.case_files import simulate_to_file
 from fretwear.study.reading import load_study
 
 from ..run.conftest import assert_same

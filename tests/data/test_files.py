@@ -167,11 +167,11 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("problem", WRONG)
-def test_an_honest_mistake_is_one_sentence_with_the_name_of_the_file(changed, problem):
-    path = changed(WRONG[problem])
+@pytest.mark.parametrize("fault", WRONG)
+def test_an_honest_mistake_is_one_sentence_with_the_name_of_the_file(changed, fault):
+    path = changed(WRONG[fault])
     for opening in (open_case, open_history):
-        with pytest.raises(DataFileError, match=f"^{re.escape(str(path))}: .*{problem}"):
+        with pytest.raises(DataFileError, match=f"^{re.escape(str(path))}: .*{fault}"):
             opening(path)
 
 

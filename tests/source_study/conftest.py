@@ -10,7 +10,7 @@ import xarray as xr
 
 from fretwear.data.files import open_summary
 from fretwear.study.reading import load_study
-from fretwear_source_study.cases import StudyCase, reference_cases
+from fretwear_source_study.reference_cases import StudyCase, reference_cases
 
 from ..studies import WAVES, base, run_study, write_study
 

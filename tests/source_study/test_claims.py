@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from fretwear.variable import ContactState
-from fretwear_source_study.cases import (
+from fretwear_source_study.claims import CLAIMS, Verdict, common_verdict
+from fretwear_source_study.parameters import TITLES
+from fretwear_source_study.reference_cases import (
     amplitude_left,
     growth,
     largest_on_rings,
@@ -15,8 +17,6 @@ from fretwear_source_study.cases import (
     unevenness,
     zone_means,
 )
-from fretwear_source_study.claims import CLAIMS, Verdict, common_verdict
-from fretwear_source_study.parameters import TITLES
 
 from .conftest import doctored
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear_source_study.cases import reference_cases
 from fretwear_source_study.claims import CLAIMS, source_sections
 from fretwear_source_study.figures import source_figures
 from fretwear_source_study.parameters import TITLES
+from fretwear_source_study.reference_cases import reference_cases
 
 pytestmark = pytest.mark.slow
 

@@ -168,7 +168,7 @@ def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):
         assert float(row["cell_x"]) == point.case.grid_spacing[0]
         assert float(row["estimated_seconds"]) > 0
         assert int(row["cells"]) > 0
-        assert row["problem"] == ""
+        assert row["mistake"] == ""
     # What is varied as a whole has a column in the words of the file.
     content["vary"] = {"roughness": ["none", WAVES], "youngs_modulus": [["208 GPa", "70 GPa"]]}
     smooth, rough = table(studies.load(content))
@@ -184,7 +184,7 @@ def test_invalid_points_are_in_the_table_with_the_reason_and_warnings_once_each(
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}
     good, bad = table(studies.load(content))
     assert (bad["case_id"], bad["cells"], bad["tangential_ratio"]) == ("", "", "1.5")
-    assert "gross sliding" in bad["problem"]
+    assert "gross sliding" in bad["mistake"]
     assert good["case_id"]
     assert list(Plan(studies.load(content)).rows())[1][0] == "(invalid)"
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}

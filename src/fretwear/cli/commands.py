@@ -173,7 +173,7 @@ def run_case(
     cases = {point.id: point.case for point in points if point.case} or study.cases()
 
     from fretwear.data.labels import study_attributes
-    from fretwear.run.cases import simulate_to_file, simulate_to_folder
+    from fretwear.run.case_files import simulate_to_file, simulate_to_folder
 
     about = study_attributes((points[0].study if points else study).content)
     if not folder:

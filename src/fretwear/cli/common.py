@@ -123,14 +123,14 @@ def check_output(path: Path, *endings: str) -> Path:
     `CommandError` if it is a folder, has another ending, or cannot be written to.
     """
     if path.is_dir():
-        problem = f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}"
+        mistake = f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}"
     elif path.suffix.lower() not in endings:
         example = path.with_suffix(endings[0])
-        problem = f"{path}: must end in {listed(endings, 'or')}, such as {example}"
+        mistake = f"{path}: must end in {listed(endings, 'or')}, such as {example}"
     else:
         check_writable(path.parent)
         return path
-    raise CommandError(problem)
+    raise CommandError(mistake)
 
 
 @contextmanager

@@ -43,7 +43,7 @@ def _status(error: BaseException) -> Status | None:
     if isinstance(error, BrokenPipeError | typer.Exit | typer.TyperException):
         return None
 
-    from fretwear.run.cases import EXPECTED
+    from fretwear.run.case_files import EXPECTED
 
     return Status.FAILED if isinstance(error, EXPECTED) else None
 

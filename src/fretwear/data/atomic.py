@@ -14,14 +14,14 @@ _NEARLY_FULL_BYTES = 1 << 20
 
 
 class DataFileError(Exception):
-    """A file that cannot be read or written: its path, the problem, the remedy."""
+    """A file that cannot be read or written: its path, the fault, the remedy."""
 
-    def __init__(self, path: Path, problem: str, remedy: str = "") -> None:
-        super().__init__(path, problem, remedy)
-        self.path, self.problem, self.remedy = path, problem, remedy
+    def __init__(self, path: Path, fault: str, remedy: str = "") -> None:
+        super().__init__(path, fault, remedy)
+        self.path, self.fault, self.remedy = path, fault, remedy
 
     def __str__(self) -> str:
-        return f"{self.path}: {self.problem}. {self.remedy}".removesuffix(". ")
+        return f"{self.path}: {self.fault}. {self.remedy}".removesuffix(". ")
 
 
 @contextmanager

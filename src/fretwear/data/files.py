@@ -190,8 +190,8 @@ def _check_axes_and_units(path: Path, variables: Mapping[Any, xr.Variable]) -> N
     for name in RESULTS.keys() & variables.keys():
         units = variables[name].attrs.get("units", "")
         if units != (expected := RESULTS[name].in_units(units).si_unit):
-            problem = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
-            raise DataFileError(path, problem, RUN_AGAIN)
+            fault = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
+            raise DataFileError(path, fault, RUN_AGAIN)
 
 
 def read_case(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Variables, Variables]:
@@ -235,8 +235,8 @@ def read_arrays(
         with h5py.File(path) as file:
             return {name: file[name][rows] for name in names if name in file}
     except OSError as cause:
-        problem = "it is damaged" if Path(path).is_file() else "there is no such file"
-        raise DataFileError(Path(path), f"{problem} ({cause})", RUN_AGAIN) from cause
+        fault = "it is damaged" if Path(path).is_file() else "there is no such file"
+        raise DataFileError(Path(path), f"{fault} ({cause})", RUN_AGAIN) from cause
 
 
 def finished_by(path: str | os.PathLike[str], case: Case) -> str | None:

@@ -86,10 +86,10 @@ def open_group(
         close = dataset.close
         dataset = with_text(dataset)
     except (OSError, RuntimeError, ValueError) as cause:
-        problem = "it is damaged, or not a netCDF-4 file of fretwear"
+        fault = "it is damaged, or not a netCDF-4 file of fretwear"
         if not Path(path).is_file():
-            problem, remedy = "there is no such file", "Check the name"
-        raise DataFileError(Path(path), f"{problem} ({cause})", remedy) from cause
+            fault, remedy = "there is no such file", "Check the name"
+        raise DataFileError(Path(path), f"{fault} ({cause})", remedy) from cause
     # The first format called the normal load by the name of a method of datasets.
     if "load" in {*dataset.variables, *dataset.dims}:
         dataset = dataset.rename(load="normal_load")

@@ -105,11 +105,11 @@ def merge_study(
                 errors.append(error)
     if errors:
         first, *others = errors
-        raise DataFileError(first.path, first.problem, "\n".join(map(str, (first.remedy, *others))))
+        raise DataFileError(first.path, first.fault, "\n".join(map(str, (first.remedy, *others))))
     if not rows:
-        problem = f"not written, because no case of the study is done in {cases}"
+        fault = f"not written, because no case of the study is done in {cases}"
         remedy = "Run the study; if it was run, its log says why every case failed"
-        raise DataFileError(Path(path), problem, remedy)
+        raise DataFileError(Path(path), fault, remedy)
     x = common_positions([row[X.name].values for row in rows.values()])
     cycles = np.unique(np.concatenate([row[CYCLE.name].values for row in rows.values()]))
     axes = {
@@ -177,8 +177,8 @@ def _read_case(
         numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
         raise DataFileError(path, f"it has no snapshot at cycle {numbers}", RUN_AGAIN)
     if attributes.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
-        problem = "it was computed by another version of the code (its code_digest differs)"
-        raise DataFileError(path, problem, "Run the case again, or keep it with --keep-older")
+        fault = "it was computed by another version of the code (its code_digest differs)"
+        raise DataFileError(path, fault, "Run the case again, or keep it with --keep-older")
     if asked.size < cycles.size:
         at = {CYCLE.name: np.searchsorted(cycles, asked)}
         results = {name: each.isel(at, missing_dims="ignore") for name, each in results.items()}
@@ -307,6 +307,6 @@ def check_belongs(summary: xr.Dataset, study: Study) -> None:
     here = [*ids.sizes.items()], ids.values.ravel().tolist()
     if here != ([*study.sizes.items()], [point.id for point in study.points()]):
         file = Path(summary.encoding.get("source", "summary.nc"))
-        problem = f"it has other points than the study {study.name!r}"
+        fault = f"it has other points than the study {study.name!r}"
         remedy = "Run the same study again, or name its results by --results"
-        raise DataFileError(file, problem, remedy)
+        raise DataFileError(file, fault, remedy)

@@ -20,7 +20,7 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "cases": "overview",
+    "page": "overview",
     "history": "scalar_history",
     "maps": "fretting_map wear_map",
     "profiles": "field_profiles fretting_loops",

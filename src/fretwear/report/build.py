@@ -30,7 +30,7 @@ from fretwear.data.merge import check_belongs
 from fretwear.report.matrix import build_matrix
 from fretwear.report.plots import curve, explorer
 from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
-from fretwear.run.cases import failures
+from fretwear.run.case_files import failures
 from fretwear.study.mistakes import few_of
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan

@@ -74,10 +74,10 @@ def read_checkpoint(path: Path, case: Case) -> RunRecord:
         if content["identity"] == json.loads(json.dumps(_identity(case))):
             record: RunRecord = _restored(content["record"], arrays)
             return record
-        problem = "this checkpoint is of another run, or of other code"
+        fault = "this checkpoint is of another run, or of other code"
     except Exception:  # Readers raise all sorts of errors for a file of something else.
-        problem = "this is no checkpoint, or a damaged one"
-    raise DataFileError(path, problem, "The run starts at cycle 0")
+        fault = "this is no checkpoint, or a damaged one"
+    raise DataFileError(path, fault, "The run starts at cycle 0")
 
 
 def _identity(case: Case) -> list[object]:

@@ -48,8 +48,8 @@ def why_too_large(expected: Estimate, available: int) -> str:
 
 def require_memory(case: Case) -> None:
     """Raise a `MemoryError` if a case cannot fit in the memory."""
-    if problem := why_too_large(estimate(case), available_memory()):
-        raise MemoryError(f"case {case.case_id} {problem}")
+    if reason := why_too_large(estimate(case), available_memory()):
+        raise MemoryError(f"case {case.case_id} {reason}")
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def seconds_after(plan: Plan) -> float:
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
-    """Iterate over likely problems of a study on this machine.
+    """Iterate over what is likely to fail in a study on this machine.
 
     The memory, bytes, defaults to what is available now.
     """
@@ -110,7 +110,7 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
     reasons = (
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
     )
-    if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
+    if too_large := [f"{case_id} {reason}" for case_id, reason in reasons if reason]:
         cases = f"{len(too_large)} case{'s' * (len(too_large) != 1)}"
         yield f"{cases} will not fit in the memory of this machine:{_listed(too_large)}"
     for what, numbers in plan.warnings.items():

@@ -188,13 +188,13 @@ class Plan:
 
 
 def write_points(study: Study, path: str | Path) -> None:
-    """Write the points as CSV: case id, every parameter in SI units, cells, estimates, problem."""
+    """Write the points as CSV: case id, every parameter in SI units, cells, estimates, mistake."""
     import pandas as pd
 
     rows, estimates = list[dict[str, object]](), Plan(study).estimates
-    last = ("cells", "estimated_seconds", "estimated_memory_bytes", "problem")
+    last = ("cells", "estimated_seconds", "estimated_memory_bytes", "mistake")
     for point in study.points():
-        row: dict[str, object] = {"case_id": point.id, "problem": point.mistake}
+        row: dict[str, object] = {"case_id": point.id, "mistake": point.mistake}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
         for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
             plain = float(value) if isinstance(value, bool) else value

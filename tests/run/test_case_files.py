@@ -5,8 +5,8 @@ import signal
 import pytest
 
 from fretwear.data.files import open_case
-from fretwear.run import cases
-from fretwear.run.cases import failures, simulate_to_file
+from fretwear.run import case_files
+from fretwear.run.case_files import failures, simulate_to_file
 from fretwear.study.reading import load_study
 
 from ..cli.conftest import Desk
@@ -57,14 +57,14 @@ def test_finished_cases_stay_until_their_snapshots_change(bench):
 
 
 def test_a_folder_counts_the_cases_of_the_whole_study_that_are_done(bench, monkeypatch):
-    monkeypatch.setattr(cases, "SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr(case_files, "SECONDS_BETWEEN_LINES", 0.0)
     first, *rest = load_study("tiny.yaml").cases()
     run = ("run", "tiny.yaml", "-o", "cases")
     alone = bench.call(*run, "--case", first).stdout
     assert alone == "cases: 1 of 3 cases done\n"
     both = bench.call(*run, *(word for name in rest for word in ("--case", name))).stdout
     assert both.splitlines() == ["cases: 2 of 3 cases done", "cases: 3 of 3 cases done"]
-    monkeypatch.setattr(cases, "SECONDS_BETWEEN_LINES", 3600.0)
+    monkeypatch.setattr(case_files, "SECONDS_BETWEEN_LINES", 3600.0)
     assert bench.call(*run).stdout == "cases: 3 of 3 cases done\n" * 2
     # Points that are not the study's own are counted by themselves.
     assert (
@@ -75,7 +75,7 @@ def test_a_folder_counts_the_cases_of_the_whole_study_that_are_done(bench, monke
 def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
     bench.run()
     before = written(bench)
-    monkeypatch.setattr(cases, "case_digest", lambda _: "newer")
+    monkeypatch.setattr(case_files, "case_digest", lambda _: "newer")
     bench.run("--keep-older")
     assert written(bench) == before
     bench.run()

@@ -9,7 +9,7 @@ import xarray as xr
 import fretwear
 from fretwear_cracks import StressError
 from fretwear_cracks.inputs import surface_of
-from fretwear_cracks.results import place_of_largest
+from fretwear_cracks.stresses import place_of_largest
 
 from ..studies import SELF_AFFINE, STEEL, near, steel
 
