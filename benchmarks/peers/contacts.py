@@ -19,9 +19,8 @@ import numpy as np
 from benchmarks.study_contacts import study_case
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.run import simulate
 
 _ITERATIONS = 20_000

@@ -10,8 +10,7 @@ from benchmarks.peers.contacts import PEERS, pressed_by
 from benchmarks.verification.problems import STUDY_LIMIT
 from tests.mechanics.problems import MODULUS, P0, SMOOTH, Waves, pressed, window
 
-from fretwear.mechanics.contact.cells import ContactProblem
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 
 CELLS = (480, 96)
 HALF_WIDTH = 175e-6

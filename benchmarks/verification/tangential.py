@@ -6,9 +6,8 @@ from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.slip.models import ReducedContact
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.state import WearProblem

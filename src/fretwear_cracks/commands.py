@@ -58,10 +58,10 @@ def stress_below(
 
     Prints the largest value of each with its place.
     """
-    from fretwear_cracks import results
+    from fretwear_cracks.stresses import largest_values, stress
 
     compute = partial(
-        results.stress,
+        stress,
         cycle=cycle,
         depths=None if depth is None else depth.split(","),
         fatemi_socie=_pair(fatemi_socie),
@@ -71,7 +71,7 @@ def stress_below(
     )
     path, stresses = _written(file, output, "stress", compute)
     say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")
-    for line in (*aligned([*results.largest_values(stresses)], str.ljust), str(path)):
+    for line in (*aligned([*largest_values(stresses)], str.ljust), str(path)):
         say(line)
 
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.models import WearLayer, WinklerLayer

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.surfaces.laws import Means
 from fretwear.mechanics.wear.state import State, WearProblem
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.arrays import Array, Even, Mask
-from fretwear.mechanics.contact.cells import ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.contact.problem import Accuracy, ContactProblem, Layer
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.slip.models import Jaeger, Pressed, ReducedContact
 from fretwear.mechanics.surfaces.indenters import Cylinder, Sphere

@@ -8,10 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics.contact import problem as contact
-from fretwear.mechanics.contact import solver
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem
-from fretwear.mechanics.contact.problem import projected_gradients, solve_contact
+from fretwear.mechanics.contact import gradients, solver
+from fretwear.mechanics.contact.gradients import projected_gradients
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.slip.models import CattaneoMindlin, Pressed, WearLayer, WinklerLayer
 
 from ..studies import near
@@ -206,7 +205,7 @@ def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_o
     found = solve_contact(problem, np.ones(problem.shape.shape), tolerance=1e-5)
     assert len(calls) == 1
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-3 * P0)
-    monkeypatch.setattr(contact, "_LARGEST_STEPS", 1)
+    monkeypatch.setattr(gradients, "_LARGEST_STEPS", 1)
     with pytest.raises(ContactError, match=r"did not converge: residual .* instead of 1e-06"):
         solve_contact(problem)
 

@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import fretwear
-from fretwear.mechanics.contact.cells import ContactError
 from fretwear.mechanics.contact.grid import influence_coefficients
+from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.contact.strips import Row
 from fretwear.mechanics.slip.models import Cerruti, Coupled, Jaeger
 from fretwear.mechanics.slip.shear import bodies_under_shear, shear_influence

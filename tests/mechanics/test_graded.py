@@ -10,9 +10,9 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import ellipe
 
-from fretwear.mechanics.contact.cells import ContactProblem, Region
+from fretwear.mechanics.contact.cells import Region
 from fretwear.mechanics.contact.dense import interpolated
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings, mean_influence
 from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.surfaces.indenters import FlatPunch

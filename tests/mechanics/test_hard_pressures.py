@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact import dense, solver
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem
+from fretwear.mechanics.contact.gradients import projected_gradients
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import projected_gradients, solve_contact
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.surfaces.laws import Archard
 from fretwear.mechanics.surfaces.loading import SlidingAmplitude
 from fretwear.mechanics.surfaces.materials import Coulomb

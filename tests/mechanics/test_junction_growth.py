@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact.cells import ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.slip.models import CattaneoMindlin, Coupled, Jaeger
 from fretwear.mechanics.surfaces.laws import Archard

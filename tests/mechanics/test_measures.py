@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import Beside, ContactProblem, Region
+from fretwear.mechanics.contact.cells import Beside, Region
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import WavyRoughness

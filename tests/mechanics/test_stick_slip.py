@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.slip.coupled import shear
 from fretwear.mechanics.slip.shear import shear_influence, shear_space
 from fretwear.theory import HertzContact

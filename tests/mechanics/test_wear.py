@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.surfaces.laws import Archard

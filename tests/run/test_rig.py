@@ -11,7 +11,7 @@ from fretwear.data.labels import mirrored
 from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.study import study_figures
-from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run.simulate import run
 from fretwear.study.plan import estimate

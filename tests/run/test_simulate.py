@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.mechanics.contact.cells import ContactError
-from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.contact.problem import Accuracy, ContactError
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.mechanics.wear.integrator import first_loading

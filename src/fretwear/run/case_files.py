@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import finished_by, write_case
-from fretwear.mechanics.contact.cells import ContactError
+from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.progress import SECONDS_BETWEEN_LINES, progress_bar

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fretwear.data.labels import case_dataset, history_dataset, loops_dataset, mirrored
-from fretwear.mechanics.contact.cells import ContactError, Geometry
+from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Accuracy
+from fretwear.mechanics.contact.problem import Accuracy, ContactError
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.mechanics.wear.integrator import WearError, evolve
 from fretwear.mechanics.wear.loops import loop

@@ -22,8 +22,6 @@ from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     WITHIN_A_CELL,
-    Contact,
-    ContactProblem,
     Geometry,
     HalfSpace,
     Index,
@@ -31,9 +29,10 @@ from fretwear.mechanics.contact.cells import (
     Way,
     Zone,
 )
+from fretwear.mechanics.contact.gradients import Exchange, projected_gradients
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
-from fretwear.mechanics.contact.problem import Exchange, projected_gradients
+from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -335,32 +334,6 @@ class DenseHalfSpace(HalfSpace):
         """`displacement` in single precision in some unit, m, and the unit."""
         return scaled(self.displacement(pressure))
 
-    def solve(
-        self,
-        problem: ContactProblem,
-        start: Array | None,
-        tolerance: float,
-        *,
-        verified: bool,
-    ) -> Contact:
-        """Solve a normal contact by factors of the matrix of its free cells."""
-        start = problem.first_guess() if start is None else start
-        contact = self._factored(problem, start, tolerance)
-        if contact is None:
-            accurate = max(_OF_TOLERANCE * tolerance, _LEAST_TOLERANCE)
-            contact = projected_gradients(problem, start, accurate)
-            if problem.layer is not None:
-                problem = replace(problem, layer=problem.layer.at(contact.approach))
-            free = (contact.pressure > 0.0) & ~contact.saturated
-            _, uniform = self._responses(problem, contact.pressure, contact.gap, free)
-            contact = replace(
-                contact,
-                gap=np.where(free, 0.0, contact.gap),
-                stiffness=uniform / self.self_influence,
-                convolutions=contact.convolutions + _SOLUTIONS,
-            )
-        return contact
-
     @staticmethod
     def _next_free(problem: ContactProblem, pressure: Array, separation: Array) -> int | None:
         """The cell that leaves its bound if none is free; None if there is no such cell.
@@ -373,7 +346,7 @@ class DenseHalfSpace(HalfSpace):
         order = np.where(bound, separation if lacks else -separation, np.inf)
         return int(np.argmin(order)) if bound.any() else None
 
-    def _responses(
+    def responses(
         self, problem: ContactProblem, pressure: Array, gap: Array, free: Mask
     ) -> tuple[Array, Array]:
         """Pressures on free cells that close a gap, m, and that a unit of their approach causes.
@@ -406,7 +379,7 @@ class DenseHalfSpace(HalfSpace):
         result[:, free] = pressures.T
         return result
 
-    def _factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
+    def factored(self, problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
         """The solution by active sets from a start, Pa; None if a set occurs again.
 
         Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
@@ -430,7 +403,7 @@ class DenseHalfSpace(HalfSpace):
                 if cell is None:
                     return None
                 free.ravel()[cell] = True
-            moved, uniform = self._responses(problem, pressure, separation - approach, free)
+            moved, uniform = self.responses(problem, pressure, separation - approach, free)
             sinks = 0.0
             if problem.load is not None:
                 missing = problem.total - float(problem.weighted(pressure + moved).sum())
@@ -469,3 +442,31 @@ class DenseHalfSpace(HalfSpace):
             changed = exchange.of(np.flatnonzero(now != free))
             free.ravel()[changed] = now.ravel()[changed]
         return None
+
+
+@solve_on.register
+def solve_by_factors(
+    bodies: DenseHalfSpace,
+    problem: ContactProblem,
+    start: Array | None,
+    tolerance: float,
+    *,
+    verified: bool,
+) -> Contact:
+    """Solve a normal contact by factors of the matrix of its free cells."""
+    start = problem.first_guess() if start is None else start
+    contact = bodies.factored(problem, start, tolerance)
+    if contact is None:
+        accurate = max(_OF_TOLERANCE * tolerance, _LEAST_TOLERANCE)
+        contact = projected_gradients(problem, start, accurate)
+        if problem.layer is not None:
+            problem = replace(problem, layer=problem.layer.at(contact.approach))
+        free = (contact.pressure > 0.0) & ~contact.saturated
+        _, uniform = bodies.responses(problem, contact.pressure, contact.gap, free)
+        contact = replace(
+            contact,
+            gap=np.where(free, 0.0, contact.gap),
+            stiffness=uniform / bodies.self_influence,
+            convolutions=contact.convolutions + _SOLUTIONS,
+        )
+    return contact

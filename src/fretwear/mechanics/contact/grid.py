@@ -15,8 +15,6 @@ from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
     Beside,
-    Contact,
-    ContactProblem,
     Geometry,
     Index,
     Region,
@@ -25,7 +23,7 @@ from fretwear.mechanics.contact.cells import (
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.contact.kernels import fast_length, scaled
-from fretwear.mechanics.contact.solver import ConvolvedBodies, solve_by_active_sets
+from fretwear.mechanics.contact.solver import ConvolvedBodies
 
 # A window grows by a factor if there is pressure within this many cells of its border.
 BORDER = 2
@@ -405,12 +403,6 @@ class GridHalfSpace(ConvolvedBodies):
         if grid.shape == self.geometry.shape and weights == self._weights:
             return self
         return _part(grid, self.modulus, weights)
-
-    def solve(
-        self, problem: ContactProblem, start: Array | None, tolerance: float, *, verified: bool
-    ) -> Contact:
-        """Solve a normal contact by active sets, and the projected gradient where these stall."""
-        return solve_by_active_sets(self, problem, start, tolerance, verified=verified)
 
 
 @lru_cache(_PARTS)

@@ -11,20 +11,231 @@ program. Each half-space solves it by its own method, and by projected gradients
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import singledispatch
 from typing import Protocol
 
 import numpy as np
 
-from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import Contact, ContactError, ContactProblem, Layer
+from fretwear.arrays import Array, Mask, Real, Single
+from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.kernels import inner
-from fretwear.theory import find_root
 
 # A start that carries less than this part of the load is no guess of the pressure.
 _NEGLIGIBLE = 1e-6
-# Largest number of convolutions of projected gradients.
-_LARGEST_STEPS = 20000
+# Free cells that carry less than this part of the others cannot be scaled to carry the rest.
+_LEAST_MOVABLE = 1e-12
+# Largest error of the sum of tractions that carry a force, and steps to the shift that restores it.
+BALANCED, _LARGEST_SHIFTS = 1e-13, 200
+
+
+class ContactError(RuntimeError):
+    """No pressure distribution was found that satisfies the contact conditions to the tolerance.
+
+    ``convolutions`` is the number of half-space convolutions spent on it.
+    """
+
+    def __init__(self, message: str, convolutions: int = 0) -> None:
+        super().__init__(message)
+        self.convolutions = convolutions
+
+
+def find_shift(
+    missing: Callable[[float], tuple[float, float]], guess: float, enough: float
+) -> float:
+    """Find where what is missing, with its fall per step, vanishes; the last call is there.
+
+    Newton's method within a bracket; where it does not halve its steps, bisection. What is missing
+    falls continuously, so that in the end the bracket closes up to rounding.
+    """
+    low, high, last = -np.inf, np.inf, 1.0
+    for _ in range(_LARGEST_SHIFTS):
+        left, slope = missing(guess)
+        if abs(left) <= enough:
+            return guess
+        low, high = (guess, high) if left > 0.0 else (low, guess)
+        step = left / slope if slope > 0.0 else math.copysign(math.inf, left)
+        if math.isfinite(high - low):
+            if not (low < guess + step < high and abs(step) <= 0.5 * last):
+                step = 0.5 * (low + high) - guess
+        else:
+            step = min(max(step, -2.0 * last), 2.0 * last)
+        if guess + step in (low, high):
+            return guess
+        guess, last = guess + step, abs(step)
+    raise ContactError(f"no shift of the tractions carries the force: {left:.1e} lacks")
+
+
+def projected(
+    pressure: Array,
+    limit: float | Array,
+    total: float,
+    compliance: Array | float = 1.0,
+    weights: Array | None = None,
+) -> tuple[Array, float]:
+    """The nearest pressure of a weighted sum within the bounds; see `ContactProblem.projected`."""
+    # The approach is found in units of the largest change.
+    unit = float(np.max(compliance)) * max(float(np.abs(pressure).max()), total / pressure.size)
+    moves, result = unit / np.asarray(compliance), pressure
+    sinks = moves if weights is None else weights * moves
+
+    def missing(shift: float) -> tuple[float, float]:
+        nonlocal result
+        result = np.clip(pressure + shift * moves, 0.0, limit)
+        carried = float((result if weights is None else weights * result).sum())
+        free = (result > 0.0) & (result < limit)
+        return 1.0 - carried / total, float((free * sinks).sum()) / total
+
+    shift = find_shift(missing, 0.0, BALANCED)
+    return result, unit * shift
+
+
+class Layer(Protocol):
+    """Local compliance between the bodies: a displacement that depends on its cell's pressure.
+
+    It grows with pressure, so the contact problem stays convex.
+    """
+
+    # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
+    level: float | None = None
+
+    def at(self, approach: float) -> Layer:
+        """The layer at another approach, m."""
+        return self
+
+    def per_approach(self, pressure: Array) -> Array:
+        """Derivative of the displacement by the approach."""
+        return np.zeros_like(pressure)
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
+        result = np.zeros_like(pressure)
+        self.add_displacement(pressure, result)
+        return result
+
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the displacement under a pressure to a field."""
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the displacement in some unit, m/Pa; not negative."""
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """A normal contact of elastic bodies and a shape, under a load or at an approach."""
+
+    half_space: HalfSpace  #: the elastic bodies on a geometry
+    shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
+    load: float | None  #: normal load P of the whole contact, N; None if the approach is given
+    #: Largest pressure, Pa, of all cells or of each; infinite when elastic.
+    limit: float | Array = np.inf
+    layer: Layer | None = None  #: local compliance
+    approach: float | None = None  #: δ, m, if given instead of a load
+
+    def __post_init__(self) -> None:
+        if (self.load is None) == (self.approach is None):
+            raise ValueError("a contact problem is given either a load or an approach")
+        # A transposed map of heights is not in C order.
+        object.__setattr__(self, "shape", np.ascontiguousarray(self.shape, np.float64))
+
+    @property
+    def total(self) -> float:
+        """Weighted sum of the pressure over the cells that carries the load, Pa."""
+        return (self.load or 0.0) / self.half_space.geometry.unit_area
+
+    def separation(self, pressure: Array, displacement: Array) -> Array:
+        """K p + W(p) + h, m: the gap plus the approach."""
+        result = displacement + self.shape
+        if self.layer is not None:
+            self.layer.add_displacement(pressure, result)
+        return result
+
+    def first_guess(self) -> Array:
+        """A pressure that grows with depth, shape of the geometry.
+
+        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
+        approach on everything below it, scaled to minimal energy.
+        """
+        shape, given, half_space = self.shape, self.approach, self.half_space
+        level = float(np.quantile(shape, 0.2)) if given is None else given
+        guess: Array = np.maximum(level - shape, 0.0)
+        if given is not None:
+            moved = half_space.displacement(guess)
+            stiff = inner(guess, self.weighted(moved))
+            work = inner(guess, self.weighted(guess))
+            return guess * (work / stiff) if stiff > 0 else guess
+        # A flat surface has no lowest fifth.
+        return guess if guess.any() else np.ones_like(shape)
+
+    def weighted(self, values: Real) -> Real:
+        """A field times the weights of the cells."""
+        weights = self.half_space.geometry.weights
+        return values if weights is None else np.multiply(weights, values, dtype=values.dtype)
+
+    def clip_to_load(self, pressure: Array) -> Array:
+        """The pressure clipped to the bounds, its free cells scaled so that it carries the load.
+
+        Scaling leaves open cells open and saturated cells saturated; a shift would free them. Each
+        pass saturates one more cell or is the last, so the loop ends.
+        """
+        limit, result = self.limit, np.clip(pressure, 0.0, self.limit)
+        while self.load is not None:
+            full: Mask = result >= limit
+            weighted = self.weighted(result)
+            held, movable = float(weighted[full].sum()), float(weighted[~full].sum())
+            if self.total <= held:
+                # Saturated cells must yield too.
+                return np.asarray(result * (self.total / (held + movable)))
+            if movable <= _LEAST_MOVABLE * held:
+                # All loaded cells are at the limit and still do not carry the load.
+                return self.projected(result)[0]
+            factor = (self.total - held) / movable
+            result = np.clip(np.where(full, result, factor * result), 0.0, limit)
+            if factor <= 1.0 or np.array_equal(full, result >= limit):
+                break
+        return result
+
+    def projected(
+        self, pressure: Array, compliance: Array | float = 1.0
+    ) -> tuple[Array, Array | float]:
+        """The nearest pressure within the bounds that carries the load, and the approach it takes.
+
+        It is the minimum of Σ c (p − p₀)² over the cells of a compliance c, m/Pa: p₀ + δ/c, clipped
+        to the bounds. Without a load the approach δ, m, is zero.
+        """
+        if self.load is None:
+            return np.clip(pressure, 0.0, self.limit), 0.0
+        weights = self.half_space.geometry.weights
+        return projected(pressure, self.limit, self.total, compliance, weights)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The solution of a `ContactProblem`; fields have the shape of the geometry."""
+
+    pressure: Array  #: Pa
+    #: m; where the pressure is at its limit, negative: the bodies yield there by its magnitude.
+    gap: Array
+    approach: float  #: δ, m
+    saturated: Mask  #: cells at the pressure limit
+    #: Largest violation of the conditions on the gap, relative to the largest displacement; if
+    #: verified, from a separate convolution.
+    residual: float
+    convolutions: int  #: half-space convolutions spent
+    stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
+
+    @property
+    def yields(self) -> bool:
+        """Whether any cell yields."""
+        return bool(self.gap.min(where=self.saturated, initial=0.0) < 0)
+
+    @property
+    def penetration(self) -> Array:
+        """Depth by which saturated cells yield, m; zero elsewhere."""
+        result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
+        return result
 
 
 @dataclass(frozen=True)
@@ -62,6 +273,22 @@ class Accuracy:
             "reduced_between": max(self.reduced_between, 1.5e-3 * error),
         }
         return replace(self, **between)
+
+
+@singledispatch
+def solve_on(
+    half_space: HalfSpace,
+    problem: ContactProblem,
+    start: Array | None,
+    tolerance: float,
+    *,
+    verified: bool,
+) -> Contact:
+    """Solve a normal contact of a kind of bodies; see `solve_contact`.
+
+    ``start`` is None if no guess of the pressure exists.
+    """
+    raise NotImplementedError(f"no method solves contacts of a {type(half_space).__name__}")
 
 
 def solve_contact(
@@ -105,191 +332,9 @@ def solve_contact(
             )
     if start is not None and float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
         start = None
-    return half_space.solve(problem, start, tolerance, verified=verified)
-
-
-class Exchange:
-    """Which of the cells on the wrong side change it, in a method of active sets.
-
-    All of them do. After a number of solutions without a new minimum of such cells, only the
-    outermost one does, by which no set repeats: Júdice and Pires, "A block principal pivoting
-    algorithm for large-scale strictly monotone linear complementarity problems", Comput. Oper. Res.
-    21 (1994).
-    """
-
-    def __init__(self, patience: int) -> None:
-        self._patience = self._left = patience
-        self._fewest: float = np.inf
-
-    def of(self, wrong: Places) -> Places:
-        """The cells that change sides, of those that are on the wrong one after a solution."""
-        if wrong.size < self._fewest:
-            self._fewest, self._left = wrong.size, self._patience
-        elif self._left > 0:
-            self._left -= 1
-        else:
-            return wrong[-1:]
-        return wrong
+    return solve_on(half_space, problem, start, tolerance, verified=verified)
 
 
 def is_finite(values: Array) -> bool:
     """Whether all values of a field and their sum are finite."""
     return bool(np.isfinite(values.sum()))
-
-
-def projected_gradients(problem: ContactProblem, start: Array, tolerance: float) -> Contact:
-    """Solve a contact by accelerated projected gradients: slowly, but from any start.
-
-    The energy is convex, and its gradient, the separation less the approach, is projected on the
-    pressures within the bounds that carry the load: Beck and Teboulle, SIAM J. Imaging Sci. 2
-    (2009), restarted as by O'Donoghue and Candès, Found. Comput. Math. 15 (2015). Cells are
-    weighted by their own compliance, which grows where a step turns out to be too long, until the
-    next restart. Errors as of `solve_contact`.
-
-    A layer that follows the approach loses depth as the approach grows. So the approach of the
-    contact falls as that of the layer grows, and both agree in between.
-    """
-    layer, spent = problem.layer, 0
-    if layer is None or layer.level is None:
-        return descend(problem, problem.half_space, start, tolerance)
-    if problem.approach is not None:
-        problem = replace(problem, layer=layer.at(problem.approach))
-        return descend(problem, problem.half_space, start, tolerance)
-    followed, contact = layer, None
-
-    def rises(level: float) -> float:
-        nonlocal contact, spent
-        guess = start if contact is None else contact.pressure
-        now = replace(problem, layer=followed.at(level))
-        contact = descend(now, now.half_space, guess, tolerance)
-        spent += contact.convolutions
-        rise = contact.approach - level
-        return 0.0 if abs(rise) <= tolerance * abs(level) else rise
-
-    ends = layer.level, layer.level + rises(layer.level)
-    if ends[0] != ends[1]:
-        rises(find_root(rises, min(ends), max(ends)))
-    assert contact is not None
-    return replace(contact, convolutions=spent)
-
-
-class CompliantBodies(Protocol):
-    """Displacements of a pressure, linear and positive definite, as of a `HalfSpace`."""
-
-    self_influence: float
-
-    def displacement(self, pressure: Array) -> Array:
-        """Displacement, m, under a pressure, Pa."""
-
-
-class PressureProblem(Protocol):
-    """Pressures within bounds that carry loads, as of a `ContactProblem`."""
-
-    @property
-    def shape(self) -> Array:
-        """Gap without pressure and approach, m."""
-
-    @property
-    def limit(self) -> float | Array:
-        """Largest pressure, Pa."""
-
-    @property
-    def layer(self) -> Layer | None:
-        """Local compliance."""
-
-    @property
-    def approach(self) -> float | None:
-        """Approach, m, if it is given."""
-
-    def weighted(self, values: Array) -> Array:
-        """A field times the weights of the cells."""
-
-    def projected(self, pressure: Array, compliance: Array) -> tuple[Array, Array | float]:
-        """See `ContactProblem.projected`."""
-
-
-def descend(
-    problem: PressureProblem, half_space: CompliantBodies, start: Array, tolerance: float
-) -> Contact:
-    """Solve a contact under a layer that does not follow the approach; see `projected_gradients`.
-
-    Several contacts may be solved as one, with an approach each: that of the result is their mean.
-    """
-    layer, unit, limit = problem.layer, half_space.self_influence, problem.limit
-    approach: Array | float = problem.approach or 0.0
-    compliance, growth, momentum, error, convolutions = np.zeros_like(start), 1.0, 1.0, np.inf, 1
-
-    def separated(pressure: Array, moved: Array) -> Array:
-        # A layer is defined within the bounds; beyond them it stays convex as its end.
-        result = moved + problem.shape
-        if layer is not None:
-            layer.add_displacement(np.clip(pressure, 0.0, limit), result)
-        return result
-
-    def softened(pressure: Array) -> Array:
-        """The compliance of each cell, with the tangent of the layer."""
-        own = np.full_like(pressure, unit)
-        if layer is not None:
-            own += unit * layer.tangent_in(unit, np.clip(pressure, 0.0, limit))
-        return np.maximum(compliance, own)
-
-    def violated(pressure: Array, gap: Array, displacement: Array) -> float:
-        """The largest of g at positive pressure and of −g below the limit, as in `Contact`."""
-        beyond = gap[pressure > 0.0].max(initial=0.0), -gap[pressure < limit].min(initial=0.0)
-        return float(max(beyond)) / max(float(np.abs(displacement).max()), np.finfo(float).tiny)
-
-    pressure = ahead = problem.projected(start, np.ones_like(start))[0]
-    moved = ahead_moved = half_space.displacement(pressure)
-    while convolutions < _LARGEST_STEPS:
-        separation, compliance = separated(ahead, ahead_moved), softened(ahead)
-        noise = 4.0 * np.finfo(float).eps * float(np.abs(separation).max())
-        while True:
-            metric = growth * compliance
-            target, shift = problem.projected(ahead - (separation - approach) / metric, metric)
-            step = target - ahead
-            by, weighted = half_space.displacement(step), problem.weighted(step)
-            convolutions += 1
-            after = separated(target, ahead_moved + by)
-            square, work = inner(metric * step, weighted), inner(by, weighted)
-            # Twice the work bounds what is lost by the curvature of a layer.
-            lost = inner(after - separation - by, weighted)
-            work += 2.0 * max(lost - noise * float(np.abs(weighted).sum()), 0.0)
-            if work <= square or convolutions >= _LARGEST_STEPS:
-                break
-            softer = softened(target)
-            if (softer > 1.1 * compliance).any():
-                compliance = softer
-            else:
-                growth *= max(1.1 * work / square, 1.1)
-        approach = approach + shift
-        displacement = ahead_moved + by
-        error = violated(target, after - approach, displacement)
-        if error <= tolerance:
-            # Displacements are updated from step to step, so the last one is computed anew.
-            displacement = half_space.displacement(target)
-            convolutions += 1
-            gap = separated(target, displacement) - approach
-            error = violated(target, gap, displacement)
-            if error <= tolerance:
-                return Contact(
-                    pressure=target,
-                    gap=gap,
-                    approach=float(np.mean(approach)),
-                    saturated=target >= limit,
-                    residual=error,
-                    convolutions=convolutions,
-                )
-            target, moved, pressure, momentum = target, displacement, target, 1.0
-        change = target - pressure
-        before = momentum
-        if inner(metric * step, problem.weighted(change)) < 0.0:
-            before, compliance = 1.0, np.zeros_like(start)
-        momentum = 0.5 + np.sqrt(0.25 + before**2)
-        part = (before - 1.0) / momentum
-        ahead, ahead_moved = target + part * change, displacement + part * (displacement - moved)
-        pressure, moved = target, displacement
-    raise ContactError(
-        f"the normal contact did not converge: residual {error:.2e} instead of {tolerance:.0e} "
-        f"after {convolutions} convolutions",
-        convolutions,
-    )

@@ -29,10 +29,11 @@ from math import inf, isfinite, sqrt
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import Contact, ContactProblem, HalfSpace, Index
+from fretwear.mechanics.contact.cells import HalfSpace, Index
 from fretwear.mechanics.contact.convolution import Convolution
+from fretwear.mechanics.contact.gradients import projected_gradients
 from fretwear.mechanics.contact.kernels import in_single, inner
-from fretwear.mechanics.contact.problem import projected_gradients
+from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
 
 # Cells, their weights, and an inverse of the bodies with a uniform layer there.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
@@ -88,6 +89,7 @@ class ConvolvedBodies(HalfSpace):
         """The bodies on cells twice as wide, if these are many."""
 
 
+@solve_on.register
 def solve_by_active_sets(
     bodies: ConvolvedBodies,
     problem: ContactProblem,

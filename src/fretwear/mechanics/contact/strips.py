@@ -19,14 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import (
-    ANYWHERE,
-    WITHIN_A_CELL,
-    Geometry,
-    Region,
-    Way,
-    Zone,
-)
+from fretwear.mechanics.contact.cells import ANYWHERE, WITHIN_A_CELL, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.grid import Grid
 

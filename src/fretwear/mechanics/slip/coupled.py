@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
-from fretwear.mechanics.contact.cells import BALANCED, ContactError, find_shift
+from fretwear.mechanics.contact.problem import BALANCED, ContactError, find_shift
 from fretwear.mechanics.contact.solver import halved
 from fretwear.mechanics.slip.shear import GridShear
 

@@ -34,8 +34,8 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact.cells import ContactError, ContactProblem, HalfSpace, Layer
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
 from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.mechanics.surfaces.loading import Sliding

@@ -25,8 +25,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import ContactError, Geometry
-from fretwear.mechanics.contact.problem import Accuracy, solve_contact
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.slip.models import Pressed
 from fretwear.mechanics.wear.stage import Dissipation, Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit

@@ -14,14 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from fretwear.arrays import Array, Even, Mask
-from fretwear.mechanics.contact.cells import (
-    WITHIN_A_CELL,
-    Beside,
-    Geometry,
-    Region,
-    Way,
-    Zone,
-)
+from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Beside, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace

@@ -28,8 +28,8 @@ from math import inf
 import numpy as np
 
 from fretwear.arrays import Array, Single
-from fretwear.mechanics.contact.cells import HalfSpace, Layer
-from fretwear.mechanics.contact.problem import solve_contact
+from fretwear.mechanics.contact.cells import HalfSpace
+from fretwear.mechanics.contact.problem import Layer, solve_contact
 from fretwear.mechanics.slip.models import ReducedContact, contact_under
 from fretwear.mechanics.wear.integrator import (
     OVERESTIMATE,

@@ -22,9 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Places
-from fretwear.mechanics.contact.cells import ContactError, Geometry, projected
+from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.gradients import Exchange, descend
 from fretwear.mechanics.contact.grid import Grid, influence_coefficients
-from fretwear.mechanics.contact.problem import Exchange, descend
+from fretwear.mechanics.contact.problem import ContactError, projected
 from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import Contact, ContactError, Layer
-from fretwear.mechanics.contact.problem import Accuracy, solve_contact
+from fretwear.mechanics.contact.problem import Accuracy, Contact, ContactError, Layer, solve_contact
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, WearLayer
 from fretwear.mechanics.wear.state import Stage, UnwornBodies, WearProblem, YieldLimit
 

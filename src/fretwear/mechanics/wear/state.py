@@ -9,16 +9,10 @@ from typing import Any, Self
 import numpy as np
 
 from fretwear.arrays import Array, Mask
-from fretwear.mechanics.contact.cells import (
-    Contact,
-    ContactProblem,
-    Geometry,
-    HalfSpace,
-    Layer,
-)
+from fretwear.mechanics.contact.cells import Geometry, HalfSpace
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import is_finite
+from fretwear.mechanics.contact.problem import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.surfaces.setup import Setup, block_at

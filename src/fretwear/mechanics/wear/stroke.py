@@ -26,8 +26,9 @@ from typing import Self
 import numpy as np
 
 from fretwear.arrays import Array
-from fretwear.mechanics.contact.cells import ContactError, Geometry
+from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import fast_shape
+from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.slip.models import ReducedContact
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.wear import integrator
