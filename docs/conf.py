@@ -27,10 +27,8 @@ extensions = [
     "sphinx_copybutton",
     "mathml",
     "pictures",
-    "generated_reference",
-    "gallery",
 ]
-exclude_patterns = ["extensions", "gallery", "generated"]
+exclude_patterns = ["extensions", "generated"]
 source_suffix = {".md": "markdown"}
 
 myst_enable_extensions = ["dollarmath", "deflist"]

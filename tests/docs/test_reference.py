@@ -1,0 +1,137 @@
+"""The tables of the reference have every parameter, variable, symbol, command and material."""
+
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from fretwear.cli.program import app
+from fretwear.data.files import MERGED_PROFILES
+from fretwear.quantity import Quantity, declared
+from fretwear.results import (
+    CONVOLUTIONS,
+    CYCLE,
+    DEPTH,
+    ERROR_ESTIMATE,
+    FIELDS,
+    LOOP,
+    RESULTS,
+    SCALARS,
+    STEP,
+    X,
+    Y,
+)
+from fretwear.study.contact import case_keys
+from fretwear.study.materials import material_table
+from fretwear.study.parameters import parameter
+from fretwear.study.sections import study_schema
+from fretwear_cracks.section import StressOutput
+from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, STRESSES
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+STUDY_FILE, DATASET, NOTATION = (
+    (DOCS / "reference" / f"{name}.md").read_text(encoding="utf-8")
+    for name in ("study-file", "dataset", "notation")
+)
+VARIABLES = (
+    *(CYCLE, X, Y, STEP, ERROR_ESTIMATE, CONVOLUTIONS, *FIELDS, *SCALARS),
+    *(*STRESSES, *EDGE_STRESSES, *CRACKS, *FATIGUE),
+)
+# A symbol stands for one quantity: given or found, of one body or the other, in one law or another.
+SAME = (
+    {"load", "normal_force"},
+    {"indentation", "approach"},
+    {"tangential_load", "tangential_force", "force"},
+    {"sliding_amplitude", "slip"},
+    {"cycles", "cycle"},
+    {"frequency"},
+    {"friction", "values"},
+    {"depth", "z"},
+    {"tangential_displacement", "displacement"},
+    {"radius", "radii"},
+    {"flat_half_width", "flat_radius"},
+)
+
+
+def rows(page, first):
+    """Rows of the tables of a page that begin with a cell."""
+    return [line for line in page.splitlines() if line.startswith(f"| {first} |")]
+
+
+def in_tables(text):
+    """A text as a cell of a table has it."""
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+@pytest.mark.parametrize("name", [n for n in case_keys().all_names if "counterface." not in n])
+def test_every_parameter_is_in_its_table(name):
+    about = case_keys()[name].about
+    row, *_ = rows(STUDY_FILE, f"`{name}`")
+    assert f"`{about.example}`" in row or not isinstance(about, Quantity)
+    assert in_tables(about.description or f"{about.words.capitalize()}.") in row
+    if isinstance(about, Quantity) and not about.is_whole:
+        assert f" {about.range_text()}" in row
+
+
+@pytest.mark.parametrize("path", [(), ("output", "stress"), ("fit", "data", "items")], ids="/".join)
+def test_every_key_of_a_study_is_in_its_table(path):
+    schema = study_schema()
+    for key in path:
+        schema = schema[key] if key == "items" else schema["properties"][key]
+    for name, part in schema["properties"].items():
+        assert any(in_tables(part["description"]) in row for row in rows(STUDY_FILE, f"`{name}`"))
+
+
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)
+def test_every_variable_is_in_its_table(variable):
+    cells = (variable.si_unit or "–", variable.dtype, variable.words)
+    listed = rows(DATASET, f"`{variable.name}`")
+    assert any(all(f"| {in_tables(cell)}" in row for cell in cells) for row in listed)
+    assert any(in_tables(variable.comment) in row for row in listed)
+
+
+def test_every_profile_and_material_is_in_its_table():
+    for name, field in MERGED_PROFILES.items():
+        assert f"| `{name}` | `{field.name}` | {field.si_unit} | {field.words} |" in DATASET
+    page = (DOCS / "how-to" / "materials.md").read_text(encoding="utf-8")
+    for material in material_table().values():
+        assert "| " + " | ".join(material.values()) + " |" in page
+
+
+def quantities():
+    """Every quantity of files and datasets that has a symbol: its names and its declarations."""
+    listed = [(name, case_keys()[name].about) for name in case_keys().all_names]
+    forms = (form for _, about in listed for form in getattr(about, "forms", ()))
+    listed += [item for form in forms for item in declared(form).items()]
+    listed += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]
+    listed += StressOutput.parameters().items()
+    variables = (X, Y, CYCLE, DEPTH, *RESULTS.values(), *LOOP, *STRESSES, *CRACKS, *FATIGUE)
+    listed += [(one.name, one) for one in variables]
+    return [(name, about) for name, about in listed if about.symbol.startswith("$")]
+
+
+def test_every_symbol_is_in_the_notation():
+    for name, about in quantities():
+        (row,) = rows(NOTATION, about.symbol)
+        _, _, meaning, unit, names, _ = row.split("|")
+        assert about.words in meaning
+        assert unit.strip() == about.si_unit
+        assert f"`{name}`" in names
+
+
+def test_no_symbol_stands_for_two_quantities():
+    for symbol in {about.symbol for _, about in quantities()}:
+        names = {name.rpartition(".")[2] for name, about in quantities() if about.symbol == symbol}
+        assert len(names) == 1 or any(names <= same for same in SAME), symbol
+
+
+def test_every_command_has_its_options_in_the_reference():
+    page = (DOCS / "reference" / "command-line.md").read_text(encoding="utf-8")
+    for name, command in get_command(app).commands.items():
+        _, _, section = page.partition(f"\n## `fretwear {name}`\n")
+        section, *_ = section.split("\n## ")
+        assert command.help.partition("\n")[0].strip() in section
+        for option in command.params:
+            for spelling in option.opts if option.param_type_name == "option" else ():
+                assert spelling in section, f"{name} {spelling}"
+            assert option.help in section, f"{name} {option.name}"
