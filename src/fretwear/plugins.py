@@ -28,7 +28,7 @@ def plugins(group: str) -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=group)}
 
 
-def added(group: str, *arguments: Any) -> Iterator[Any]:
+def added(group: str, *arguments: object) -> Iterator[Any]:
     """Yield everything that the functions of a group return for these arguments."""
     for entry in plugins(group).values():
         yield from entry.load()(*arguments)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -109,7 +109,7 @@ def fatigue_of(
         say(line)
 
 
-def _pair(text: str | None) -> Any:
+def _pair(text: str | None) -> list[str] | None:
     """Constants with a comma between them."""
     return None if text is None else text.split(",")
 

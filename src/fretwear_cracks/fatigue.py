@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import chain, islice
@@ -47,8 +47,8 @@ def fatigue(
     cycles: Iterable[float] | None = None,
     *,
     depth: float | str | None = None,
-    basquin: tuple[float | str, float | str] | None = None,
-    manson_coffin: tuple[float | str, float | str] | None = None,
+    basquin: Sequence[float | str] | None = None,
+    manson_coffin: Sequence[float | str] | None = None,
     phases: int = 32,
     mean_stress: float | str = 0.0,
     stress_ratio: float | None = None,
@@ -224,8 +224,8 @@ def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str
 
 
 def _life(
-    basquin: tuple[float | str, float | str] | None,
-    manson_coffin: tuple[float | str, float | str] | None,
+    basquin: Sequence[float | str] | None,
+    manson_coffin: Sequence[float | str] | None,
 ) -> StrainLife | None:
     """The constants of lives, or None; `StressError` if they are wrong."""
     read: list[float] = []

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -128,7 +127,7 @@ def usual_depths(snapshot: xr.Dataset, count: int, last: float | None = None) ->
 
 
 def read_constants(
-    fatemi_socie: tuple[float | str, float | str] | None, crossland: float | None
+    fatemi_socie: Sequence[float | str] | None, crossland: float | None
 ) -> dict[str, tuple[float, ...]]:
     """Constants by the parameter that they are for."""
     constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
@@ -158,7 +157,9 @@ def mean_of_bulk_stress(case: Case, mean_stress: float | str, stress_ratio: floa
     return case.bulk_stress * (1.0 + ratio) / (1.0 - ratio)
 
 
-def read_pair(name: str, pair: Any, si_units: tuple[str, str]) -> tuple[float, float]:
+def read_pair(
+    name: str, pair: Sequence[float | str], si_units: tuple[str, str]
+) -> tuple[float, float]:
     """Two constants of a law, in SI units."""
     if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
         raise StressError(f"{name}: must be two constants")

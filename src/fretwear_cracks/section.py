@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic.dataclasses import dataclass
 
@@ -87,7 +87,7 @@ class StressOutput(StudySection, Part):
         return None
 
     @property
-    def constants(self) -> dict[str, Any]:
+    def constants(self) -> dict[str, object]:
         """The mean of the bulk stress and constants of lives, as `fretwear.fatigue` takes them."""
         mean = {"mean_stress": self.mean_stress, "stress_ratio": self.stress_ratio}
         pairs = [(getattr(self, first), getattr(self, second)) for first, second in _PAIRS]

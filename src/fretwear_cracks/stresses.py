@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -36,6 +36,8 @@ from fretwear_cracks.inputs import (
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 from fretwear_cracks.variables import CRACKS, EDGE, EDGE_STRESSES, STRESSES
 
+# Dimensions, values and attributes.
+_Labelled: TypeAlias = tuple[tuple[str, ...], Array, Mapping[str, object]]
 _AXES, _EDGE = (X.name, Y.name, DEPTH.name), "edge"
 _NORMAL = "unit normal of the plane on which it is largest"
 # Relative difference of values that are equal but for rounding in single precision.
@@ -49,7 +51,7 @@ def stress(
     *,
     depths: Iterable[float | str] | None = None,
     phases: int = 32,
-    fatemi_socie: tuple[float | str, float | str] | None = None,
+    fatemi_socie: Sequence[float | str] | None = None,
     crossland: float | None = None,
     mean_stress: float | str = 0.0,
     stress_ratio: float | None = None,
@@ -128,7 +130,7 @@ def stress(
     }
     variables |= _cracks(parts, dims, ds, constants)
     pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
-    coordinates: dict[str, Any] = {
+    coordinates: dict[str, object] = {
         about.name: (of, values, about.attributes) for about, of, values in pairs
     }
     coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
@@ -210,7 +212,7 @@ def _cracks(
     dims: tuple[str, ...],
     ds: xr.Dataset,
     constants: Mapping[str, tuple[float, ...]],
-) -> dict[str, Any]:
+) -> dict[str, _Labelled]:
     """The parameters for which constants were given, with the normals of worst planes."""
     steady, alternating = parts
     shape = steady.shape[1:]
@@ -219,7 +221,7 @@ def _cracks(
         for name in ("youngs_modulus", "poisson_ratio")
     }
     loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
-    cracks: dict[str, object] = {}
+    cracks: dict[str, _Labelled] = {}
     for about in CRACKS:
         if about.name not in constants:
             continue

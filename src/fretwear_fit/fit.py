@@ -120,7 +120,7 @@ class Fit:
                     product = f": {names[i]} · {names[j]}^{ratio:.2g}"
                 yield f"the data determine {names[i]} and {names[j]} together only{product}"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """The content of ``fit.json``."""
         parameters, level = {}, LEVELS[-1]
         for unknown, (name, value) in zip(self.unknowns, self.values.items(), strict=True):

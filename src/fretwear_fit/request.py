@@ -71,7 +71,7 @@ _PARTS_OF_WEAR = ("", *_BODIES, "value", "rim", "core")
 
 _UNITS = Path()  # numbers of a file need them
 _LEAST_FRACTION = 1e-3
-_TEXT: dict[str, Any] = {"type": "string"}
+_TEXT: dict[str, object] = {"type": "string"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -181,8 +181,8 @@ class SoughtRange(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    low: Annotated[Any, Field(alias="from", json_schema_extra={"type": ["string", "number"]})]
-    high: Annotated[Any, Field(alias="to", json_schema_extra={"type": ["string", "number"]})]
+    low: Annotated[object, Field(alias="from", json_schema_extra={"type": ["string", "number"]})]
+    high: Annotated[object, Field(alias="to", json_schema_extra={"type": ["string", "number"]})]
     each: bool = False
     scale: Literal["linear", "log"] | None = None
 

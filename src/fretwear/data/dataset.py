@@ -7,7 +7,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -63,7 +63,7 @@ class Accessor:
             raise ValueError(f"the dataset is not a case: it lacks 'parameters'; {remedy}")
         return Case(**json.loads(self._dataset.attrs["parameters"]))
 
-    def sel(self, **levels: Any) -> xr.Dataset:
+    def sel(self, **levels: object) -> xr.Dataset:
         """Select points of a study by parameters as its file has them: ``plastic_limit="none"``.
 
         Values are numbers in SI units, text with units, words, lists of these or slices; `load` is
@@ -81,7 +81,7 @@ class Accessor:
                     found = found.sel({name: value})
                 else:
                     (dim,) = found[name].dims
-                    places = np.flatnonzero(np.isin(found[name].values, value))
+                    places = np.flatnonzero(np.isin(found[name].values, np.asarray(value)))
                     if not places.size:
                         raise KeyError(level)
                     found = found.isel({dim: places})
@@ -91,7 +91,7 @@ class Accessor:
                 raise ValueError(f"{key} = {level!r}: the study has {there}") from error
         return found
 
-    def _stored(self, axis: xr.DataArray, level: Any) -> Any:
+    def _stored(self, axis: xr.DataArray, level: object) -> object:
         """Return a level as a coordinate holds it, from text as in a study file."""
         if isinstance(level, slice):
             return slice(*(self._stored(axis, end) for end in (level.start, level.stop)))
@@ -104,7 +104,7 @@ class Accessor:
         about = parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
         return about.single.read(level) if isinstance(about, Quantity) else float(level)
 
-    def point(self, **levels: Any) -> xr.Dataset:
+    def point(self, **levels: object) -> xr.Dataset:
         """Open the case of a point of a study, lazily: ``open_study(…).fretwear.point(load=50)``.
 
         Levels as of `sel` name the point; the file of the case lies beside the ``summary.nc`` that

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -81,7 +81,7 @@ def varied_names(summary: xr.Dataset) -> list[str]:
     return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
 
 
-def point_values(summary: xr.Dataset, name: str) -> NDArray[Any]:
+def point_values(summary: xr.Dataset, name: str) -> NDArray[np.generic]:
     """Return a variable of a merged study, one value per point."""
     sizes = summary.variables[STATUS.name].sizes
     wide = summary.variables[name].set_dims(dict(sizes))  # type: ignore[no-untyped-call]
@@ -136,7 +136,7 @@ def results_table(summary: xr.Dataset) -> str:
 
 
 def levels_of(
-    dataset: xr.Dataset, name: str, values: NDArray[Any] | None = None
+    dataset: xr.Dataset, name: str, values: NDArray[np.generic] | None = None
 ) -> list[float | str]:
     """Return values of a parameter as study files give them; drawn ones with three digits.
 
@@ -187,7 +187,7 @@ class Points:
     # open, as in a valley of waves.
     table: pd.DataFrame
     # The distinct values of each varied parameter: numbers increasing, text as in the study.
-    levels: Mapping[str, tuple[Any, ...]]
+    levels: Mapping[str, tuple[float | str, ...]]
     variables: Mapping[str, Variable]  # of the results; in a line contact some are per length
     drawn: Mapping[str, Mapping[str, float | str]]  # the range from which a parameter was drawn
 
@@ -196,7 +196,7 @@ class Points:
         """Return the finished points of a merged study."""
         rows = points_table(summary)
         rows = rows[rows[STATUS.name] == PointStatus.DONE.word].set_index(CASE_ID.name)
-        levels, drawn = dict[str, tuple[Any, ...]](), {}
+        levels, drawn = dict[str, tuple[float | str, ...]](), {}
         table = pd.DataFrame(index=rows.index.rename("id"))
         for name in varied_names(summary):
             about = summary.variables[name].attrs
@@ -265,7 +265,7 @@ class Points:
         )
         return ranks
 
-    def ends(self, name: str) -> tuple[Any, Any]:
+    def ends(self, name: str) -> tuple[float | str, float | str]:
         """Return the first and the last level of a parameter, or the range it was drawn from."""
         if drawn := self.drawn.get(name):
             units = str(drawn.get("units", ""))
@@ -278,7 +278,7 @@ class Points:
         found = self.indices.get(result)
         return found if found is not None and found.quality >= GOOD else None
 
-    def shares(self) -> Iterator[dict[str, Any]]:
+    def shares(self) -> Iterator[dict[str, object]]:
         """Yield what each parameter of a sample explains of each headline result.
 
         Shares of the variance, ``first`` alone and ``total`` with all interactions, have the ends
@@ -287,8 +287,8 @@ class Points:
         for result in headlines(self.results) if self.drawn else ():
             indices, ranks = self.good_indices(result), self.rank_correlations(result)
             for place, name in enumerate(self.levels):
-                row = dict(zip(("from", "to"), self.ends(name), strict=True))
-                row = {"result": result, "parameter": name, **row}
+                row: dict[str, object] = {"result": result, "parameter": name}
+                row |= zip(("from", "to"), self.ends(name), strict=True)
                 for kind in ("first", "total"):
                     if indices is None:
                         row |= dict.fromkeys((kind, f"{kind}_low", f"{kind}_high"))
@@ -350,7 +350,7 @@ def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.Da
             ratios = values["after"].where(is_positive) / values["before"].where(is_positive)
             values["logarithm"] = np.log(ratios)
             divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
-            parts: list[tuple[dict[str, Any], pd.DataFrame]] = [({}, values)] + [
+            parts: list[tuple[dict[str, object], pd.DataFrame]] = [({}, values)] + [
                 ({divider: points.levels[divider][level]}, part)
                 for level, part in (values.groupby(divider) if divider else ())
             ]
@@ -365,7 +365,7 @@ def _pairs(points: Points, name: str, others: list[str]) -> pd.DataFrame:
     """Return the cases at the first and the last level of a parameter that are alike otherwise."""
     table, last = points.table.reset_index(), len(points.levels[name]) - 1
     first, second = (table[table[name] == level].drop(columns=name) for level in (0, last))
-    how: dict[str, Any] = {"on": others} if others else {"how": "cross"}
+    how: dict[str, object] = {"on": others} if others else {"how": "cross"}
     pairs = first.merge(second, suffixes=("_from", "_to"), **how)
     # Several points may be one case: slopes do not matter on a smooth surface.
     return pairs[pairs["id_from"] != pairs["id_to"]].drop_duplicates(["id_from", "id_to"])

@@ -17,7 +17,7 @@ import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
@@ -60,7 +60,7 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
 """Histories in a merged study."""
 
-_FILTERS: Mapping[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True}
+_FILTERS: Mapping[str, object] = {"zlib": True, "complevel": 1, "shuffle": True}
 _FIRST_CHUNKED = 256
 _OF_ENCODING = {"coordinates", "_FillValue"}  # attributes that xarray writes
 RUN_AGAIN = "Remove the file and run the case again"
@@ -75,7 +75,7 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     study, one value of the first parameter. Text is written as `without_text` says.
     `DataFileError` if the disk is full or the folder, created if necessary, cannot be written to.
     """
-    values: list[tuple[Any, Any]] = []
+    values: list[tuple[ArrayLike, netCDF4.Variable[Any]]] = []
     writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
     # `to_netcdf` would open the file for each group, and end definitions for each variable, which
     # takes three times as long. `dump_to_store` is not documented: a test has what replaces it.
@@ -89,7 +89,7 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
             target[...] = source
 
 
-def _encoding(variable: xr.Variable) -> dict[str, Any]:
+def _encoding(variable: xr.Variable) -> dict[str, object]:
     if variable.dtype.kind in "OU":
         return {"dtype": "S1"}
     fill = variable.encoding.get("_FillValue")
@@ -167,7 +167,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
 
 
 def _check_case(
-    path: Path, attributes: Mapping[Any, Any], variables: Mapping[Any, xr.Variable]
+    path: Path, attributes: Mapping[str, object], variables: Mapping[Any, xr.Variable]
 ) -> None:
     """Raise a `DataFileError` unless these are the contents of a file of one case."""
     if CASE_ID.name not in attributes or STATUS.name in variables:

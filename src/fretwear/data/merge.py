@@ -185,7 +185,7 @@ def _read_case(
     return attributes, results, history
 
 
-def _profile_attributes(field: Variable) -> dict[str, Any]:
+def _profile_attributes(field: Variable) -> dict[str, object]:
     """The attributes of a field along x at the positions that all cases share."""
     outside = "zero outside the window of the case, where the surfaces do not touch"
     comments = (

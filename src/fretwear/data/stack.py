@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array
+from fretwear.arrays import Array, Element
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_summary, read_arrays
 from fretwear.results import (
@@ -52,8 +52,8 @@ def common_positions(cases: Collection[Array]) -> Array:
 
 
 def resampled(
-    values: NDArray[Any], cells: Sequence[Array], positions: Sequence[Array], outside: float
-) -> NDArray[Any]:
+    values: NDArray[Element], cells: Sequence[Array], positions: Sequence[Array], outside: float
+) -> NDArray[Element]:
     """Interpolate values at cell centres to other positions, both in m, along the last axes.
 
     Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
@@ -69,13 +69,14 @@ def resampled(
     return values
 
 
-def _along_last(values: NDArray[Any], cells: Array, positions: Array) -> NDArray[Any]:
+def _along_last(values: NDArray[Element], cells: Array, positions: Array) -> NDArray[Element]:
     where = np.abs(positions) if cells[0] > 0.0 else positions
     lower = np.clip(np.searchsorted(cells, where, side="right") - 1, 0, cells.size - 2)
     weight = np.clip((where - cells[lower]) / (cells[lower + 1] - cells[lower]), 0.0, 1.0)
     if values.dtype.kind != "f":
         return values[..., lower + (weight >= 0.5)]
-    between = (1.0 - weight) * values[..., lower] + weight * values[..., lower + 1]
+    numbers = values.astype(np.float64)
+    between = (1.0 - weight) * numbers[..., lower] + weight * numbers[..., lower + 1]
     return np.asarray(between, values.dtype)
 
 
@@ -157,7 +158,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 class _Stack:
     """A field of all cases, read by indexing; a file is open for as long as it is read."""
 
-    cases: NDArray[Any]  # file of each case with its cycles and positions; None if not done
+    cases: NDArray[np.object_]  # file of each case with its cycles and positions; None if not done
     field: Variable
     axes: Sequence[Array]  # cycles and positions that all cases share
 
@@ -172,11 +173,11 @@ class _Stack:
         return len(self.shape)
 
     @property
-    def dtype(self) -> np.dtype[Any]:
+    def dtype(self) -> np.dtype[np.generic]:
         """Type of the field."""
         return np.dtype(self.field.dtype)
 
-    def __getitem__(self, index: tuple[Any, ...]) -> NDArray[Any]:
+    def __getitem__(self, index: tuple[Any, ...]) -> NDArray[np.generic]:
         """Return values at an index of cases, of cycles, and of positions."""
         outer, (cycle, *inner) = index[: self.cases.ndim], index[self.cases.ndim :]
         places = np.arange(self.cases.size).reshape(self.cases.shape)[outer]
@@ -186,7 +187,7 @@ class _Stack:
         keeps = slice(None) if isinstance(cycle, slice) or np.ndim(cycle) else 0
         return np.asarray(values[..., keeps, *inner])
 
-    def _of_case(self, case: tuple[Path, list[Array]] | None, cycles: Array) -> NDArray[Any]:
+    def _of_case(self, case: tuple[Path, list[Array]] | None, cycles: Array) -> NDArray[np.generic]:
         """Return the field of one case, if it has it, at some cycles."""
         field, positions = self.field, self.axes[1:]
         shape = (cycles.size, *(axis.size for axis in positions))

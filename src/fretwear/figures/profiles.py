@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -61,7 +60,7 @@ _FILL = "#d9d9d9"
 
 
 def case_panels(
-    cases: Mapping[str, Any], columns: Columns, ax: Axes | None, height: float, share_y: Shared
+    cases: Mapping[str, object], columns: Columns, ax: Axes | None, height: float, share_y: Shared
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with a panel for each case, or with `ax` for a single one."""
     if len(cases) == 1:

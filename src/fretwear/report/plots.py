@@ -74,7 +74,7 @@ def _is_wide(values: Array) -> bool:
     return bool(values.size and values.min() > 0.0 and values.max() > _WIDE * values.min())
 
 
-def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict[str, Any]:
+def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict[str, object]:
     """A final result over a parameter, with a colour for each level of a second parameter.
 
     Thin lines are all combinations of the others, thick ones their geometric mean; the points of a
@@ -89,7 +89,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     others = [other for other in points.levels if other not in (name, SEED)]
     second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
     x, ticks = _places(points, name)
-    traces: list[dict[str, Any]] = []
+    traces: list[dict[str, object]] = []
     table = points.table[[*points.levels]].assign(x=x[points.place(name)], y=unit.of(values))
     table = table.dropna(subset="y")
     if points.drawn:
@@ -136,13 +136,13 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
                 }
             )
     label = axis_label(parameter(name).words, ticks if isinstance(ticks, Unit) else NO_UNIT)
-    of_x: dict[str, Any] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
+    of_x: dict[str, object] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
     if not isinstance(ticks, Unit):
         span = [-0.2, x[-1] + 0.2]
         of_x |= {"tickvals": x.tolist(), "ticktext": list(ticks), "range": span}
     elif _is_wide(x):
         of_x |= _log_ticks(x)
-    of_y: dict[str, Any] = {**_AXIS, "rangemode": "tozero"}
+    of_y: dict[str, object] = {**_AXIS, "rangemode": "tozero"}
     if _is_wide(y := table["y"].to_numpy()):
         of_y |= _log_ticks(y)
     layout = {

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -72,7 +72,8 @@ def read_checkpoint(path: Path, case: Case) -> RunRecord:
             text, *arrays = (file[f"arr_{n}"] for n in range(len(file.files)))
         content = json.loads(text.tobytes())
         if content["identity"] == json.loads(json.dumps(_identity(case))):
-            record: RunRecord = _restored(content["record"], arrays)
+            record = _restored(content["record"], arrays)
+            assert isinstance(record, RunRecord)
             return record
         fault = "this checkpoint is of another run, or of other code"
     except Exception:  # Readers raise all sorts of errors for a file of something else.
@@ -84,16 +85,16 @@ def _identity(case: Case) -> list[object]:
     return [case_digest(case), case.canonical_parameters(), list(case.output_cycles)]
 
 
-def _packed(value: Any, arrays: list[Array]) -> Any:
+def _packed(value: object, arrays: list[Array]) -> object:
     """Turn a value into plain ones that JSON holds; arrays are appended, each once."""
     if isinstance(value, np.ndarray):
         if not any(array is value for array in arrays):
             arrays.append(value)
         return {_ARRAY: next(n for n, array in enumerate(arrays) if array is value)}
     if is_dataclass(value):
-        values = {each.name: getattr(value, each.name) for each in fields(value)}
         kind = type(value)
-        return {_TYPE: [kind.__module__, kind.__name__], **_packed(values, arrays)}
+        values = {one.name: _packed(getattr(value, one.name), arrays) for one in fields(value)}
+        return {_TYPE: [kind.__module__, kind.__name__], **values}
     if isinstance(value, tuple):
         return {_TUPLE: [_packed(each, arrays) for each in value]}
     if isinstance(value, list):
@@ -103,7 +104,7 @@ def _packed(value: Any, arrays: list[Array]) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _restored(packed: Any, arrays: list[Array]) -> Any:
+def _restored(packed: object, arrays: list[Array]) -> object:
     """Restore what `_packed` has made; only dataclasses of this package are made from a file."""
     if isinstance(packed, list):
         return [_restored(each, arrays) for each in packed]
@@ -112,7 +113,7 @@ def _restored(packed: Any, arrays: list[Array]) -> Any:
     if _ARRAY in packed:
         return arrays[packed[_ARRAY]]
     if _TUPLE in packed:
-        return tuple(_restored(packed[_TUPLE], arrays))
+        return tuple(_restored(each, arrays) for each in packed[_TUPLE])
     values = {name: _restored(each, arrays) for name, each in packed.items() if name != _TYPE}
     if _TYPE not in packed:
         return values

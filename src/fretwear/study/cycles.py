@@ -55,13 +55,13 @@ class Block(BaseModel):
     cycles: Annotated[int, CYCLES]
 
     @property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, object]:
         """The values that it changes, by the names of their keys."""
         given = self.model_fields_set - {"cycles"}
         return {name: value for name, value in vars(self).items() if name in given}
 
 
-def _changeable() -> dict[str, Any]:
+def _changeable() -> dict[str, object]:
     """The types of the parameters that a block may change, by name."""
     kinds = (kind for family in _CHANGEABLE for kind in family.kinds().values())
     hints = ((kind, get_type_hints(kind, include_extras=True)) for kind in kinds)
@@ -72,7 +72,7 @@ class Blocks(Plain):
     """A list of blocks."""
 
     def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
+        self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         fields: dict[str, Any] = {name: (hint, None) for name, hint in _changeable().items()}
         block = create_model("Block", __base__=Block, **fields)

@@ -72,8 +72,8 @@ class Axis:
     """One varied parameter."""
 
     name: str  # dotted, as in the file
-    values: tuple[Any, ...]  # SI units; of a grid: numbers rising, words as in the file
-    written: tuple[Any, ...]  # as in a study file
+    values: tuple[object, ...]  # SI units; of a grid: numbers rising, words as in the file
+    written: tuple[object, ...]  # as in a study file
     drawn_from: Range[float] | None = None  # None if the values were listed
 
     @property
@@ -111,7 +111,7 @@ class Axis:
 
 
 def axes_of(
-    vary: Mapping[str, Any], written: Mapping[str, Any], design: Design, mistakes: Mistakes
+    vary: Mapping[str, object], written: Mapping[str, object], design: Design, mistakes: Mistakes
 ) -> tuple[Axis, ...]:
     """Return the varied parameters from their values and what is written, and check the design.
 

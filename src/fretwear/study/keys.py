@@ -108,11 +108,11 @@ class Keys:
         self._coordinates |= {f"{member}_{name}": quantity for name, quantity in named}
 
     @cached_property
-    def types(self) -> dict[str, Any]:
+    def types(self) -> dict[str, object]:
         """The types of the values of the keys, of a material among them."""
         return {**{name: _described(key) for name, key in self._own.items()}, MATERIAL: Material}
 
-    def varied_types(self, names: Iterable[str]) -> dict[str, Any]:
+    def varied_types(self, names: Iterable[str]) -> dict[str, object]:
         """Return the types of the values of parameters to vary: lists or ranges."""
         return {name: _varied(self[name]) for name in names}
 
@@ -156,7 +156,7 @@ class Keys:
 
     def members_of(
         self, values: Mapping[str, Any], unread: Set[str], mistakes: Mistakes
-    ) -> dict[str, Any]:
+    ) -> dict[str, object]:
         """Return the members of a case by values of keys, and report what is missing or too much.
 
         Unread keys were given too, but their values are not known. Keys that the first block gives
@@ -164,7 +164,7 @@ class Keys:
         """
         given = {*values, *unread}
         needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
-        members: dict[str, Any] = {}
+        members: dict[str, object] = {}
         if {"cycles", "blocks"} <= given:
             mistakes.add("cycles", None, "is redundant: each block gives its cycles")
         for member, about in self.members.items():
@@ -195,7 +195,7 @@ class Keys:
         meant = {name for name in meant if not self.replaced_by(name) & given}
         return (given & self._own.keys() | meant) - known
 
-    def unknown(self, members: Mapping[str, Any], unread: Set[str]) -> set[str]:
+    def unknown(self, members: Mapping[str, object], unread: Set[str]) -> set[str]:
         """Return the attributes of a case that follow from values that are not known."""
         needed = required(self.owner) - ({"cycles"} if members.get("blocks") else set())
         lacking = (needed - members.keys()) | {self.member_of(name) for name in unread}
@@ -208,7 +208,7 @@ class Keys:
     def _inline(
         self,
         about: Inline,
-        keys: dict[str, Any],
+        keys: dict[str, object],
         given: set[str],
         blocks: Sequence[Any],
         mistakes: Mistakes,
@@ -248,14 +248,14 @@ def _open_keys(about: Parameter) -> dict[str, Parameter]:
     return {name: one for kind in chosen for name, one in kind.parameters().items()}
 
 
-def _described(key: Key) -> Any:
+def _described(key: Key) -> object:
     """The type of a value, annotated by the parameter with its description."""
     notes = (key.about if isinstance(note, Parameter) else note for note in key.hint.__metadata__)
     annotated: Any = Annotated  # a type checker takes the index of `Annotated` for a type
     return annotated[(key.hint.__origin__, *notes)]
 
 
-def _varied(key: Key) -> Any:
+def _varied(key: Key) -> object:
     """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
     if not key.about.may_be_drawn:

@@ -10,7 +10,7 @@ import csv
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import PlainValidator, WithJsonSchema
 
@@ -63,4 +63,4 @@ def _schema() -> Schema:
     }
 
 
-Material = Annotated[Any, PlainValidator(_read), WithJsonSchema(_schema())]
+Material = Annotated[object, PlainValidator(_read), WithJsonSchema(_schema())]

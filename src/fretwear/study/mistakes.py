@@ -6,13 +6,15 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from fretwear.quantity import Schema
 from fretwear.units import QuantityError, did_you_mean
+
+Form = TypeVar("Form")
 
 LISTED, RANGE = "[]", "{}"
 """What tells a list of values from a range where either may be; no key of a file."""
@@ -59,12 +61,12 @@ class Mistakes(list[Mistake]):
 
     def read(
         self,
-        form: TypeAdapter[Any],
-        given: Mapping[str, Any],
+        form: TypeAdapter[Form],
+        given: Mapping[str, object],
         schema: Callable[[], Schema],
         folder: Path | None = None,
         nested: Sequence[str] = (),
-    ) -> Any:
+    ) -> Form:
         """Read a mapping without its wrong entries, each of which becomes a mistake.
 
         If a nested key holds a mapping, only its wrong entries are left out. Names near unknown
@@ -83,8 +85,9 @@ class Mistakes(list[Mistake]):
                 self.append(_mistake(one, schema))
             first, *below = place
             if below and first in nested:
-                inner = kept.get(str(first), {})
-                kept[str(first)] = {key: inner[key] for key in inner if key != below[0]}
+                entries = kept.get(str(first), {})
+                assert isinstance(entries, Mapping)
+                kept[str(first)] = {key: entries[key] for key in entries if key != below[0]}
             else:
                 kept.pop(str(first), None)
         return self.read(form, kept, schema, folder, nested)

@@ -8,7 +8,6 @@ from dataclasses import replace
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 from fretwear.study.case import Case
 from fretwear.study.contact import case_keys
@@ -74,7 +73,7 @@ def select_point(
     raise StudyError(study.file, [Mistake("--case", case_id, rule, hint)])
 
 
-def content_of(point: Point) -> dict[str, Any]:
+def content_of(point: Point) -> dict[str, object]:
     """The plain content of a study that has a single point."""
     content = {**point.study.content}
     for axis, position in zip(point.study.axes, point.index, strict=True):
@@ -82,14 +81,16 @@ def content_of(point: Point) -> dict[str, Any]:
     return {key: value for key, value in content.items() if key not in point.study.added}
 
 
-def case_of_content(file: Path, content: Mapping[str, Any]) -> Case:
+def case_of_content(file: Path, content: Mapping[str, object]) -> Case:
     """The case of the plain content of a study of a single point; `StudyError` if it is invalid."""
     (point,) = _checked(file, content, ()).points()
     assert point.case is not None
     return point.case
 
 
-def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Mistakes]:
+def override(
+    raw: Mapping[str, object], assignments: Iterable[str]
+) -> tuple[dict[str, object], Mistakes]:
     """Return plain content changed by assignments ``name=value``, and mistakes of the assignments.
 
     The new value replaces the value in `base`, and the parameter is no longer varied. Setting one
@@ -114,7 +115,7 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     return changed, mistakes
 
 
-def assign(content: dict[str, Any], name: str, value: object) -> None:
+def assign(content: dict[str, object], name: str, value: object) -> None:
     """Give a parameter one value in the plain content of a study file, as for `override`."""
     whole, _, part = name.partition(".")
     if whole in ("title", "output"):
@@ -135,7 +136,7 @@ def assign(content: dict[str, Any], name: str, value: object) -> None:
 
 def _checked(
     file: Path,
-    given: Mapping[str, Any],
+    given: Mapping[str, object],
     assignments: Sequence[str],
     before: Sequence[Mistake] = (),
     lines: Mapping[str, int] | None = None,
@@ -180,7 +181,7 @@ def _checked(
     return study
 
 
-def _at_varied(mistakes: Mistakes, vary: Mapping[str, Any]) -> Iterator[Mistake]:
+def _at_varied(mistakes: Mistakes, vary: Mapping[str, object]) -> Iterator[Mistake]:
     """Mistakes of the first value of a varied field, told where it is varied, once."""
     told = [mistake.key for mistake in mistakes]
     for mistake in mistakes:

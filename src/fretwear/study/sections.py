@@ -43,10 +43,10 @@ class Sections(BaseModel):
         Field(description="Title for readers; the file names the study."),
     ] = ""
     base: Annotated[
-        dict[str, Any], Field(description="One value for every parameter that is not varied.")
+        dict[str, object], Field(description="One value for every parameter that is not varied.")
     ] = {}
     vary: Annotated[
-        dict[str, Any], Field(description="The varied parameters, each with its values.")
+        dict[str, object], Field(description="The varied parameters, each with its values.")
     ] = {}
     design: Annotated[
         Design, PartOf(Design, "design", like="grid", description="How varied values combine.")
@@ -138,7 +138,7 @@ def _form(keys: Keys, varied: tuple[str, ...]) -> TypeAdapter[Sections]:
         added[whole][key] = section, None
     output = create_model("Output", __base__=Output, __doc__=Output.__doc__, **added["output"])
     base, vary = (
-        Annotated[dict[str, Any], MappingOf(types), Field(description=about.description)]
+        Annotated[dict[str, object], MappingOf(types), Field(description=about.description)]
         for types, about in (
             (keys.types, Sections.model_fields["base"]),
             (keys.varied_types(varied), Sections.model_fields["vary"]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from fretwear.quantity import is_list
 from fretwear.study.materials import MATERIAL, PROPERTIES, row_of
@@ -12,7 +11,7 @@ PARTS_OF_A_DISTANCE = 1000
 """Default number of cycles into which a sliding distance is divided."""
 
 
-def long_form(base: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, Any]:
+def long_form(base: Mapping[str, object], vary: Mapping[str, object]) -> dict[str, object]:
     """Return the plain keys of `base` with those for which others stand, unless given or varied.
 
     A part of which fields vary has their first values.
@@ -32,7 +31,7 @@ def long_form(base: Mapping[str, Any], vary: Mapping[str, Any]) -> dict[str, Any
     return full
 
 
-def _with_constants(base: dict[str, Any], vary: Iterable[str]) -> dict[str, Any]:
+def _with_constants(base: dict[str, object], vary: Iterable[str]) -> dict[str, object]:
     """The keys with the elastic constants of a known material and, where known, its hardness."""
     material = base.get(MATERIAL)
     rows = [row_of(name) for name in (material if is_list(material) else [material])]
@@ -40,7 +39,7 @@ def _with_constants(base: dict[str, Any], vary: Iterable[str]) -> dict[str, Any]
     if len(known) < len(rows):
         return base
     columns = {name: [row[name] for row in known] for name in PROPERTIES}
-    constants: dict[str, Any] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
+    constants: dict[str, object] = {n: v if len(v) == 2 else v[0] for n, v in columns.items()}
     if all(row["hardness"] for row in known):
         softest = min(known, key=lambda row: float(row["hardness"].split()[0]))
         constants["plastic_limit"] = softest["hardness"]

@@ -17,7 +17,7 @@ from fretwear.study.sections import StudySection
 from fretwear.units import in_unit
 
 
-def as_mapping(given: object) -> Mapping[str, Any]:
+def as_mapping(given: object) -> Mapping[str, object]:
     """The content of a section, empty if it is no mapping."""
     return given if isinstance(given, Mapping) else {}
 
@@ -30,8 +30,8 @@ class Study:
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how the varied values are combined
-    fixed: Mapping[str, Any]  # values of the other keys in SI units
-    content: Mapping[str, Any]  # plain content of the file, overrides included
+    fixed: Mapping[str, object]  # values of the other keys in SI units
+    content: Mapping[str, object]  # plain content of the file, overrides included
     snapshots: tuple[int, ...] | None = None  # cycles at which fields are kept; None: about eight
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Sections of packages beside the core, by their place in the file.
@@ -81,7 +81,7 @@ class Study:
 
     def values(self, index: tuple[int, ...]) -> dict[str, Any]:
         """The values of the keys of the case of a point, varied fields of parts among them."""
-        values = dict(self.fixed)
+        values: dict[str, Any] = dict(self.fixed)
         for axis, position in zip(self.axes, index, strict=True):
             whole, _, field = axis.name.partition(".")
             value = axis.values[position]

@@ -12,7 +12,7 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,9 @@ from fretwear.mechanics.contact.gradients import Exchange, projected_gradients
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
 from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -279,7 +282,9 @@ class DenseCells(Geometry):
 
 
 @lru_cache(maxsize=4)
-def _beyond(kind: type[DenseCells], radii: tuple[float, ...], plane: Grid) -> tuple[Places, Any]:
+def _beyond(
+    kind: type[DenseCells], radii: tuple[float, ...], plane: Grid
+) -> tuple[Places, csr_matrix]:
     """How distances from the origin, m, cut the cells of a grid.
 
     Of each cell, the number of distances that reach no farther than its nearest corner, and the

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil, floor, inf
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.wear.state import WearProblem
 from fretwear.theory import LineContact
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 # Positions over half a stroke: the least number, and the numbers per half-width of the contact, per
 # rounded edge of a line contact and per wave.
@@ -114,7 +117,7 @@ class BetweenBounds(NamedTuple):
     cells: Places
     inverse: Array  # their pressure, of no load, by their displacement, Pa/m
     uniform: Array  # their pressure for a unit displacement of all of them, Pa/m
-    worn: Any  # sparse matrix of their part of the wear at each value of flat and indenter
+    worn: csr_matrix  # their part of the wear at each value of flat and indenter
 
 
 class Response(NamedTuple):
@@ -184,7 +187,7 @@ class Rubbing:
             """Distances from the first edge of the wear of a body, in cells."""
             return np.abs(x) / size if is_even else x / size + half
 
-        def interpolated(x: Array) -> Any:
+        def interpolated(x: Array) -> csr_matrix:
             """Linear interpolation of the wear of a body at places, m; zero beyond its cells."""
             lower, part = np.divmod(places_of(x) - 0.5, 1.0)
             columns = [
