@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, ClassVar
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Single
+from fretwear.mechanics.contact.film import Film
 
 Index = tuple[slice, slice]
 # Places of cells along an axis from the origin outward.
@@ -140,8 +141,8 @@ class Geometry(ABC):
         """Cells on or nearest to an axis: index, and distances from the origin, m."""
 
     @abstractmethod
-    def half_space(self, modulus: float) -> HalfSpace:
-        """The elastic bodies of a composite modulus, Pa."""
+    def half_space(self, modulus: float, film: Film | None = None) -> HalfSpace:
+        """The elastic bodies of a composite modulus, Pa, with a film on the flat."""
 
     # Other cells.
 
@@ -192,7 +193,14 @@ class HalfSpace(ABC):
     def along_x(self, coupling: float, mean: float) -> HalfSpace:
         """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ.
 
-        These are the bodies themselves where the influence does not depend on the direction.
+        These are as `alike` where the influence does not depend on the direction.
+        """
+        return self.alike(mean)
+
+    def alike(self, mean: float) -> HalfSpace:
+        """The bodies under tractions in the mean over all directions, over ``mean`` κ.
+
+        These are the bodies themselves without a film.
         """
         return self
 

@@ -29,6 +29,7 @@ from fretwear.mechanics.contact.cells import (
     Way,
     Zone,
 )
+from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.gradients import Exchange, projected_gradients
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.kernels import scaled
@@ -80,7 +81,7 @@ class DenseCells(Geometry):
         """
 
     @abstractmethod
-    def influence(self, modulus: float) -> Array:
+    def influence(self, modulus: float, film: Film | None = None) -> Array:
         """Mean displacement of each cell under a unit pressure on each, m/Pa, shape (n, n)."""
 
     @property
@@ -118,9 +119,9 @@ class DenseCells(Geometry):
         """Integral of a field over the whole contact."""
         return float((self.areas * field).sum())
 
-    def half_space(self, modulus: float) -> DenseHalfSpace:
+    def half_space(self, modulus: float, film: Film | None = None) -> DenseHalfSpace:
         """The elastic bodies on the cells."""
-        return DenseHalfSpace(self, self.influence(modulus))
+        return DenseHalfSpace(self, self.influence(modulus, film), modulus, film)
 
     def zone(self, region: Region) -> Zone:
         """The zone of a region, which ends at its distance.
@@ -322,8 +323,11 @@ class DenseHalfSpace(HalfSpace):
 
     gives_stiffness: ClassVar[bool] = True
 
-    def __init__(self, geometry: Geometry, influence: Array) -> None:
+    def __init__(
+        self, geometry: Geometry, influence: Array, modulus: float, film: Film | None
+    ) -> None:
         self.geometry, self.influence = geometry, influence
+        self._modulus, self._film = modulus, film
         # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
         # Influence over that, times the weights of the cells; symmetric.
@@ -338,6 +342,12 @@ class DenseHalfSpace(HalfSpace):
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
         return scaled(self.displacement(pressure))
+
+    def alike(self, mean: float) -> HalfSpace:
+        """The bodies under tractions in the mean over all directions, over ``mean`` κ."""
+        if self._film is None:
+            return self
+        return _under_tractions(self.geometry, self._modulus, self._film.alike(mean))
 
     @staticmethod
     def _next_free(problem: ContactProblem, pressure: Array, separation: Array) -> int | None:
@@ -475,3 +485,9 @@ def solve_by_factors(
             convolutions=contact.convolutions + _SOLUTIONS,
         )
     return contact
+
+
+@lru_cache(2)
+def _under_tractions(geometry: Geometry, modulus: float, film: Film) -> HalfSpace:
+    """Bodies under tractions, which are asked for again while cells stay."""
+    return geometry.half_space(modulus, film)

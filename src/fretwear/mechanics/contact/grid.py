@@ -22,6 +22,7 @@ from fretwear.mechanics.contact.cells import (
     Zone,
 )
 from fretwear.mechanics.contact.convolution import Convolution, convolution, offsets
+from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.kernels import fast_length, scaled
 from fretwear.mechanics.contact.solver import ConvolvedBodies
 
@@ -221,9 +222,9 @@ class Grid(Geometry):
                 border.append(end * steps[axis] + along * steps[1 - axis])
         return inner, first + second - inner, np.concatenate(border)
 
-    def half_space(self, modulus: float) -> GridHalfSpace:
+    def half_space(self, modulus: float, film: Film | None = None) -> GridHalfSpace:
         """The elastic bodies on the cells."""
-        return GridHalfSpace(self, modulus)
+        return GridHalfSpace(self, modulus, film=film)
 
     def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
@@ -322,6 +323,7 @@ def influence_coefficients(
     spacing: tuple[float, float],
     composite_modulus: float,
     weights: tuple[float, float] = (1.0, 1.0),
+    film: Film | None = None,
 ) -> Array:
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
 
@@ -344,6 +346,8 @@ def influence_coefficients(
         corner += weights[1] * y * np.arcsinh(x / np.abs(y))
         block = np.diff(np.diff(corner, axis=0), axis=1)
         np.divide(block, np.pi * composite_modulus, out=coefficients[first : first + rows])
+    if film is not None:
+        coefficients += film.on_cells(shape, spacing)
     return coefficients
 
 
@@ -351,7 +355,7 @@ class GridHalfSpace(ConvolvedBodies):
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. The
-    composite modulus E* is in Pa; ``weights`` come from `influence_coefficients`.
+    composite modulus E* is in Pa; ``weights`` and ``film`` come from `influence_coefficients`.
     """
 
     def __init__(
@@ -359,11 +363,12 @@ class GridHalfSpace(ConvolvedBodies):
         geometry: Grid,
         composite_modulus: float,
         weights: tuple[float, float] = (1.0, 1.0),
+        film: Film | None = None,
     ) -> None:
         self.geometry: Grid = geometry
-        self.modulus, self._weights = composite_modulus, weights
+        self.modulus, self._weights, self.film = composite_modulus, weights, film
         shape = offsets(geometry.shape, geometry.even)
-        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, weights)
+        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, weights, film)
         self.self_influence = float(kernel[0, 0])
         self._convolution = convolution(kernel, geometry.even)
 
@@ -386,26 +391,34 @@ class GridHalfSpace(ConvolvedBodies):
 
     def around(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""
-        return self._on(self.geometry.around(cells), self._weights)
+        return self._on(self.geometry.around(cells), self._weights, self.film)
 
     @property
     def coarser(self) -> GridHalfSpace | None:
         """The same bodies on cells twice as wide, if these are many."""
         grid = self.geometry.coarser
-        return None if grid is None else GridHalfSpace(grid, self.modulus, self._weights)
+        weights, film = self._weights, self.film
+        return None if grid is None else GridHalfSpace(grid, self.modulus, weights, film)
 
     def along_x(self, coupling: float, mean: float) -> GridHalfSpace:
         """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ."""
-        return self._on(self.geometry, (1.0 / mean, (2.0 * coupling - 1.0) / mean))
+        weights = 1.0 / mean, (2.0 * coupling - 1.0) / mean
+        return self._on(self.geometry, weights, self.film and self.film.along_x(mean))
 
-    def _on(self, grid: Grid, weights: tuple[float, float]) -> GridHalfSpace:
+    def alike(self, mean: float) -> GridHalfSpace:
+        """The bodies under tractions in the mean over all directions, over ``mean`` κ."""
+        return self._on(self.geometry, self._weights, self.film and self.film.alike(mean))
+
+    def _on(self, grid: Grid, weights: tuple[float, float], film: Film | None) -> GridHalfSpace:
         """The bodies on a window with the same cells; these, if nothing differs."""
-        if grid.shape == self.geometry.shape and weights == self._weights:
+        if (grid.shape, weights, film) == (self.geometry.shape, self._weights, self.film):
             return self
-        return _part(grid, self.modulus, weights)
+        return _part(grid, self.modulus, weights, film)
 
 
 @lru_cache(_PARTS)
-def _part(grid: Grid, modulus: float, weights: tuple[float, float]) -> GridHalfSpace:
+def _part(
+    grid: Grid, modulus: float, weights: tuple[float, float], film: Film | None
+) -> GridHalfSpace:
     """Bodies on a window that is asked for again while zones keep their size."""
-    return GridHalfSpace(grid, modulus, weights)
+    return GridHalfSpace(grid, modulus, weights, film)

@@ -22,6 +22,7 @@ import numpy as np
 
 from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.dense import DenseCells, Distance
+from fretwear.mechanics.contact.film import Film
 
 # Ratio of two radii below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
@@ -72,9 +73,15 @@ class Rings(DenseCells):
         """Half-widths of the square within the outermost ring, m."""
         return self.edges[-1] / math.sqrt(2.0), self.edges[-1] / math.sqrt(2.0)
 
-    def influence(self, modulus: float) -> Array:
+    def influence(self, modulus: float, film: Film | None = None) -> Array:
         """Mean displacement of each ring under a unit pressure on each, m/Pa, shape (n, n)."""
-        return np.asarray(mean_influence(np.asarray(self.edges)) / modulus / self.areas)
+        edges = np.asarray(self.edges)
+        unit = mean_influence(edges)
+        integrals = unit / modulus
+        if film is not None:
+            # ½ c: F = c/k, c = 2/E*
+            integrals += film.on_rings(edges, 0.5 * unit)
+        return np.asarray(integrals / self.areas)
 
     def largest_mean(self, field: Array, width: float) -> float:
         """Largest mean of a field over an annulus of a width, m, around a ring."""

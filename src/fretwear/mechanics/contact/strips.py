@@ -11,6 +11,7 @@ University Press, section 2.4.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +22,7 @@ import numpy as np
 from fretwear.arrays import Array, Places
 from fretwear.mechanics.contact.cells import ANYWHERE, WITHIN_A_CELL, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
+from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.grid import Grid
 
 
@@ -69,15 +71,14 @@ class Strips(DenseCells):
                 kept.append(edge)
         return replace(self, edges=tuple(kept))
 
-    def influence(self, modulus: float) -> Array:
+    def influence(self, modulus: float, film: Film | None = None) -> Array:
         """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
 
         −(2/πE*) ∫ ln(|x − ξ|/L) dξ of the strips and their images, L the reference.
         """
-        edges = np.asarray(self.edges) / self.reference
-        twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
-        integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
-        return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
+        edges, sunk = np.asarray(self.edges), _sinking(self.reference, modulus, film)
+        twice = sunk(edges[:, None] + edges) - sunk(edges[:, None] - edges)
+        return np.diff(np.diff(twice, axis=0), axis=1) / np.diff(edges)[:, None]
 
 
 @dataclass(frozen=True)
@@ -110,11 +111,13 @@ class Row(Grid):
         """The positive and the negative side: indices, and distances, m."""
         return super().along(0)
 
-    def half_space(self, modulus: float) -> DenseHalfSpace:  # type: ignore[override]
+    def half_space(  # type: ignore[override]
+        self, modulus: float, film: Film | None = None
+    ) -> DenseHalfSpace:
         """The elastic bodies on the strips."""
         cells = np.arange(self.shape[0])
-        column = influence_of_cell(cells.size, self.spacing[0], self.reference, modulus)
-        return DenseHalfSpace(self, column[np.abs(cells[:, None] - cells)])
+        column = influence_of_cell(cells.size, self.spacing[0], self.reference, modulus, film)
+        return DenseHalfSpace(self, column[np.abs(cells[:, None] - cells)], modulus, film)
 
     def zone(self, region: Region) -> Zone:
         """The zone of a region, which ends at its distance in the mean of both sides."""
@@ -136,14 +139,25 @@ class Row(Grid):
         return fractions
 
 
-def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
+def influence_of_cell(
+    count: int, spacing: float, reference: float, modulus: float, film: Film | None = None
+) -> Array:
     """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
 
     It has no images, for a contact that is not even. Parameters are as for `Strips`, with ``count``
     distances.
     """
-    at = np.arange(-1.0, count + 1.0) * (spacing / reference)
-    return -2.0 / (math.pi * modulus) * reference**2 / spacing * np.diff(_logarithm(at), 2)
+    sunk = _sinking(reference, modulus, film)
+    return np.asarray(np.diff(sunk(np.arange(-1.0, count + 1.0) * spacing), 2) / spacing)
+
+
+def _sinking(reference: float, modulus: float, film: Film | None) -> Callable[[Array], Array]:
+    """A function of distances, m, whose second derivative is the displacement by a load, 1/Pa."""
+    factor = -2.0 / (math.pi * modulus) * reference**2
+    if film is None:
+        return lambda x: factor * _logarithm(x / reference)
+    of_film = film.on_strips(reference)
+    return lambda x: factor * _logarithm(x / reference) + of_film(x)
 
 
 def _logarithm(x: Array) -> Array:
