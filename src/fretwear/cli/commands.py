@@ -92,8 +92,8 @@ def init(
     # A study may come with what was measured, and with the surfaces that it names.
     text = chosen.read_text(encoding="utf-8")
     surfaces = [f for f in chosen.parent.glob("*/*") if f"{f.parent.name}/{f.name}" in text]
-    beside = chosen.parent.glob(f"{chosen.stem}.*")
-    for file in (*root.glob("profiles/*/config*.yaml"), *beside, *surfaces):
+    siblings = chosen.parent.glob(f"{chosen.stem}.*")
+    for file in (*root.glob("profiles/*/config*.yaml"), *siblings, *surfaces):
         contents[file.relative_to(root)] = file.read_bytes()
     for relative, content in contents.items():
         file = folder / relative
@@ -175,11 +175,11 @@ def run_case(
     from fretwear.data.labels import study_attributes
     from fretwear.run.case_files import simulate_to_file, simulate_to_folder
 
-    about = study_attributes((points[0].study if points else study).content)
+    attributes = study_attributes((points[0].study if points else study).content)
     if not folder:
         ((case_id, only),) = cases.items()
         path = check_output(output or Path(f"{case_id}.nc"), ".nc")
-        steps = simulate_to_file(only, path, tell=note, command=typed(), attributes=about)
+        steps = simulate_to_file(only, path, tell=note, command=typed(), attributes=attributes)
         say(f"{path}: {steps} steps")
         return
     command = shlex.join(["fretwear", "run", str(file), "--case"])
@@ -190,7 +190,7 @@ def run_case(
         tell=note,
         command=command,
         keep_older=keep_older,
-        attributes=about,
+        attributes=attributes,
         count=progress,
         study=every if cases.keys() <= every.keys() else cases,
     )

@@ -63,14 +63,19 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     closed_forms: dict[str, float] = {}
     with suppress(TypeError, ValueError):  # a case of another version
         closed_forms = unworn(case.fretwear.case)
-    forces = [name for given, names in FORCES.items() if given not in case.coords for name in names]
+    forces = [
+        name
+        for coordinate, names in FORCES.items()
+        if coordinate not in case.coords
+        for name in names
+    ]
     rows = [("", *(f"cycle {case['cycle'].values[end]:.0f}" for end in (0, -1)), "unworn", "")]
     names = dict.fromkeys((*headlines([*map(str, case)]), *_MORE_RESULTS, *forces))
     for name in (name for name in names if name in case):
-        about, values = RESULTS[name].in_frame(contact_frame(case)), case[name].values
+        variable, values = RESULTS[name].in_frame(contact_frame(case)), case[name].values
         errors = case.get(f"{name}_error", 0.0 * case[name]).values
         shown = [values[0], values[-1], closed_forms.get(name, math.nan)]
-        rows.append((about.marked, *_texts(shown, about, [errors[0], errors[-1], 0.0])))
+        rows.append((variable.marked, *_texts(shown, variable, [errors[0], errors[-1], 0.0])))
     yield from aligned(rows)
     yield from ("", *case.attrs.get("warnings", "").splitlines())
     yield from (_MARK, _UNWORN)
@@ -106,10 +111,10 @@ def _in_words(parameter: xr.DataArray) -> tuple[str, str]:
     return parameter.attrs.get("long_name", name), value_text(name, value)
 
 
-def _texts(values: Iterable[float], about: Variable, errors: Iterable[float]) -> list[str]:
+def _texts(values: Iterable[float], variable: Variable, errors: Iterable[float]) -> list[str]:
     """Return values of a result with their errors as text in one readable unit, then the unit."""
     # A ratio has the unit, or none, that it has elsewhere.
-    unit = about.unit if about.si_unit == "1" else None
-    unit = unit or readable_unit([*values], about.si_unit)
+    unit = variable.unit if variable.si_unit == "1" else None
+    unit = unit or readable_unit([*values], variable.si_unit)
     pairs = zip(values, errors, strict=True)
     return [*(with_error(unit.of(value), unit.of(error), 4) for value, error in pairs), unit.name]

@@ -109,8 +109,8 @@ def parameter_values(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a numeric parameter in a readable unit, and the label of their axis."""
     values = dataset[name].values.astype(np.float64)
     first = in_unit(float(values.flat[0]), dataset[name].attrs.get("units", ""))
-    about = parameter(name).in_frame_of(first)
-    return about.unit.of(values), axis_label(about.words, about.unit)
+    declared = parameter(name).in_frame_of(first)
+    return declared.unit.of(values), axis_label(declared.words, declared.unit)
 
 
 def make_panels(

@@ -76,8 +76,8 @@ def profiles_of(
     if field.si_unit == "Pa" and error in picked and np.isposinf(picked[error].values).any():
         # The later peak at a singular edge of stick would hide the rest.
         ceiling = _OVER_FIRST * float(np.nanmax(values[0]))
-    at, is_rough = picked["cycle"].values.astype(np.float64), not is_smooth(dataset)
-    return Profiles(field, x, at, values, zones, contact, stick, is_rough, ceiling)
+    numbers, is_rough = picked["cycle"].values.astype(np.float64), not is_smooth(dataset)
+    return Profiles(field, x, numbers, values, zones, contact, stick, is_rough, ceiling)
 
 
 def history_of(dataset: xr.Dataset) -> xr.Dataset:
@@ -101,8 +101,8 @@ def with_jumps(cycles: Array, widths: Array) -> tuple[Array, Array]:
     times more than before and after.
     """
     change = np.abs(np.diff(widths))
-    middle, beside = change[1:-1], np.maximum(change[:-2], change[2:])
-    places = 2 + np.flatnonzero(middle > np.maximum(_JUMP * widths[1:-2], 4.0 * beside))
+    middle, neighbours = change[1:-1], np.maximum(change[:-2], change[2:])
+    places = 2 + np.flatnonzero(middle > np.maximum(_JUMP * widths[1:-2], 4.0 * neighbours))
     return np.insert(cycles, places, cycles[places]), np.insert(widths, places, widths[places - 1])
 
 

@@ -107,8 +107,8 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     for place in np.ndindex(values.shape[:-1]):
         stored = np.isfinite(there[place]) & np.isfinite(cycles[place])
         if np.isfinite(values[place][stored]).any():
-            at = dict(zip(dims, place, strict=True))
-            curves.append(Curve(at, cycles[place][stored], values[place][stored]))
+            selection = dict(zip(dims, place, strict=True))
+            curves.append(Curve(selection, cycles[place][stored], values[place][stored]))
     return curves
 
 
@@ -231,8 +231,8 @@ def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:
     """
     size, names = steps.sizes[name], [name]
     if name not in steps.coords or name == POINT.name:
-        along = [str(n) for n, about in steps.coords.items() if about.dims == (name,)]
-        names = [n for n in along if n not in BOOKKEEPING and len(set(levels_of(steps, n))) > 1]
+        lying = [str(n) for n, coordinate in steps.coords.items() if coordinate.dims == (name,)]
+        names = [n for n in lying if n not in BOOKKEEPING and len(set(levels_of(steps, n))) > 1]
     numbers = {n: steps[n].values for n in names if steps[n].dtype.kind in "fiu"}
     finite = [n for n, values in numbers.items() if np.isfinite(values).all()]
     shown = sorted({curve.place[name] for curve in curves})
@@ -287,8 +287,8 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     corners = done.isel(extremes)
     others = {n: range(summary.sizes[n] - 1, -1, -1) for n in dims if n not in contrasts}
     best = max(
-        (dict(zip(others, at, strict=True)) for at in itertools.product(*others.values())),
-        key=lambda at: int(corners.isel(at).sum()),
+        (dict(zip(others, levels, strict=True)) for levels in itertools.product(*others.values())),
+        key=lambda levels: int(corners.isel(levels).sum()),
     )
     cases = {}
     for corner in itertools.product(*extremes.values()):

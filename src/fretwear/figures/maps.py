@@ -120,8 +120,8 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     zone = whole["contact_state"]
     cells = {"contact": zone != ContactState.OPEN, "stick": zone == ContactState.STICK}
     fractions = {
-        name: whole.get(f"{name}_fraction", inside).values.astype(np.float64)
-        for name, inside in cells.items()
+        name: whole.get(f"{name}_fraction", region).values.astype(np.float64)
+        for name, region in cells.items()
     }
     return WearMap(x, y, depth, fractions, int(state["cycle"]), is_smooth(dataset))
 

@@ -96,8 +96,8 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
 def _headline(case: xr.Dataset) -> str:
     """Return the parameters that identify a case, in symbols, but for those that blocks change."""
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or []
-    given = {key for block in blocks for key in block}
-    changed = given.union(*map(case_keys().replaced_by, given))
+    replaced = {key for block in blocks for key in block}
+    changed = replaced.union(*map(case_keys().replaced_by, replaced))
     stored = {name: case.coords.get(coordinate(name)) for name in _HEADLINE if name not in changed}
     return ", ".join(
         symbol_text(name, in_unit(value.item(), value.attrs.get("units", "")))

@@ -203,18 +203,18 @@ def draw_filled(axes: Axes, profiles: Profiles, frame: Frame | None = None) -> N
         axes.plot(x, values[0], color=CATEGORICAL[1], lw=_FIRST_WIDTH, label="_first")
     axes.fill_between(x, 0.0, values[-1], color=_FILL, lw=0)
     axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
-    below, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
-    extent = (float(x[0]) - half, float(x[-1]) + half, below, 0.0)
+    bottom, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
+    extent = (float(x[0]) - half, float(x[-1]) + half, bottom, 0.0)
     axes.imshow(
         profiles.zones[-1:], ZONES, aspect="auto", extent=extent, vmin=0, vmax=len(ZONE_COLORS) - 1
     )
     write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
-    axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
+    axes.set_ylim(*(limit or bottom for limit in axes.get_ylim()))
 
 
 def zone_key(
-    inside: Figure | Axes, contents: Sequence[Profiles], place: Place = "outside upper left"
+    canvas: Figure | Axes, contents: Sequence[Profiles], place: Place = "outside upper left"
 ) -> None:
     """Add the key of the zones and of the lines of the first and the last profile."""
     handles: list[Artist] = [Patch(color=color) for color in reversed(ZONE_COLORS.values())]
@@ -225,10 +225,10 @@ def zone_key(
             handles.append(Line2D([], [], color=color, lw=_FIRST_WIDTH))
             texts = dict.fromkeys(map(cycle_text, (min(cycles), max(cycles))))
             labels.append(f"cycle {' to '.join(texts)}")
-    if isinstance(inside, Axes):
-        inside.legend(handles, labels)
+    if isinstance(canvas, Axes):
+        canvas.legend(handles, labels)
     else:
-        outside_key(inside, handles, labels, place)
+        outside_key(canvas, handles, labels, place)
 
 
 def write_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
@@ -248,15 +248,15 @@ def write_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
 
 def shade_stick(axes: Axes, profiles: Profiles) -> None:
     """Shade the stick zone of the last cycle."""
-    inside = profiles.zones[-1] == ContactState.STICK
+    sticking = profiles.zones[-1] == ContactState.STICK
     if profiles.is_even:
         edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
         axes.axvspan(0.0, edge, color=STICK_SHADE, lw=0)
     else:
         x, across = MICROMETRE.of(profiles.x), axes.get_xaxis_transform()
-        shade = axes.fill_between(x, 0.0, 1.0, where=inside, step="mid", transform=across)
+        shade = axes.fill_between(x, 0.0, 1.0, where=sticking, step="mid", transform=across)
         shade.set(color=STICK_SHADE, linewidth=0.0)
-    if inside.any():
+    if sticking.any():
         caption(axes, "Grey: stick zone at the last cycle.")
 
 
@@ -284,8 +284,8 @@ def fretting_loops(
     caption(figure, "Tangential force against displacement round a cycle.")
     caption(figure, "The area of a loop is the energy dissipated in the cycle.")
     colors = cycle_colours(sorted({int(n) for loops in contents for n in loops["cycle"]}))
-    about = LOOP[0].in_units(contents[0][force].attrs.get("units", LOOP[0].si_unit))
-    unit = readable_unit([float(abs(loops[force]).max()) for loops in contents], about.si_unit)
+    quantity = LOOP[0].in_units(contents[0][force].attrs.get("units", LOOP[0].si_unit))
+    unit = readable_unit([float(abs(loops[force]).max()) for loops in contents], quantity.si_unit)
     for axes, loops in zip(panels, contents, strict=True):
         axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
         axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
@@ -294,7 +294,7 @@ def fretting_loops(
             color, label = colors[int(cycle)], cycle_text(cycle)
             axes.plot(MICROMETRE.of(x), unit.of(y), color=color, label=label)
         axes.margins(x=0.03)
-        axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{about.label} ({unit.name})")
+        axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{quantity.label} ({unit.name})")
     if ax is None:
         cycle_key(figure, colors)
     else:

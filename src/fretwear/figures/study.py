@@ -70,8 +70,10 @@ def _figures_of_cases(paths: Mapping[str, Path], *, is_moved: bool) -> Iterator[
     """Yield names and figures that show several cases, by their titles, side by side."""
     with ExitStack() as stack:
         opened = {title: stack.enter_context(open_case(path)) for title, path in paths.items()}
-        given = [json.loads(case.attrs["parameters"]).get("roughness") for case in opened.values()]
-        is_surface = any(rough and rough.get("kind") in _WITHOUT_PATTERN for rough in given)
+        roughnesses = [
+            json.loads(case.attrs["parameters"]).get("roughness") for case in opened.values()
+        ]
+        is_surface = any(rough and rough.get("kind") in _WITHOUT_PATTERN for rough in roughnesses)
         for name, field in {**_ALWAYS, **(_OF_SURFACES if is_surface else {})}.items():
             yield f"{name}_profiles", field_profiles(opened, field)
         if is_moved:

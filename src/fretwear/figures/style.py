@@ -102,11 +102,11 @@ def styled(function: Callable[P, Q]) -> Callable[P, Q]:
     """Make a function draw in fretwear's style, whatever the caller's settings."""
 
     @wraps(function)
-    def inside(*args: P.args, **kwargs: P.kwargs) -> Q:
+    def drawing(*args: P.args, **kwargs: P.kwargs) -> Q:
         with style_context():
             return function(*args, **kwargs)
 
-    return inside
+    return drawing
 
 
 def save_as(figure: Figure, *files: str | PathLike[str]) -> None:

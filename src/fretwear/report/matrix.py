@@ -77,8 +77,8 @@ def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:
         values = points.results[result]
         if not np.nan_to_num(values).any():
             continue
-        about = points.variables[result]
-        label = about.label, range_text(about, values)
+        variable = points.variables[result]
+        label = variable.label, range_text(variable, values)
         if points.drawn:
             ranks.append(MatrixRow(*label, _rank_cells(points, result)))
             if (indices := points.good_indices(result)) is not None:
@@ -155,10 +155,10 @@ def factor_text(factor: float) -> str:
     return number_text(factor, 2 if factor < 0.1 else 3)
 
 
-def range_text(about: Variable, values: Array) -> str:
+def range_text(variable: Variable, values: Array) -> str:
     """Return the range of values: ``8.2 to 63 µm``, ``62.9 µm³ to 1.11·10⁶ µm³``."""
     finite = values[np.isfinite(values)]
-    unit = plain_unit(about, finite)
+    unit = plain_unit(variable, finite)
     ends = [float(unit.of(finite.min())), float(unit.of(finite.max()))]
     low, high = (number_text(end, 3) for end in ends)
     if low == high:

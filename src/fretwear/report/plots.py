@@ -80,13 +80,13 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     Thin lines are all combinations of the others, thick ones their geometric mean; the points of a
     sample are dots. The figure is the JSON of plotly, which takes longer to check it than to draw.
     """
-    about, values = points.variables[result], points.results[result]
-    unit = about.unit or readable_unit(values, about.si_unit)
+    variable, values = points.variables[result], points.results[result]
+    unit = variable.unit or readable_unit(values, variable.si_unit)
     if _is_wide(values[np.isfinite(values)]):
-        unit = plain_unit(about, values)  # a logarithmic axis needs no power of ten in its unit
+        unit = plain_unit(variable, values)  # a logarithmic axis needs no power of ten in its unit
     of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
     parts = of_cell[of_cell["where"].map(len) > 0]
-    others = [other for other in points.levels if other not in (name, SEED)]
+    others = [parameter for parameter in points.levels if parameter not in (name, SEED)]
     second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
     x, ticks = _places(points, name)
     traces: list[dict[str, object]] = []
@@ -102,16 +102,16 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
         factors = {next(iter(row["where"].values())): row for _, row in parts.iterrows()}
         for place, (level, color) in enumerate(zip(levels, _colours(len(levels)), strict=True)):
             here = table[table[second] == place] if second else table
-            label = value_text(second, level) if second else about.label
+            label = value_text(second, level) if second else variable.label
             if level in factors:
                 label += f"  ×{factor_text(factors[level]['factor'])}"
-            rest = [other for other in points.levels if other not in (name, second)]
+            rest = [parameter for parameter in points.levels if parameter not in (name, second)]
             lines = [group for _, group in here.groupby(rest)] if rest else [here]
             shown = lines[:_MOST_LINES]
             # None breaks the line between two combinations.
             thin = {
-                along: [place for line in shown for place in (*rounded(line[along]), None)]
-                for along in ("x", "y")
+                axis: [place for line in shown for place in (*rounded(line[axis]), None)]
+                for axis in ("x", "y")
             }
             if len(lines) > 1:
                 traces.append(
@@ -155,7 +155,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
             "orientation": "h", "y": -0.24, "yanchor": "top", "x": 0,
         },
         "title": {
-            "text": axis_label(about.words, unit), "x": 0, "xref": "paper",
+            "text": axis_label(variable.words, unit), "x": 0, "xref": "paper",
             "font": {"size": 15},
         },
         "xaxis": of_x,
@@ -203,9 +203,9 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
     titles, cycles = list(cases), summary["cycle"].values
     labels = {}
     for name, field in EXPLORED.items():
-        about, largest = RESULTS[field], float(np.nanmax(np.abs(summary[name].values)))
-        unit = about.unit or readable_unit([largest], about.si_unit)
-        labels[name] = axis_label(about.words, unit)
+        variable, largest = RESULTS[field], float(np.nanmax(np.abs(summary[name].values)))
+        unit = variable.unit or readable_unit([largest], variable.si_unit)
+        labels[name] = axis_label(variable.words, unit)
         for curves in cases.values():
             curves[name] = [rounded(unit.of(row)) for row in curves[name]]
     sides = [titles[0], titles[-1]]
@@ -249,7 +249,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         {
             "label": cycle_text(cycle),
             "method": "restyle",
-            "args": [{"line.width": [3 if other == cycle else 1 for other in cycles]
+            "args": [{"line.width": [3 if snapshot == cycle else 1 for snapshot in cycles]
                       * len(EXPLORED) * len(sides)}],
         }
         for cycle in cycles
@@ -291,10 +291,10 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
         ]
         touched = np.any([row > 1e-3 * row.max() for row in shown], axis=(0, 1))
         reach = 1.15 * np.abs(x[touched]).max(initial=0.0)
-        inside = np.flatnonzero(np.abs(x) <= reach)
-        inside = inside[:: -(-len(inside) // _MOST_PLACES) or 1]
+        drawn = np.flatnonzero(np.abs(x) <= reach)
+        drawn = drawn[:: -(-len(drawn) // _MOST_PLACES) or 1]
         words = [_symbol_html(name, values[place]) for name, values in varied.items()]
         title = ", ".join(words) or str(ids[place])
         title += f" ({place + 1})" if title in cases else ""
-        cases[title] = {"x": rounded(x[inside])} | {n: c[:, inside] for n, c in curves.items()}
+        cases[title] = {"x": rounded(x[drawn])} | {n: c[:, drawn] for n, c in curves.items()}
     return cases

@@ -135,14 +135,14 @@ class FlatPunchContact(LineContact):
         """Largest pressure, Pa, on the rounded edges."""
         places = np.linspace(self.flat_half_width, self.contact_radius, 402)
         best = int(np.argmax(self.pressure(places[1:-1]))) + 1
-        around = np.linspace(places[best - 1], places[best + 1], 401)[1:]
-        return float(self.pressure(around).max())
+        near_peak = np.linspace(places[best - 1], places[best + 1], 401)[1:]
+        return float(self.pressure(near_peak).max())
 
     def load_at(self, contact_radius: float) -> float:
         """P = (E*/2R) [a² arccos(b/a) - b √(a² - b²)], N/m, for a half-width a, m."""
         angle, root = self._edge(contact_radius)
-        inside = contact_radius**2 * angle - self.flat_half_width * root
-        return 0.5 * self.composite_modulus / self.radius * inside
+        flattened = contact_radius**2 * angle - self.flat_half_width * root
+        return 0.5 * self.composite_modulus / self.radius * flattened
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa, zero outside the contact, at positions ``r`` in m."""

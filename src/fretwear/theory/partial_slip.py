@@ -229,8 +229,10 @@ class LimitingState:
         """
         c = self.stick_radius
         distance = np.maximum(np.abs(np.asarray(r, dtype=float)), c)
-        beside = self._beside(np.sqrt((distance - c) * (distance + c)), c)
-        height = (2.0 / math.pi) * self._punch_approach * beside - self._stick_contact.gap(distance)
+        punch_depth = self._beside(np.sqrt((distance - c) * (distance + c)), c)
+        height = (2.0 / math.pi) * self._punch_approach * punch_depth - self._stick_contact.gap(
+            distance
+        )
         return np.asarray(np.maximum(height, 0.0))
 
     def width_above(self, pressure: float) -> float:
@@ -328,9 +330,9 @@ class LineLimitingState(LimitingState):
         c = self.stick_radius
         ratio = self.contact_radius / c
         root = math.sqrt((ratio - 1.0) * (ratio + 1.0))
-        below = ratio * math.asinh(root) - root
-        cylinder = 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below)
-        return 2.0 * (2.0 / math.pi * self._punch_approach * c * below - cylinder)
+        punch_area = ratio * math.asinh(root) - root
+        cylinder = 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - punch_area)
+        return 2.0 * (2.0 / math.pi * self._punch_approach * c * punch_area - cylinder)
 
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         return np.asarray(np.arcsinh(root / c))

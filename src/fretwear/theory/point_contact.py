@@ -68,9 +68,9 @@ def coupling_ratio(
     """
     # (2 − ν)/4G with G = E/(2 (1 + ν)).
     bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
-    normal, beside = composite_modulus(*bodies[0], *bodies[1]), 2.0 * (1.0 - weight)
+    normal, transverse = composite_modulus(*bodies[0], *bodies[1]), 2.0 * (1.0 - weight)
     shear = 1.0 / sum(
-        (2.0 - beside * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
+        (2.0 - transverse * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
     )
     return normal / shear
 
@@ -146,8 +146,8 @@ class HertzContact:
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure p0 √(1 - r²/a²) in Pa, zero outside the contact, at distances ``r`` in m."""
         distance = np.asarray(r, dtype=float)
-        inside = np.maximum(1.0 - (distance / self.contact_radius) ** 2, 0.0)
-        return np.asarray(self.peak_pressure * np.sqrt(inside))
+        pressed = np.maximum(1.0 - (distance / self.contact_radius) ** 2, 0.0)
+        return np.asarray(self.peak_pressure * np.sqrt(pressed))
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at distances ``r`` in m.
@@ -304,8 +304,8 @@ class RoundedPunch:
         """∫₀^a g dt, m²."""
         root, angle = self._edge(radius)
         flat = self.flat_radius
-        inside = root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)
-        return float(inside / self.edge_radius)
+        rounded = root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)
+        return float(rounded / self.edge_radius)
 
     def _edge(self, radii: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """√(t² − b²) and arccos(b/t), which keep their digits as t approaches b."""
@@ -358,10 +358,10 @@ class RoundContact(HertzContact):
         inner = np.maximum(distance, self.profile.flat_radius)
         length = np.sqrt(np.maximum((edge - inner) * (edge + inner), 0.0))
         risen = _MIDPOINTS * length[..., None]
-        at = np.hypot(inner[..., None], risen)
-        inside = np.sqrt((inner - distance) * (inner + distance))
-        share = risen / np.maximum(np.hypot(inside[..., None], risen), np.finfo(float).tiny)
-        total = (self.profile.slope(at) / at * share).sum(axis=-1)
+        radii = np.hypot(inner[..., None], risen)
+        offset = np.sqrt((inner - distance) * (inner + distance))
+        share = risen / np.maximum(np.hypot(offset[..., None], risen), np.finfo(float).tiny)
+        total = (self.profile.slope(radii) / radii * share).sum(axis=-1)
         scale = _MIDPOINTS.size * math.pi
         return np.asarray(total * length / scale * self.composite_modulus)
 
@@ -386,20 +386,20 @@ def find_root(falling: Callable[[float], float], low: float, high: float) -> flo
 
     The Illinois variant of regula falsi: Dowell and Jarratt (1971), BIT 11, 168-174.
     """
-    above, below, last = falling(low), falling(high), 0
+    positive, negative, last = falling(low), falling(high), 0
     for _ in range(200):
-        middle = (low * below - high * above) / (below - above)
+        middle = (low * negative - high * positive) / (negative - positive)
         if not low < middle < high:
             middle = 0.5 * (low + high)
         value = falling(middle)
         if value == 0.0 or not low < middle < high:
             return middle
         if value > 0.0:
-            low, above = middle, value
-            below *= 0.5 if last > 0 else 1.0
+            low, positive = middle, value
+            negative *= 0.5 if last > 0 else 1.0
             last = 1
         else:
-            high, below = middle, value
-            above *= 0.5 if last < 0 else 1.0
+            high, negative = middle, value
+            positive *= 0.5 if last < 0 else 1.0
             last = -1
     return 0.5 * (low + high)
