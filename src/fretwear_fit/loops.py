@@ -43,6 +43,7 @@ _FEWEST = 8  # readings of a cycle
 _NEAR_TURN = 0.05  # of a stroke
 _STEP = 2.0  # largest step of a sine over the mean one, with noise
 _NAMES_OF_FILES = "name the files by their cycles, such as loop_0.csv loop_1000.csv"
+_OPEN = 0.1  # between the first and the last force of a loop, over its amplitude
 _STUCK = 0.01  # half the width of a loop over its amplitude of displacement
 
 
@@ -61,7 +62,8 @@ class Recording:
 def recording_of(path: Path, layout: Layout, force_unit: str) -> Recording:
     """Read a recording of loops; `QuantityError` says why a file cannot be used."""
     if path.suffix.lower() not in TABLES:
-        raise QuantityError(f"must be a table, with the ending {listed(TABLES, 'or')}")
+        rule = f"must be a table, with the ending {listed(TABLES, 'or')}"
+        raise QuantityError(rule, "unpack an archive, and save a spreadsheet as .csv")
     table, force_is = open_table(path, layout), BY_SI_UNIT[force_unit]
     example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
     numbers, (x, force) = table.read([_DISPLACEMENT, Sought(force_is, *_FRICTION)], example)
@@ -98,32 +100,32 @@ def _counts(table: Table, number: int) -> Array | None:
     return values if (np.diff(values) >= 0.0).all() else None
 
 
-def _turns(values: Sequence[float], reach: float) -> list[int]:
-    """Places of least and largest values in turn, each a reach or more from the next.
+def _extrema(x: Array) -> tuple[Places, Array]:
+    """Places of local extrema and both ends, and the falls or rises up to which each remains one.
 
-    The first and the last one are where the values begin and end to rise or fall.
+    A fall or rise within two larger ones ends with both its extrema, as in rainflow counting.
     """
-    turns, low, high, way = [], 0, 0, 0
-    for place, value in enumerate(values):
-        if value > values[high]:
-            high = place
-        if value < values[low]:
-            low = place
-        if way <= 0 and value - values[low] >= reach:
-            turns.append(low)
-            way, high = 1, place
-        elif way >= 0 and values[high] - value >= reach:
-            turns.append(high)
-            way, low = -1, place
-    return [*turns, high if way > 0 else low] if turns else []
-
-
-def _extrema(x: Array) -> Places:
-    """Places of all local extrema, and both ends."""
     moves = np.flatnonzero(np.diff(x))
     steps = np.sign(np.diff(x)[moves])
-    inner = moves[1:][steps[1:] != steps[:-1]]
-    return np.unique(np.r_[0, inner, x.size - 1])
+    places = np.unique(np.r_[0, moves[1:][steps[1:] != steps[:-1]], x.size - 1])
+    ranges, left, values = np.empty(places.size), [], x[places].tolist()
+    for place in range(places.size):
+        left.append(place)
+        while len(left) > 3:
+            before, fall, after = (abs(values[m] - values[n]) for m, n in pairwise(left[-4:]))
+            if fall > min(before, after):
+                break
+            ranges[left[-3:-1]] = fall
+            del left[-3:-1]
+    falls = np.abs(np.diff(x[places[left]]))
+    ranges[left] = np.maximum(np.append(0.0, falls), np.append(falls, 0.0))
+    return places, ranges
+
+
+def _turns(x: Array, reach: float) -> Places:
+    """Places of least and largest values in turn, each a reach or more from the next."""
+    places, ranges = _extrema(x)
+    return places[ranges >= reach]
 
 
 def _reversal(x: Array) -> float:
@@ -132,29 +134,22 @@ def _reversal(x: Array) -> float:
     Cycles remain the same in number while this grows from noise to their own size, whatever their
     means and amplitudes: it lies in the longest range of its logarithm where they do.
     """
-    values, counts = x[_extrema(x)].tolist(), []
-    for reach in _REVERSALS * np.ptp(x):
-        values = [values[n] for n in _turns(values, reach)]
-        counts.append(max(len(values) - 2, 0) // 2)
-    scores = [
-        (sum(later >= _SAME * count for later in counts[n:]) * count / (count + 2.0), n)
-        for n, count in enumerate(counts)
-    ]
-    score, first = max(scores)
-    last = first + sum(later >= _SAME * counts[first] for later in counts[first:]) - 1
+    ranges = np.sort(_extrema(x)[1])
+    turns = ranges.size - np.searchsorted(ranges, _REVERSALS * np.ptp(x))
+    counts = np.maximum(turns - 2, 0) // 2
+    same = [int((counts[n:] >= _SAME * count).sum()) for n, count in enumerate(counts)]
+    scores = same * counts / (counts + 2.0)
+    first = scores.size - 1 - int(scores[::-1].argmax())
     # Nearer to the lower end, since small cycles among large ones end the range early.
-    return float(np.ptp(x) * _REVERSALS[(2 * first + last) // 3]) if score else np.inf
+    middle = first + (same[first] - 1) // 3
+    return float(np.ptp(x) * _REVERSALS[middle]) if scores[first] else np.inf
 
 
-def _strokes(x: Array, reach: float) -> Array:
-    """The strokes up to each reading, whole numbers at turns; empty if there is no whole cycle.
+def _whole_cycles(x: Array, turns: Places) -> Array:
+    """Where whole cycles between some turns begin and end, in readings, shape (n, 2).
 
     The first stroke and the last one, which may not be whole, are as long as their neighbours.
     """
-    places = _extrema(x)
-    turns = places[_turns(x[places].tolist(), reach)]
-    if turns.size < 3:
-        return np.empty(0)
     ends = x[turns]
     sizes = np.abs(np.diff(ends))
     n = np.clip(np.searchsorted(turns, np.arange(x.size), "right") - 1, 0, turns.size - 2)
@@ -165,7 +160,15 @@ def _strokes(x: Array, reach: float) -> Array:
     for end in (0, -1):  # noise at a turn
         if abs(share[end] - round(share[end])) < _NEAR_TURN:
             share[end] = round(share[end])
-    return np.maximum.accumulate(n + share)
+    # Where the displacement rests, the first reading counts.
+    strokes = np.maximum.accumulate(n + share) + 1e-9 * np.arange(x.size)
+    begin, stop = strokes[0], strokes[-1] + _STEP * (strokes[-1] - strokes[0]) / x.size
+    middle = 0.5 if ends[1] > ends[0] else 1.5
+    starts = middle + 2.0 * (middle < begin), begin
+    passages = max((np.arange(start, stop, 2.0) for start in starts), key=len)
+    places = np.interp(passages, strokes, np.arange(x.size))
+    found = np.stack([places[:-1], places[1:]], axis=1)
+    return found[np.diff(found)[:, 0] >= _FEWEST]
 
 
 def cycles_of(x: Array, breaks: Sequence[int] = ()) -> Array:
@@ -177,20 +180,8 @@ def cycles_of(x: Array, breaks: Sequence[int] = ()) -> Array:
     """
     reach, cycles = _reversal(x), [np.empty((0, 2))]
     for start, stop in pairwise([0, *breaks, x.size]):
-        strokes = _strokes(x[start:stop], reach)
-        if not strokes.size:
-            continue
-        first, last = strokes[[0, -1]]
-        step = _STEP * (last - first) / strokes.size
-        rises = x[start + int((strokes >= 1.0).argmax())] > x[start]
-        middle = 0.5 if rises else 1.5
-        middle += 2.0 if middle < first else 0.0
-        passages = max((np.arange(one, last + step, 2.0) for one in (middle, first)), key=len)
-        # Where the displacement rests, the first reading counts.
-        steady = strokes + 1e-9 * np.arange(strokes.size)
-        places = start + np.interp(passages, steady, np.arange(strokes.size))
-        found = np.stack([places[:-1], places[1:]], axis=1)
-        cycles.append(found[np.diff(found)[:, 0] >= _FEWEST])
+        if (turns := _turns(x[start:stop], reach)).size > 2:
+            cycles.append(start + _whole_cycles(x[start:stop], turns))
     return np.concatenate(cycles)
 
 
@@ -206,8 +197,7 @@ def _breaks(recording: Recording) -> list[int]:
     if recording.counter is not None:
         jumps |= np.diff(np.floor(recording.counter)) > 1.0
     if time is not None and (usual := np.median(steps := np.diff(time))) > 0.0:
-        places = _extrema(x)
-        strokes = np.diff(time[places[_turns(x[places].tolist(), _reversal(x))]])
+        strokes = np.diff(time[_turns(x, _reversal(x))])
         longest = np.quantile(strokes[strokes > 0.0], 0.25) if (strokes > 0.0).any() else np.inf
         jumps |= (steps < 0.0) | (steps > max(longest, 3.0 * usual))
     return (np.flatnonzero(jumps) + 1).tolist()
@@ -249,8 +239,9 @@ def loop_history(path: str | Path, load: float, layout: Layout = PLAIN) -> pd.Da
     Its columns are ``cycle`` from 0, ``displacement_amplitude`` (m), ``force_amplitude`` (N or
     N/m), ``dissipated_energy`` E = ∮ Q dδ (J or J/m), and ``friction`` E/(4 P δ₀), with half the
     width δ₀ of the loop at Q = 0: the coefficient of a contact that slides as a whole, whatever the
-    compliance of the rig; NaN where the loop has no width. A column of cycles, or jumps of the
-    time, give the number of a cycle. What is not part of a whole cycle is left out.
+    compliance of the rig; NaN where the loop has no width, or does not close because the contact
+    was unloaded before or the motion has changed. A column of cycles, or jumps of the time, give
+    the number of a cycle. What is not part of a whole cycle is left out.
     """
     return split_recording(path, load, layout).table
 
@@ -268,7 +259,9 @@ def split_recording(path: str | Path, load: float, layout: Layout = PLAIN) -> Lo
     table.insert(0, "cycle", _numbers(recording, places, breaks))
     width = table.pop("width")
     slides = width > _STUCK * table["displacement_amplitude"]
-    table["friction"] = (table["dissipated_energy"] / (2.0 * load * width)).where(slides)
+    closes = table.pop("opening") < _OPEN * table["force_amplitude"]
+    friction = table["dissipated_energy"] / (2.0 * load * width)
+    table["friction"] = friction.where(slides & closes)
     if np.isinf(table["friction"]).any():
         raise QuantityError("has an infinite friction", "check the load and the columns")
     inside = np.concatenate([np.arange(cycle.start, cycle.stop) for cycle in cycles])
@@ -279,10 +272,13 @@ def split_recording(path: str | Path, load: float, layout: Layout = PLAIN) -> Lo
         notes.append(f"left out: {outside} readings outside whole cycles{lacking}, of {total}")
     if breaks and recording.counter is None:
         notes.append(f"{len(breaks)} jumps of the time, in which cycles are taken to have gone on")
-    if stuck := int((~slides).sum()):
+    stuck, open_ones = (int(one.sum()) for one in (~slides, slides & ~closes))
+    if stuck:
         notes.append(
             f"friction not known in {stuck} cycles, which stick: their loops have no width"
         )
+    if open_ones:
+        notes.append(f"friction not known in {open_ones} cycles, whose loops do not close")
     return Loops(recording, cycles, table, (*notes,))
 
 
@@ -325,6 +321,7 @@ def _cycles_in_names(paths: Sequence[Path]) -> Sequence[int]:
 
 def _loop(x: Array, force: Array) -> dict[str, float]:
     """Amplitudes of displacement and force, energy, and width at the middle force of a loop."""
+    opening = np.abs(np.subtract.outer(force[-2:], force[:2])).min()
     force = force - 0.5 * (force.max() + force.min())
     x_after, after = np.roll(x, -1), np.roll(force, -1)
     rows = np.flatnonzero(np.sign(force) != np.sign(after))
@@ -335,6 +332,7 @@ def _loop(x: Array, force: Array) -> dict[str, float]:
         "force_amplitude": 0.5 * np.ptp(force),
         "dissipated_energy": float(abs(0.5 * (force + after) @ (x_after - x))),
         "width": np.ptp(crossings) if rows.size else 0.0,
+        "opening": opening,
     }
 
 

@@ -26,7 +26,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Readable, Schema, is_list
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed
 from fretwear_measured.maps import LEAST_POINTS, open_surface, read_map, without_marks
-from fretwear_measured.tables import Sought, open_table
+from fretwear_measured.tables import Sought, open_table, require
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
@@ -35,7 +35,7 @@ Rectangle = tuple[float, float, float, float]
 
 _RELAXATIONS = 200
 _SPIKE = 10.0
-_CORRECTIONS = 6
+_CROSS = 0.25 * np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]])
 _STORED = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
 
 
@@ -169,8 +169,9 @@ class Topography:
         """Mean curvature of the best-fitting paraboloid, 1/m, positive where it is convex."""
         if not np.isfinite(self.highest) or not np.isfinite(self.x).all():
             return 0.0
-        *_, xx, yy = fitted(self.x, self.y, self.heights, self.measured, (*_PLANE, (2, 0), (0, 2)))
-        return float(-(xx + yy))
+        x, y = self.x[:, None], self.y
+        terms = [np.ones(()), x, y, x * x, y * y]
+        return -float(fitted(terms, self.heights, self.measured)[3:].sum())
 
     @cached_property
     def rms_height(self) -> float:
@@ -200,16 +201,8 @@ class Topography:
 _FAR = np.array([0.0, math.inf])
 UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), np.ones((2, 2), bool))
 
-_PLANE = ((0, 0), (1, 0), (0, 1))
-_TERMS = {
-    "none": ((0, 0),),
-    "plane": _PLANE,
-    "sphere": (*_PLANE, (2, 0), (1, 1), (0, 2)),
-    "cylinder": (*_PLANE, (2, 0)),  # and the same across
-    "paraboloid": (*_PLANE, (2, 0), (1, 1), (0, 2)),
-}
-FORMS = tuple(_TERMS)
-"""Shapes that may be removed from a map: the best-fitting one of each kind."""
+FORMS = ("none", "plane", "sphere", "cylinder", "paraboloid")
+"""Shapes that may be removed from a map: the best-fitting one of each kind; none: the mean."""
 
 
 @lru_cache(4)
@@ -249,25 +242,18 @@ def read_topography(
     values, sides = found.heights, found.sides
     checksum = hashlib.sha256(np.append(values, sides).tobytes()).hexdigest()[:8]
     points = [
-        (np.arange(count) + 0.5) * (side / count)
-        for count, side in zip(values.shape, sides, strict=True)
+        (np.arange(n) + 0.5) * (side / n) for n, side in zip(values.shape, sides, strict=True)
     ]
     if patch is not None:
-        inside = [
-            (at >= corner) & (at <= corner + side)
-            for at, corner, side in zip(points, patch[:2], patch[2:], strict=True)
-        ]
+        corners = zip(points, patch[:2], patch[2:], strict=True)
+        inside = [(at >= corner) & (at <= corner + side) for at, corner, side in corners]
         values = values[np.ix_(*inside)]
         points = [at[within] for at, within in zip(points, inside, strict=True)]
-    if min(values.shape) < LEAST_POINTS:
-        raise QuantityError(
-            f"has {values.shape[0]} x {values.shape[1]} points in the part to be read, too few for "
-            "a surface",
-            "give a map, and a patch that lies in it",
-        )
+    rule = "has {} x {} points in the part to be read, too few for a surface".format(*values.shape)
+    is_wide = min(values.shape) >= LEAST_POINTS
+    require(is_wide, rule, "give a map, and a patch that lies in it")
     measured = np.isfinite(values)
-    if measured.sum() < LEAST_POINTS:
-        raise QuantityError("has no heights: every point is missing")
+    require(measured.sum() >= LEAST_POINTS, "has no heights: every point is missing")
     summary = _summary_of(points, values)
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
     values = _without(form, x, y, values, measured)
@@ -299,42 +285,42 @@ def _summary_of(points: Sequence[Array], values: Array) -> str:
 
 def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Array:
     """Heights less the best-fitting form of a kind."""
-    terms = _TERMS[form]
-    if form == "cylinder":  # along y or along x
-        of_y = (*_PLANE, (0, 2))
-        kept = [_less(t, x, y, values, measured) for t in (terms, of_y)]
-        return min(kept, key=lambda left: float(np.nanvar(left)))
-    if form == "sphere":
-        values = values - _cap(x, y, values, measured)
-        terms = _PLANE
-    return _less(terms, x, y, values, measured)
+    x, z = x[:, None], values - values[measured].mean()
+    plane = [np.ones(()), x, y]
+    kinds = {
+        "none": [plane[:1]],
+        "plane": [plane],
+        "paraboloid": [[*plane, x * x, x * y, y * y]],
+        "cylinder": [[*plane, x * x], [*plane, y * y]],  # along y or along x
+        "sphere": [[*plane, x * x + y * y + z * z]],
+    }
+    fits = [(terms, fitted(terms, z, measured)) for terms in kinds[form]]
+    if form == "sphere":  # z = q + s z² on a sphere with the centre at z = 1/2s
+        factors = fits[0][1]
+        q = _total(factors, (*plane, x * x + y * y))
+        root = 1.0 - 4.0 * factors[-1] * q
+        remedy = "choose form: paraboloid or plane"
+        require((root > 0.0).all(), "is not a part of a sphere", remedy)
+        result: Array = z - 2.0 * q / (1.0 + np.sqrt(root))
+        return result
+    lefts = [z - _total(factors, terms) for terms, factors in fits]
+    return min(lefts, key=lambda left: float(np.nanvar(left)))
 
 
-def _cap(x: Array, y: Array, values: Array, measured: Mask) -> Array:
-    """Heights of the best-fitting sphere, from corrections of its curvature and its apex."""
-    curvature = at_x = at_y = 0.0
-    cap = np.zeros(values.shape)
-    for _ in range(_CORRECTIONS):
-        left = np.where(measured, values - cap, 0.0)
-        _, slope_x, slope_y, xx, _, yy = fitted(x, y, left, measured, _TERMS["sphere"])
-        curvature += xx + yy
-        at_x, at_y = at_x - slope_x / curvature, at_y - slope_y / curvature
-        square = (x[:, None] - at_x) ** 2 + (y - at_y) ** 2
-        if not (square * curvature**2 < 1.0).all():
-            raise QuantityError("is not a part of a sphere", "choose form: paraboloid or plane")
-        cap = curvature * square / (1.0 + np.sqrt(1.0 - square * curvature**2))
-    return cap
+def _total(factors: Array, terms: Sequence[Array]) -> Array:
+    return np.sum(
+        [f * t for f, t in zip(factors, np.broadcast_arrays(*terms), strict=True)], axis=0
+    )
 
 
-def _less(
-    terms: Sequence[tuple[int, int]], x: Array, y: Array, values: Array, measured: Mask
-) -> Array:
-    """Heights less the best-fitting polynomial with some terms xⁱyʲ."""
-    factors = fitted(x, y, np.where(measured, values, 0.0), measured, terms)
-    left = values.copy()
-    for (i, j), factor in zip(terms, factors, strict=True):
-        left -= factor * x[:, None] ** i * y**j
-    return left
+def fitted(terms: Sequence[Array], heights: Array, measured: Mask) -> Array:
+    """Factors of terms, functions of x and y, whose sum fits the measured heights best."""
+    rows = np.stack([np.broadcast_to(term, heights.shape)[measured] for term in terms])
+    sizes = np.linalg.norm(rows, axis=1)
+    rows /= sizes[:, None]
+    solution, *_ = np.linalg.lstsq(rows @ rows.T, rows @ heights[measured], rcond=None)
+    result: Array = solution / sizes
+    return result
 
 
 def find_spikes(values: Array, measured: Mask) -> Mask:
@@ -349,26 +335,6 @@ def find_spikes(values: Array, measured: Mask) -> Mask:
     return spikes
 
 
-def fitted(
-    x: Array, y: Array, heights: Array, measured: Mask, powers: Sequence[tuple[int, int]]
-) -> Array:
-    """Coefficients c of the best fit Σ c xⁱyʲ to the measured heights, by its normal equations.
-
-    Heights are 0 where not measured. Sums over rows, then over columns, take the memory of one row.
-    """
-    most = 2 * max(map(max, powers)) + 1
-    of_x, of_y = (np.vander(at / at[-1], most, increasing=True) for at in (x, y))
-    moments, right = (
-        np.einsum("xi,xj->ij", of_x, np.einsum("xy,yj->xj", values, of_y))
-        for values in (measured.astype(float), heights)
-    )
-    gram = [[moments[i + k, j + m] for k, m in powers] for i, j in powers]
-    solution, *_ = np.linalg.lstsq(gram, [right[i, j] for i, j in powers], rcond=None)
-    scales = [x[-1] ** i * y[-1] ** j for i, j in powers]
-    result: Array = solution / scales
-    return result
-
-
 @lru_cache(8)
 def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | None:
     """Positions and heights along a line scan, m; None if the file holds a map."""
@@ -377,24 +343,22 @@ def read_line(source: Source, unit: str | None = None) -> tuple[Array, Array] | 
         with suppress(QuantityError):
             read_map(path, unit or "", "", "", "")
             return None
-    heights, x, _, _ = open_surface(path, unit or "", "", "", "")
-    if heights.shape[1] != 1:
+    found = open_surface(path, unit or "", "", "", "")
+    if found.x is None:
         return None
-    return x, without_marks(heights[:, 0], float(np.ptp(x)))
+    return found.x, without_marks(found.heights[:, 0], float(np.ptp(found.x)))
 
 
 def _filled(values: Array, measured: Mask) -> Array:
     """Fill missing points with the height of the nearest measured one, then smooth these."""
     if measured.all():
         return values
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import convolve, distance_transform_edt
 
     nearest = distance_transform_edt(~measured, return_distances=False, return_indices=True)
     result: Array = values[tuple(nearest)]
     for _ in range(_RELAXATIONS):
-        wide = np.pad(result, 1, mode="edge")
-        around = wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]
-        result = np.where(measured, result, 0.25 * around)
+        result = np.where(measured, result, convolve(result, _CROSS, mode="nearest"))
     return result
 
 
@@ -413,10 +377,10 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     sought = Sought(LENGTH, ("r", "x", "radius distance")), Sought(LENGTH, ("z", "height profile"))
     table = open_table(Path(source.path))
     _, (distance, height) = table.read(sought, "such as: r (mm), z (um)")
-    if len(distance) < LEAST_POINTS or not np.isfinite([distance, height]).all():
-        raise QuantityError(f"must have at least {LEAST_POINTS} points, all of them numbers")
-    if distance[0] != 0.0 or not (np.diff(distance) > 0.0).all():
-        raise QuantityError("must begin at the axis, r = 0, and go outwards from line to line")
-    if not (height[1:] >= height[0]).all() or height[-1] < height.max():
-        raise QuantityError("must be lowest on the axis and highest at its end: a convex tip")
+    is_whole = len(distance) >= LEAST_POINTS and np.isfinite([distance, height]).all()
+    require(is_whole, f"must have at least {LEAST_POINTS} points, all of them numbers")
+    goes_out = distance[0] == 0.0 and (np.diff(distance) > 0.0).all()
+    require(goes_out, "must begin at the axis, r = 0, and go outwards from line to line")
+    is_tip = height[0] == height.min() and height[-1] == height.max()
+    require(is_tip, "must be lowest on the axis and highest at its end: a convex tip")
     return distance, height - height[0]

@@ -11,7 +11,7 @@ import io
 import re
 import warnings
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +20,17 @@ import numpy as np
 
 from fretwear.arrays import Array, Places
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed, parse_quantity
-from fretwear_measured.tables import TEXTS, NoTableError, Sought, Table, read_text, table_of_text
+from fretwear_measured.tables import (
+    TEXTS,
+    NoTableError,
+    Sought,
+    Table,
+    library,
+    pick,
+    read_text,
+    require,
+    table_of_text,
+)
 
 LEAST_POINTS = 4
 POSITION_AND_HEIGHT = (
@@ -32,36 +42,37 @@ _STEEPEST, _FARTHEST = 10.0, 1e3  # heights over the longer side: a map's, and t
 _FAR_AWAY = 10.0  # of a mark, over the range of the other heights
 _FEW = 9  # positions in order by chance
 _OFF_GRID, _FULL = 0.1, 0.25  # of a step; share of the points of a grid with a height
-_LONG_EDGE = 3.0  # of the median
+_HOLE = 1.5  # cells to the nearest of uneven positions
 _LARGEST, _LONGEST = 1e300, 1.0  # a number, a side in m
+_ANGSTROM = {"A": "0.1 nm", "Å": "0.1 nm"}
 _ADD_UNIT = "add unit: um, or unit: [mm, mm, um] for x, y and z"
-_SAVE = "save it as a map in binary x3p, or as text with x (um), y (um), z (um)"
+_SAVE = (
+    "save it as a map in binary x3p, or as text with the columns x (um), y (um), z (um), "
+    "decimal points and nan for missing heights"
+)
 
 Triple = tuple[float, float, float]
 
 
 class Map(NamedTuple):
-    """What a file holds."""
+    """What a file holds: a map, or a line scan with one line."""
 
     heights: Array  #: m, shape (nx, ny), NaN where missing
     sides: tuple[float, float]  #: m
     reader: str  #: how it was read, for people
     positions: int = 0  #: uneven positions between which heights were interpolated; 0 on a grid
+    x: Array | None = None  #: positions of a line scan, m
 
 
 def read_map(path: Path, unit: str, size: str, file_format: str, channel: str) -> Map:
     """Read a map; `QuantityError` says why it cannot be read and what to do."""
     is_text = path.suffix.lower() in (*TEXTS, ".xyz") and not file_format
     found = _map_of_text(path, unit, size) if is_text else None
-    if found is None:
-        heights, _, sides, reader = open_surface(path, unit, size, file_format, channel)
-        found = Map(heights, sides, reader)
-    if found.heights.shape[1] == 1:
-        rule = "is a line scan, but a map of heights over x and y is needed"
-        raise QuantityError(rule, _SAVE)
-    if max(found.sides) > _LONGEST:
-        says = " x ".join(format_quantity(side, LENGTH, 4) for side in found.sides)
-        raise QuantityError(f"({found.reader}) has sides of {says}", f"check its units, or {_SAVE}")
+    found = found or open_surface(path, unit, size, file_format, channel)
+    rule = "is a line scan, but a map of heights over x and y is needed"
+    require(found.heights.shape[1] > 1, rule, _SAVE)
+    rule = f"({found.reader}) has sides of {_by(found.sides)}"
+    require(max(found.sides) <= _LONGEST, rule, f"check its units, or {_SAVE}")
     return found._replace(heights=without_marks(found.heights, max(found.sides)))
 
 
@@ -80,9 +91,10 @@ def without_marks(heights: Array, side: float) -> Array:
         if mark.sum() > 1 and others.size:
             away = max(others.min() - extreme, extreme - others.max())
             kept[mark & (away > _FAR_AWAY * np.ptp(others) > 0.0)] = np.nan
-    if np.diff(np.nanpercentile(kept, (25, 75)))[0] > _STEEPEST * side:
-        rule = f"has heights that differ by more than {_STEEPEST:g} times its longer side"
-        raise QuantityError(rule, "check its units; if it has none: unit: [mm, mm, um]")
+    middle = np.diff(np.nanpercentile(kept, (25, 75)))[0]
+    rule = f"has heights that differ by more than {_STEEPEST:g} times its longer side"
+    remedy = "check its units; if it has none: unit: [mm, mm, um]"
+    require(middle <= _STEEPEST * side, rule, remedy)
     kept[np.abs(kept - np.nanmedian(kept)) > _FARTHEST * side] = np.nan
     return kept
 
@@ -90,45 +102,41 @@ def without_marks(heights: Array, side: float) -> Array:
 def scales_of(stated: Sequence[str], unit: str) -> Triple:
     """Metres of the units of x, y, z: those in the file, else those of the key `unit`."""
     keys = [one.strip() for one in unit.split(",")]
-    if len(keys) not in (1, 3):
-        raise QuantityError(f"needs one unit or three, not unit: [{unit}]", _ADD_UNIT)
+    require(len(keys) in (1, 3), f"needs one unit or three, not unit: [{unit}]", _ADD_UNIT)
     pairs = [*zip(stated, keys * (3 // len(keys)), strict=True)]
-    if not all(own or key for own, key in pairs):
-        raise QuantityError("does not say the unit of its lengths", _ADD_UNIT)
+    require(all(map(any, pairs)), "does not say the unit of its lengths", _ADD_UNIT)
+    x, y, z = (_length(own or key) for own, key in pairs)
     fills = len(keys) == 1 and not all(stated)
     differs = (abs(_length(o) / _length(k) - 1.0) > 1e-9 for o, k in pairs if o and k)
-    if not fills and any(differs):
-        says = listed(f"{axis} ({own or '?'})" for axis, own in zip("xyz", stated, strict=True))
-        raise QuantityError(f"says {says}, which unit: {unit} contradicts", "remove the key unit")
-    x, y, z = (_length(own or key) for own, key in pairs)
+    says = listed(f"{axis} ({own or '?'})" for axis, own in zip("xyz", stated, strict=True))
+    rule = f"says {says}, which unit: {unit} contradicts"
+    require(fills or not any(differs), rule, "remove the key unit")
     return x, y, z
 
 
 def _length(unit: str) -> float:
-    if unit in ("A", "Å"):
-        return 1e-10
-    try:
-        return parse_quantity(f"1 {unit}", LENGTH, units_required=True)
-    except QuantityError as error:
-        raise QuantityError(f"has {unit!r}, no unit of length", error.hint or _ADD_UNIT) from error
+    return parse_quantity(f"1 {_ANGSTROM.get(unit, unit)}", LENGTH, units_required=True)
+
+
+def _by(sides: Sequence[float]) -> str:
+    return " x ".join(format_quantity(side, LENGTH, 4) for side in sides)
 
 
 def _sides(size: str) -> tuple[float, float]:
     """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
     sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
-    if len(sides) != 2 or min(sides) <= 0.0:
-        raise QuantityError(f"needs two sides, not size: [{size}]", "size: [900 um, 900 um]")
+    is_pair = len(sides) == 2 and min(sides) > 0.0
+    require(is_pair, f"needs two sides, not size: [{size}]", "size: [900 um, 900 um]")
     return sides[0], sides[1]
 
 
 def _checked(sides: Sequence[float], points: Sequence[int], size: str) -> tuple[float, float]:
     """The sides in a file, m; the key `size` may differ from them by a step of the points."""
     asked = _sides(size) if size else sides
-    for own, key, count in zip(sides, asked, points, strict=True):
-        if abs(own - key) > 1.5 * own / count:
-            says = " x ".join(format_quantity(side, LENGTH, 4) for side in sides)
-            rule = f"has sides of {says}, which size: [{size}] contradicts"
-            raise QuantityError(rule, "remove the key size")
+    trios = zip(sides, asked, points, strict=True)
+    same = all(abs(own - key) <= 1.5 * own / count for own, key, count in trios)
+    rule = f"has sides of {_by(sides)}, which size: [{size}] contradicts"
+    require(same, rule, "remove the key size")
     return sides[0], sides[1]
 
 
@@ -138,66 +146,50 @@ def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
         text = re.sub("(?i)no[ _]data", "nan", read_text(path))
         is_of_zygo = text.startswith("Zygo XYZ Data File")
         table = table_of_text(text.partition("\n#")[2] if is_of_zygo else text)
+        is_named = len(table.names) == table.values.shape[1]
+        of_x, of_y = map(table.ranked, POSITION_AND_HEIGHT[:2])
+        has_axes = is_named and of_x and of_y and of_x.keys() != of_y.keys()
+        is_matrix = table.values.shape[1] > 3 and not has_axes
+        numbers = [*table.words] if is_matrix else table.choose(POSITION_AND_HEIGHT, "")
+        rows = _whole_rows(table, numbers)
     except NoTableError:
         return None  # some instruments name their binary files .dat
     except QuantityError as error:
-        raise QuantityError(error.rule, "save it with decimal points") from error
-    if is_of_zygo:
-        return _map_of_zygo(text, table, unit, size)
-    named = len(table.names) == table.values.shape[1]
-    of_x, of_y = map(table.ranked, POSITION_AND_HEIGHT[:2])
-    if table.values.shape[1] > 3 and not (named and of_x and of_y and of_x.keys() != of_y.keys()):
-        return _map_of_matrix(table, unit, size)
-    try:
-        numbers = table.choose(POSITION_AND_HEIGHT, "")
-    except QuantityError as error:
-        raise QuantityError(error.rule, "name the columns x (um), y (um), z (um)") from error
-    rows = _whole_rows(table, numbers)
-    scales = scales_of([table.units[n] for n in numbers], unit)
-    x, y, z = (s * table.numbers(n)[rows] for s, n in zip(scales, numbers, strict=True))
+        raise QuantityError(error.rule, _SAVE) from error
+    if is_matrix:
+        return _map_of_matrix(table, rows, unit, size)
+    scales = scales_of(("m", "m", "um") if is_of_zygo else [table.units[n] for n in numbers], unit)
     sizes = [format_quantity(scale, LENGTH).removeprefix("1 ") for scale in scales]
-    labels = [table.names[n] if named else f"number {n}" for n in numbers]
+    labels = [table.names[n] if is_named else f"number {n}" for n in numbers]
     columns = ", ".join(f"{name} ({one})" for name, one in zip(labels, sizes, strict=True))
-    return _map_of_points(x, y, z, f"text, columns {columns}", size)
+    reader = f"text, columns {columns}"
+    if is_of_zygo:  # columns and lines of a camera
+        found = re.match(r"(?:.*\n){7}(?:\S+ ){6}([\d.eE+-]+) ", text)
+        pixel = float(found[1]) if found else 0.0
+        remedy = f"calibrate it in MetroPro, or {_SAVE}"
+        require(pixel > 0.0, "is an xyz file of Zygo without a lateral calibration", remedy)
+        reader = f"xyz of Zygo, {format_quantity(pixel, LENGTH, 4)} per pixel, heights in um"
+        scales = (pixel, pixel, 1e-6)
+    x, y, z = (s * table.values[rows, n] for s, n in zip(scales, numbers, strict=True))
+    return _map_of_points(x, y, z, reader, size)
 
 
 def _whole_rows(table: Table, numbers: Sequence[int]) -> Places:
     """The rows with numbers; `QuantityError` if some are short, or have words in some columns."""
-    try:
-        for number in numbers:
-            table.numbers(number)
-    except QuantityError as error:
-        raise QuantityError(error.rule, "write missing heights as nan") from error
+    for number in numbers:
+        table.numbers(number)
     rows = np.flatnonzero(np.isfinite(table.values).any(axis=1))
     widths = np.array(table.widths)[rows]
-    if (short := widths[1:] < widths.max()).any():
-        width = widths[1:][short][0]
-        rule = f"has {width} numbers in a line, but {widths.max()} in others"
-        raise QuantityError(rule, "export it again: its end may be missing")
+    rule = f"has {widths[1:].min(initial=9)} numbers in a line, but {widths.max()} in others"
+    require((widths[1:] == widths.max()).all(), f"{rule}: its end may be missing")
     return rows
-
-
-def _map_of_zygo(text: str, table: Table, unit: str, size: str) -> Map:
-    """The map of an xyz file of Zygo: columns and lines of a camera, heights in µm."""
-    try:
-        pixel = float(text.splitlines()[7].split()[6])
-        columns, lines, heights = table.values.T
-    except (ValueError, IndexError) as error:
-        rule = "is a damaged xyz file of Zygo"
-        raise QuantityError(rule, f"export it again, or {_SAVE}") from error
-    if not pixel > 0.0:
-        raise QuantityError("has no lateral calibration", f"calibrate it in MetroPro, or {_SAVE}")
-    scales_of(("m", "m", "um"), unit)
-    reader = f"xyz of Zygo, {format_quantity(pixel, LENGTH, 4)} per pixel, heights in um"
-    return _map_of_points(pixel * columns, pixel * lines, 1e-6 * heights, reader, size)
 
 
 def _lines_of(places: Array) -> tuple[Array, float]:
     """Positions of the lines of a grid, and the step of which all are multiples; 0 without one."""
     lines = np.unique(places)
     lines = lines[np.append(True, np.diff(lines) > 1e-6 * np.ptp(lines))]
-    if len(lines) < 2:
-        raise QuantityError("is no map: its points lie on one line", "give a map of x, y and z")
+    require(len(lines) > 1, "is no map: its points lie on one line", _SAVE)
     steps = np.diff(lines)
     for first in (np.median(steps), steps.min()):
         counts = np.append(0, np.cumsum(np.rint(steps / first)))
@@ -212,8 +204,9 @@ def _map_of_points(x: Array, y: Array, z: Array, reader: str, size: str) -> Map:
     """The map of heights at positions, m; lines that are left out are missing points."""
     there = np.isfinite(x) & np.isfinite(y)
     x, y, z = x[there], y[there], z[there]
-    if x.size < LEAST_POINTS**2:
-        raise QuantityError(f"has {x.size} points with x and y, too few for a map", _SAVE)
+    require(
+        x.size >= LEAST_POINTS**2, f"has {x.size} points with x and y, too few for a map", _SAVE
+    )
     (lines_x, step_x), (lines_y, step_y) = _lines_of(x), _lines_of(y)
     if not (step_x and step_y):
         return _interpolated((x, y), z, (lines_x, lines_y), reader)
@@ -221,19 +214,19 @@ def _map_of_points(x: Array, y: Array, z: Array, reader: str, size: str) -> Map:
     shape = int(at_x.max()) + 1, int(at_y.max()) + 1
     if x.size < _FULL * shape[0] * shape[1]:
         return _interpolated((x, y), z, (lines_x, lines_y), reader)
-    if len(np.unique(at_x * shape[1] + at_y)) < x.size:
-        raise QuantityError(
-            "has several heights at one place", "save each map in a file of its own"
-        )
+    is_single = len(np.unique(at_x * shape[1] + at_y)) == x.size
+    require(is_single, "has several heights at one place", "save each map in a file of its own")
     heights = np.full(shape, np.nan)
     heights[at_x, at_y] = z
     return Map(heights, _checked((step_x * shape[0], step_y * shape[1]), shape, size), reader)
 
 
-def _interpolated(places: Sequence[Array], z: Array, lines: Sequence[Array], reader: str) -> Map:
+def _interpolated(
+    places: Sequence[Array], z: Array, lines: Sequence[Collection[float]], reader: str
+) -> Map:
     """The map between uneven or scattered positions, with about as many points."""
-    from scipy.interpolate import CloughTocher2DInterpolator
-    from scipy.spatial import Delaunay, QhullError
+    from scipy.interpolate import griddata
+    from scipy.spatial import QhullError, cKDTree
 
     widths, known = [np.ptp(one) for one in places], np.isfinite(z)
     # Few positions along an axis are the lines of a scan.
@@ -243,19 +236,14 @@ def _interpolated(places: Sequence[Array], z: Array, lines: Sequence[Array], rea
         own or (z.size // across if across else round(width / square))
         for own, across, width in zip(few, few[::-1], widths, strict=True)
     ]
-    scaled = [(p - p.min()) * n / w for p, n, w in zip(places, counts, widths, strict=True)]
-    points = np.stack(scaled, axis=1)[known]
-    grid = np.meshgrid(*(np.arange(count) + 0.5 for count in counts), indexing="ij")
+    cells = [(p - p.min()) * n / w for p, n, w in zip(places, counts, widths, strict=True)]
+    points = np.stack(cells, axis=1)[known]
+    grid = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts), indexing="ij"), axis=-1)
     try:
-        mesh = Delaunay(points)
+        heights = griddata(points, z[known], grid, "cubic")
     except (QhullError, ValueError) as error:
         raise QuantityError("is no map: its points lie on one line", _SAVE) from error
-    heights = CloughTocher2DInterpolator(mesh, z[known])(*grid)
-    # Triangles with long edges span holes.
-    corners = points[mesh.simplices]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=-1)
-    spans_hole = edges > _LONG_EDGE * np.median(edges)
-    heights[spans_hole[mesh.find_simplex(np.stack(grid, axis=-1))]] = np.nan
+    heights[cKDTree(points).query(grid)[0] > _HOLE] = np.nan
     reader += f", interpolated between {len(points)} uneven positions"
     return Map(heights, (float(widths[0]), float(widths[1])), reader, len(points))
 
@@ -282,11 +270,10 @@ def _axes_of(values: Array) -> tuple[Array, Array] | None:
     return None
 
 
-def _map_of_matrix(table: Table, unit: str, size: str) -> Map | None:
+def _map_of_matrix(table: Table, rows: Places, unit: str, size: str) -> Map | None:
     """The map of a matrix with a line for each y, its axes perhaps in the first line and column."""
     if (np.diff(table.lines) > 1).any():
         return None  # several channels
-    rows = _whole_rows(table, [*table.words])
     values, above = table.values[rows], [*table.above]
     if table.widths[0] == values.shape[1] - 1:  # an axis without a corner
         values[0] = np.roll(values[0], 1)
@@ -295,21 +282,21 @@ def _map_of_matrix(table: Table, unit: str, size: str) -> Map | None:
             line = [float(name.replace(",", ".")) for name in table.names[1:]]
             values = np.vstack([[np.nan, *line], values])
     values = np.where(np.abs(values) < _LARGEST, values, np.nan)
-    if axes := _axes_of(values):
-        values = values[1:, 1:]
-        if all(np.array_equal(at, at[0] + np.arange(at.size)) and at[0] in (0, 1) for at in axes):
-            if not (size and unit):
-                rule = "has a matrix whose first line and column count its points"
-                raise QuantityError(rule, "add size: [900 um, 900 um] and unit: um")
-            above = []
-        else:
-            # Units of x, y and z in brackets in the corner.
-            own = re.findall(r"[(\[]\s*([^)\]\s]+)\s*[)\]]", above[-1] if above else "")
-            own = own * (3 // len(own)) if len(own) in (1, 3) else ["", "", ""]
-            scales = scales_of(own, unit)
-            x, y = np.meshgrid(scales[0] * axes[0], scales[1] * axes[1], indexing="ij")
-            heights = scales[2] * values.T.ravel()
-            return _map_of_points(x.ravel(), y.ravel(), heights, "text, matrix with axes", size)
+    axes = _axes_of(values)
+    values = values if axes is None else values[1:, 1:]
+    if axes and all(
+        np.array_equal(at - at[0], np.arange(at.size)) and at[0] in (0, 1) for at in axes
+    ):
+        rule = "has a matrix whose first line and column count its points"
+        require(size and unit, rule, "add size: [900 um, 900 um] and unit: um")
+        above = []
+    elif axes:
+        # Units of x, y and z in brackets in the corner.
+        own = re.findall(r"[(\[]\s*([^)\]\s]+)\s*[)\]]", above[-1] if above else "")
+        scales = scales_of(own * (3 // len(own)) if len(own) in (1, 3) else ["", "", ""], unit)
+        x, y = np.meshgrid(scales[0] * axes[0], scales[1] * axes[1], indexing="ij")
+        heights = scales[2] * values.T.ravel()
+        return _map_of_points(x.ravel(), y.ravel(), heights, "text, matrix with axes", size)
     # As Keyence writes it, in any language: "XY Calibration","277.7","nm" and "Unit","um".
     said = "\n".join(above).replace('"', "")
     if pitch := re.search(r"^XY[^,;\t]*[,;\t]([\d.,]+)[,;\t](\w+)$", said, re.M):
@@ -326,77 +313,54 @@ def _map_of_matrix(table: Table, unit: str, size: str) -> Map | None:
     np.savetxt(clean, values)
     above = [re.sub(r"(\d),(\d)", r"\1.\2", line) for line in above]
     content = "\n".join([*above, clean.getvalue()]).encode()
-    heights, _, sides, reader = open_surface(io.BytesIO(content), unit, size, "asc", "")
-    return Map(heights, sides, reader)
+    return open_surface(io.BytesIO(content), unit, size, "asc", "")
 
 
 def open_surface(
     file: Path | io.BytesIO, unit: str, size: str, file_format: str, channel: str
-) -> tuple[Array, Array, tuple[float, float], str]:
-    """What SurfaceTopography reads of a map or a line scan.
-
-    Heights, m, of shape (nx, ny), with ny = 1 for a line scan; positions along x and the sides, m;
-    and how it was read.
-    """
-    try:
+) -> Map:
+    """What SurfaceTopography reads of a map or a line scan."""
+    with library("SurfaceTopography", "surfaces", "a topography", _SAVE):
         from SurfaceTopography import open_topography
-        from SurfaceTopography.IO import lookup_reader_by_format
-    except ImportError as error:
-        rule = "needs the package SurfaceTopography, which is not installed"
-        raise QuantityError(rule, "install it: pip install 'fretwear[surfaces]'") from error
-    if file_format not in ("", *lookup_reader_by_format):
-        formats = listed(sorted(lookup_reader_by_format))
-        raise QuantityError(f"has no reader for format: {file_format}", f"formats are {formats}")
-    try:
-        # The readers of some forty formats raise all sorts of errors.
+        from SurfaceTopography.IO import lookup_reader_by_format as formats
+
+        rule = f"has no reader for format: {file_format}"
+        require(file_format in ("", *formats), rule, f"formats are {listed(sorted(formats))}")
         if isinstance(file, Path) and "x3p" in (file_format, file.suffix.lower()[1:]):
             file = _mended(file)
         with (
             warnings.catch_warnings(action="ignore"),
             open_topography(file, file_format or None) as reader,
         ):
-            chosen = _channel(reader.channels, channel, lambda: reader.default_channel)
+            chosen = _channel(reader, channel)
+            says_sides = chosen.dim == 1 or chosen.physical_sizes is not None
+            rule = "does not say the lengths of its sides"
+            require(size or says_sides, rule, "add size: [900 um, 900 um] and unit: um")
             own = {} if chosen.unit else chosen.info.get("raw_metadata") or {}
-            sides, keys = chosen.physical_sizes, {}
-            if sides is None and chosen.dim == 2 and not size:
-                rule = "does not say the lengths of its sides"
-                raise QuantityError(rule, "add size: [900 um, 900 um] and unit: um")
             lateral = chosen.unit or own.get("xunit") or ""
             scales = scales_of((lateral, lateral, chosen.unit or ""), unit)
-            if sides is None and chosen.dim == 2:
+            keys: dict[str, Any] = {}
+            if not says_sides:
                 keys = {"physical_sizes": tuple(np.divide(_sides(size), scales[:2]))}
             surface = chosen.topography(**keys)
             heights = scales[2] * np.ma.filled(surface.heights().astype(float), np.nan)
-            if chosen.dim == 1:
-                x = scales[0] * np.asarray(surface.positions(), float)
-                return heights[:, None], x, (0.0, 0.0), ""
-            metres = np.multiply(surface.physical_sizes, scales[:2]).tolist()
-            x = scales[0] * surface.positions()[0][:, 0]
+            if heights.shape[1:] in ((), (1,)):
+                places = surface.positions() if chosen.dim == 1 else surface.positions()[0]
+                x = scales[0] * np.asarray(places, float).ravel()
+                return Map(heights.reshape(-1, 1), (0.0, 0.0), "", x=x)
+            sides = np.multiply(surface.physical_sizes, scales[:2]).tolist()
             name = f"{reader.format()}, channel {chosen.name}"
-            return heights, x, _checked(metres, heights.shape, size), name
-    except QuantityError:
-        raise
-    except Exception as error:
-        reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
-        if type(error).__name__ == "CannotDetectFileFormat":
-            reason = "no reader knows its format"
-        raise QuantityError(f"cannot be read as a topography: {reason}", _SAVE) from error
+            return Map(heights, _checked(sides, heights.shape, size), name)
 
 
-def _channel(channels: Sequence[Any], asked: str, default: Any) -> Any:
+def _channel(reader: Any, asked: str) -> Any:
     """The channel with a number or a name, or the usual one."""
-    if not channels:
-        rule = "has no channel of heights"
-        raise QuantityError(rule, "export the heights (topography), not a phase or an amplitude")
-    names = [one.name for one in channels]
-    if not asked:
-        return default()
-    if asked in names:
-        return channels[names.index(asked)]
-    if asked.isdecimal() and int(asked) < len(channels):
-        return channels[int(asked)]
-    there = listed(f"{number}: {name}" for number, name in enumerate(names))
-    raise QuantityError(f"has no channel {asked} of heights", f"its channels are {there}")
+    remedy = "export the heights (topography), not a phase or an amplitude"
+    require(reader.channels, "has no channel of heights", remedy)
+    names = [one.name for one in reader.channels]
+    number = int(asked) if asked.isdecimal() and asked not in names else asked
+    chosen = reader.channels[pick(number, names, "height channel")] if asked else None
+    return chosen or reader.default_channel
 
 
 def _mended(path: Path) -> io.BytesIO:

@@ -7,13 +7,14 @@ commas. Keys beside the name of a file set what the file lacks (`Layout`).
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import chain, product, repeat
 from pathlib import Path
 
 import numpy as np
@@ -25,24 +26,25 @@ from fretwear.units import Dimension, QuantityError, listed, parse_quantity
 TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn")
 TABLES = (*TEXTS, ".lvm", ".tdms")
 """Endings of the files that are read as tables."""
+_ARCHIVES = b"PK\3\4", b"\x1f\x8b", b"7z\xbc\xaf", b"BZh"
 _MOST_HEADLINES, _SAMPLE = 500, 300  # lines
-_NUMBER = r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WRITTEN = re.compile(r"[-+−]?[\d.,]*\d[.,]?(?:[eE][-+]?\d+)?")  # with decimals and thousands
 _BLANKS = re.compile(r"\s*[-+−\d.,eE]*\d(?:\s+[-+−\d.,eE]*\d)+\s*")
-_THOUSANDS = r"[-+]?[1-9]\d{{0,2}}(?:{0}\d{{3}})+"
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 _MISSING = re.compile(
     "(?i)|nan|n/?a|no[ _]?data|bad|over|null|none|void|invalid|masked|[-+]?inf(inity)?|-+|[*]+"
 )
 _UNITS = (
-    "m cm mm um µm μm nm pm N mN kN uN µN μN s sec ms msec min h V mV Hz rpm K C °C degC % - 1 "
-    "Pa MPa J mJ Nm newton volt micron micrometer millimeter second"
+    "m|cm|mm|um|µm|μm|nm|pm|N|mN|kN|uN|µN|μN|s|sec|ms|msec|min|h|V|mV|Hz|rpm|K|C|°C|degC|%|-|1|"
+    "Pa|MPa|J|mJ|Nm|newton|volt|micron|micrometer|millimeter|second"
 )
-_ANY_UNIT = "|".join(_UNITS.split())
-_UNIT = re.compile(rf"[(\[]?((?:{_ANY_UNIT})(?:/(?:{_ANY_UNIT}))?)[)\]]?")
+_UNIT = re.compile(rf"[(\[]?((?:{_UNITS})(?:/(?:{_UNITS}))?)[)\]]?")
 _HEADS = (
     re.compile(r"(?P<name>[^(\[]*?)[\s_]*[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]]?(?P<more>[^)\]]*)"),
     re.compile(r"(?P<name>[^/]*?)\s*/\s*(?P<unit>\S*)(?P<more>)"),
     re.compile(rf"(?P<name>.+?),?[\s_]+(?P<unit>{_UNIT.pattern})(?P<more>)"),
+    re.compile(r"(?P<name>.*)(?P<unit>)(?P<more>)"),
 )
 # A word with the unit in brackets behind it, where blanks separate columns.
 _WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
@@ -52,6 +54,39 @@ _SUBSTRING = 5  # letters of a word that may be a part of a longer one, such as 
 
 class NoTableError(QuantityError):
     """A file without text or without numbers in columns."""
+
+
+def require(holds: object, rule: str, remedy: str = "") -> None:
+    """Raise `QuantityError` with a rule and its remedy unless a condition holds."""
+    if not holds:
+        raise QuantityError(rule, remedy)
+
+
+@contextmanager
+def library(package: str, extra: str, kind: str, remedy: str) -> Iterator[None]:
+    """Errors of an optional library, of all sorts, as sentences."""
+    try:
+        yield
+    except QuantityError:
+        raise
+    except ImportError as error:
+        rule = f"needs the package {package}, which is not installed"
+        raise QuantityError(rule, f"install it: pip install 'fretwear[{extra}]'") from error
+    except Exception as error:
+        reason = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
+        if type(error).__name__ == "CannotDetectFileFormat":
+            reason = "no reader knows its format"
+        raise QuantityError(f"cannot be read as {kind}: {reason}", remedy) from error
+
+
+def pick(asked: int | str, names: Sequence[str], kind: str) -> int:
+    """The place of what is asked for, by number from 0 or by name, among columns or channels."""
+    same = [n for n, name in enumerate(names) if asked in (n, name)]
+    there = listed(f"{n}: {name}" if name else str(n) for n, name in enumerate(names))
+    require(same, f"has no {kind} {asked!r}", f"its {kind}s are {there}")
+    numbers = listed(map(str, same), "or")
+    require(len(same) == 1, f"has {len(same)} {kind}s {asked!r}", f"say which number: {numbers}")
+    return same[0]
 
 
 @dataclass(frozen=True)
@@ -77,13 +112,6 @@ class Sought:
     dimension: Dimension
     words: tuple[str, ...]  #: lists of words, the most telling ones first
     foreign: str = ""  #: words of columns that hold something else
-
-    def rank(self, name: str, unit: str) -> tuple[bool, int] | None:
-        """How far a column is from what is sought, by its unit and its words; None: another one."""
-        if has_word(name, self.foreign):
-            return None
-        rank = next((n for n, words in enumerate(self.words) if has_word(name, words)), None)
-        return None if rank is None else (bool(unit.strip("-1#")) and not self.fits(unit), rank)
 
     def fits(self, unit: str) -> bool:
         """Whether a unit is one of the quantity."""
@@ -125,64 +153,60 @@ class Table:
             rule = f"has {self.widths[row]} cells in line {self.lines[row]}"
             remedy = "give every column a name, and separate decimal commas by semicolons"
             raise QuantityError(f"{rule}, but {len(self.names)} columns", remedy)
-        if asked := self.layout.columns:
-            chosen = [self._numbered(one) for one in asked[: len(sought)]]
-            if len({*chosen}) < len(sought):
-                given = ", ".join(map(str, asked))
-                rule = f"needs {len(sought)} different columns, not columns: [{given}]"
-                raise QuantityError(rule, f"its columns are {self._there}")
-            return chosen
-        if not self.names:
-            if count != len(sought):
-                rule = f"has {count} columns without names, not {len(sought)}"
-                raise QuantityError(rule, f"name them, {example}, or say which: columns: [1, 2]")
-            return [*range(count)]
+        asked = self.layout.columns or ()
         found = [self.ranked(one) for one in sought]
+        if asked or not self.names:
+            usable = map(self._numbered, asked[: len(sought)]) if asked else range(count)
+            found = [{number: (False, 0)} for number in usable]
         best = [[n for n, rank in one.items() if rank == min(one.values())] for one in found]
-        options = _different(best) or _different([[*one] for one in found])
-        if len(options) == 1:
+        options = _different(best) or _different(found)
+        if len(options) == 1 and len(found) == len(sought):
             return [*options[0]]
         for each, numbers in zip(sought, zip(*options, strict=True), strict=False):
-            if len(several := sorted({*numbers})) > 1:
-                names = listed(f"{self.names[n]!r}" for n in several)
-                rule = f"has several columns that may be {each.dimension.name}: {names}"
-                pick = ", ".join(map(str, options[0]))
-                raise QuantityError(rule, f"say which, by number from 0: columns: [{pick}]")
-        missing = next((s for s, one in zip(sought, best, strict=True) if not one), sought[-1])
+            if len({*numbers}) > 1:
+                several = listed(repr(self.names[n]) for n in sorted({*numbers}))
+                rule = f"has several columns that may be {each.dimension.name}: {several}"
+                first = ", ".join(map(str, options[0]))
+                raise QuantityError(rule, f"say which, by number from 0: columns: [{first}]")
+        missing = next((s for s, one in zip(sought, best, strict=False) if not one), sought[-1])
         words = listed(sorted(one.split()[0] for one in missing.words), "or")
+        rule = f"has the columns {listed(self.names)}, not {words}"
+        if asked or not self.names:
+            given = (
+                f"columns: [{', '.join(map(str, asked))}]" if asked else f"{count} without names"
+            )
+            rule = f"needs {len(sought)} different columns, not {given}"
         volts = [n for n, unit in enumerate(self.units) if unit in _VOLTS]
         fits = [[n for n, u in enumerate(self.units) if u and s.fits(u)] or volts for s in sought]
         chosen = [*(_different(fits) or [(*range(len(sought)),)])[0]]
         remedy = f"columns: [{', '.join(map(str, chosen))}]{self._scale_of_volts(chosen, sought)}"
-        raise QuantityError(
-            f"has the columns {listed(self.names)}, not {words}", f"{example}, or {remedy}"
-        )
+        raise QuantityError(rule, f"{example}, or {remedy}")
 
     def ranked(self, sought: Sought) -> dict[int, tuple[bool, int]]:
-        """The columns that may hold a quantity, with their ranks."""
-        ranks = (sought.rank(*column) for column in zip(self.names, self.units, strict=False))
-        return {n: rank for n, rank in enumerate(ranks) if rank is not None}
+        """The columns that may hold a quantity: whether the unit is another one, and the words."""
+        return {
+            n: (bool(unit.strip("-1#")) and not sought.fits(unit), rank)
+            for n, (name, unit) in enumerate(zip(self.names, self.units, strict=False))
+            for rank in [n for n, words in enumerate(sought.words) if has_word(name, words)][:1]
+            if not has_word(name, sought.foreign)
+        }
 
     def read(self, sought: Sequence[Sought], example: str) -> tuple[list[int], list[Array]]:
         """The numbers of the columns for some quantities, and their values in SI units."""
         chosen, values = self.choose(sought, example), []
-        units, scales = self.layout.units, self.layout.scale
-        for place, (number, one) in enumerate(zip(chosen, sought, strict=True)):
-            numbers = self.numbers(number)
-            unit = units[min(place, len(units) - 1)] if units else self.units[number]
-            scale = scales[min(place, len(scales) - 1)] if scales else "1"
-            plain, column = re.fullmatch(_NUMBER, scale), f"its column {self.label(number)}"
-            if not unit and plain:
-                examples = ", ".join(re.findall(r"[(](.*?)[)]", example))
-                raise QuantityError(
-                    f"has no unit for {column}", f"{example}, or units: [{examples}]"
-                )
+        units = _repeated(self.layout.units) or [self.units[n] for n in chosen]
+        scales = _repeated(self.layout.scale or ("1",))
+        for number, one, unit, scale in zip(chosen, sought, units, scales, strict=False):
+            numbers, column = self.numbers(number), f"its column {self.label(number)}"
+            plain, examples = re.fullmatch(_NUMBER, scale), re.findall(r"[(](.*?)[)]", example)
+            remedy = f"{example}, or units: [{', '.join(examples)}]"
+            require(unit or not plain, f"has no unit for {column}", remedy)
             # A scale without a unit of the column, such as 20 um/V, tells that unit itself.
-            unit = unit or scale.rpartition("/")[2]
-            text = f"{scale} {unit}" if plain else f"{scale}*({unit})" if "/" in scale else scale
-            sign, text = (-1.0, text[1:]) if text[0] == "-" else (1.0, text)
+            text = f"{scale} {unit}"
+            if not plain:
+                text = f"{scale}*({unit or scale.rpartition('/')[2]})" if "/" in scale else scale
             try:
-                size = sign * parse_quantity(text, one.dimension, units_required=True)
+                size = parse_quantity(text, one.dimension, units_required=True)
             except QuantityError as error:
                 remedy = f"choose another{self._scale_of_volts(chosen, sought)}"
                 rule = f"has a wrong unit for {column}: it {error.rule}"
@@ -195,25 +219,20 @@ class Table:
         if (words := self.words.get(number)) is None:
             return self.values[:, number]
         row, cell = next(iter(words.items()))
+        where = f"{cell[:30]!r} in line {self.lines[row]}"
         if np.isnan(self.values[:, number]).all():
-            column = f"its column {self.label(number)}"
-            rule = f"has no numbers in {column}, but {cell[:30]!r} in line {self.lines[row]}"
-            raise QuantityError(rule, f"choose others: columns: [0, 1]; there are {self._there}")
-        remedy = "remove it"
+            there = f"its columns are {listed(map(self.label, range(len(self.units))))}"
+            rule = f"has no numbers in its column {self.label(number)}, but {where}"
+            raise QuantityError(rule, f"choose others: columns: [0, 1]; {there}")
+        remedy = "remove it, or write nan"
         if {",", "."} & {*cell}:
             decimal = "," if cell.rfind(",") > cell.rfind(".") else "."
-            remedy += f", or say how decimals are written: decimal: '{decimal}'"
-        raise QuantityError(
-            f"has {cell[:20]!r} in line {self.lines[row]}, which is no number", remedy
-        )
+            remedy = f"remove it, or say how decimals are written: decimal: '{decimal}'"
+        raise QuantityError(f"has {where}, which is no number", remedy)
 
     def label(self, number: int) -> str:
         """The name of a column, or its number."""
         return repr(self.names[number]) if self.names and self.names[number] else str(number)
-
-    @property
-    def _there(self) -> str:
-        return listed(self.names) if any(self.names) else f"0 to {self.values.shape[1] - 1}"
 
     def _scale_of_volts(self, chosen: Sequence[int], sought: Sequence[Sought]) -> str:
         """The key for columns in volts, as it continues a remedy."""
@@ -223,32 +242,30 @@ class Table:
         return f", and say what a volt is: scale: [{', '.join(scales)}]" if any(volts) else ""
 
     def _numbered(self, asked: int | str) -> int:
-        """The number of a column from its number or its name."""
-        if isinstance(asked, int):
-            same = [asked] if 0 <= asked < self.values.shape[1] else []
-        else:
-            same = [n for n, name in enumerate(self.names) if name in _head(asked.casefold())]
-        if len(same) == 1:
-            return same[0]
-        if not same:
-            raise QuantityError(f"has no column {asked!r}", f"its columns are {self._there}")
-        numbers = f"say which, by number: {listed(map(str, same), 'or')}"
-        raise QuantityError(f"has {len(same)} columns named {asked!r}", numbers)
+        """The number of a column from its number or its name, perhaps with a unit."""
+        names = [*self.names] or [""] * self.values.shape[1]
+        return pick(asked if isinstance(asked, int) else _head(asked)[0], names, "column")
 
 
-def _different(found: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
+def _different(found: Sequence[Collection[int]]) -> list[tuple[int, ...]]:
     """All ways to choose one number of each list, no number twice."""
     return [chosen for chosen in product(*found) if len({*chosen}) == len(chosen)]
 
 
+def _repeated(values: Sequence[str] | None) -> Iterable[str]:
+    """The values of a key, the last one for all further columns."""
+    return chain(values, repeat(values[-1])) if values else ()
+
+
 def open_table(path: Path, layout: Layout = PLAIN) -> Table:
     """Read the table of a text, of a LabVIEW measurement (.lvm) or of TDMS (.tdms)."""
+    remedy = "save it as text with tabs, named .txt"
     if path.suffix.lower() == ".tdms":
-        with _library("nptdms", "TDMS"):
+        with library("nptdms", "recordings", "TDMS", remedy):
             return _tdms_table(path, layout)
     text = read_text(path, layout.encoding)
     if path.suffix.lower() == ".lvm" and text.startswith("LabVIEW Measurement"):
-        with _library("lvm-read", "a LabVIEW measurement"):
+        with library("lvm-read", "recordings", "a LabVIEW measurement", remedy):
             return _lvm_table(text, layout)
     return table_of_text(text, layout)
 
@@ -256,8 +273,8 @@ def open_table(path: Path, layout: Layout = PLAIN) -> Table:
 def table_of_text(text: str, layout: Layout = PLAIN) -> Table:
     """The table of a text; `QuantityError` says why it has none."""
     lines = text.replace("−", "-").splitlines()
-    if layout.skip >= len(lines) > 0:
-        raise QuantityError(f"has {len(lines)} lines, and skip leaves none of them")
+    rule = f"has {len(lines)} lines, and skip leaves none of them"
+    require(not layout.skip >= len(lines) > 0, rule)
     kept = [n for n, line in enumerate(lines) if n >= layout.skip and line.strip()]
     first = _first_numbers([lines[n] for n in kept[: _MOST_HEADLINES + 1]])
     if first is None:
@@ -281,13 +298,13 @@ def table_of_text(text: str, layout: Layout = PLAIN) -> Table:
         low_memory=False,
     )
     width = 1 + int(np.flatnonzero(cells.notna().any()).max(initial=0))
-    plain = [line for line in above if not line.lstrip().startswith("#")]
     bare = [re.sub(r"^\s*#+ *", "", line) for line in above]  # numpy writes names behind a #
     names, units = _heads(bare, separator, width)
-    if len(names) != width and above != plain:
+    if len(names) != width:
+        plain = [line for line in above if not line.lstrip().startswith("#")]
         names, units = _heads(plain, separator, width)
-    width = max(width, len(names))
-    table = _table(names, units, cells.reindex(columns=range(width)), layout, decimal)
+    cells = cells.reindex(columns=range(max(width, len(names))))
+    table = _table(names, units, cells, layout, decimal)
     return replace(table, lines=[n + 1 for n in kept], widths=widths, above=above)
 
 
@@ -309,9 +326,8 @@ def _numbers(cells: pd.Series, decimal: str, layout: Layout) -> tuple[Array, pd.
         return cells.to_numpy(float), cells[:0]
     text = cells.fillna("").astype(str).str.strip()
     if layout.decimal:
-        group = "." if decimal == "," else ","
-        grouped = _THOUSANDS.format(re.escape(group)) + rf"(?:\{decimal}\d*)?"
-        text = text.mask(text.str.fullmatch(grouped), text.str.replace(group, "", regex=False))
+        group = r"\." if decimal == "," else ","
+        text = text.str.replace(rf"(?<=\d){group}(?=\d{{3}}(?!\d))", "", regex=True)
     number = text.str.fullmatch(_NUMBER.replace(r"\.", re.escape(decimal)))
     values = pd.to_numeric(text.str.replace(decimal, ".", regex=False).where(number))
     return values.to_numpy(float), text[~number & ~text.str.fullmatch(_MISSING)]
@@ -322,32 +338,16 @@ def _decimal_sign(rows: Sequence[str], separator: str | None) -> str:
     if separator == "," and '"' not in rows[0]:
         return "."
     for part in (rows[:_SAMPLE], rows):
-        cells = {cell for row in part for cell in _split(row, separator) if _is_number(cell)}
+        cells = {c for row in part for c in _split(row, separator) if _WRITTEN.fullmatch(c)}
         commas = {cell for cell in cells if "," in cell}
         if not commas or any("." in cell for cell in cells):
             return "."
-        if not all(re.fullmatch(_THOUSANDS.format(","), cell) for cell in commas):
+        if not all(_THOUSANDS.fullmatch(cell) for cell in commas):
             return ","
     one = min(commas)
     rule = f"has {one!r}, which may be {one.replace(',', '.', 1)} or {one.replace(',', '')}"
-    raise QuantityError(
-        f"{rule}: every comma stands before three digits", "say which: decimal: ',' or decimal: '.'"
-    )
-
-
-@contextmanager
-def _library(package: str, name: str) -> Iterator[None]:
-    """Errors of an optional library as sentences."""
-    try:
-        yield
-    except ImportError as error:
-        remedy = "install it: pip install 'fretwear[recordings]'"
-        raise QuantityError(
-            f"needs the package {package}, which is not installed", remedy
-        ) from error
-    except Exception as error:
-        rule = f"cannot be read as {name}: {str(error)[:100]}"
-        raise QuantityError(rule, "save it as text with tabs, named .txt") from error
+    rule += ": every comma stands before three digits"
+    raise QuantityError(rule, "say which: decimal: ',' or decimal: '.'")
 
 
 def _lvm_table(text: str, layout: Layout) -> Table:
@@ -357,11 +357,10 @@ def _lvm_table(text: str, layout: Layout) -> Table:
     # Its `read` would also load a pickle beside the file, which may run code.
     content = lvm_read.read_str(text)
     parts = [content[n] for n in range(content["Segments"])]
-    names = [name.casefold().replace("x_value", "time") for name in parts[0]["Channel names"]]
+    names = [*map(_tidy, parts[0]["Channel names"])]
     cells = pd.concat([pd.DataFrame(part["data"]) for part in parts], ignore_index=True)
-    labels = [*parts[0].get("Y_Unit_Label", [])]
-    has_time = content.get("X_Columns", "One") != "No"
-    units = [*map(_spelled, ["s", *labels] if has_time else labels), *[""] * len(names)]
+    first = [] if content.get("X_Columns") == "No" else ["s"]
+    units = [*map(_spelled, [*first, *parts[0].get("Y_Unit_Label", [])]), *[""] * len(names)]
     cells = cells.reindex(columns=range(len(names)))
     return _table(names, units[: len(names)], cells, layout, ".")
 
@@ -387,15 +386,13 @@ def _first_numbers(lines: Sequence[str]) -> int | None:
     forms = []  # of each line, with 1 for a number, 0 for one that is missing, w for a word
     for line in lines:
         cells = [] if line.lstrip().startswith("#") else _split(line, _separator(line))
-        signs = ("1" if _is_number(c) else "0" if _MISSING.fullmatch(c) else "w" for c in cells)
+        signs = ("1" if _WRITTEN.fullmatch(c) else "w0"[bool(_MISSING.fullmatch(c))] for c in cells)
         forms.append("".join(signs))
     plain = [len(form) > 1 and "1" in form and "w" not in form for form in forms]
     like = [form.count("1") > 1 and form.replace("0", "1") for form in forms]
-    for is_pair in (lambda n: all(plain[n : n + 2]), lambda n: like[n] and like[n] == like[n + 1]):
-        found = [n for n in range(len(forms) - 1) if is_pair(n)]
-        if found:
-            return found[0]
-    return None
+    pairs = [n for n in range(len(forms) - 1) if plain[n] and plain[n + 1]]
+    pairs = pairs or [n for n in range(len(forms) - 1) if like[n] and like[n] == like[n + 1]]
+    return pairs[0] if pairs else None
 
 
 def read_text(path: Path, encoding: str | None = None) -> str:
@@ -404,7 +401,12 @@ def read_text(path: Path, encoding: str | None = None) -> str:
         content = path.read_bytes()
     except OSError as error:
         raise QuantityError(f"cannot be read: {error.strerror}") from error
-    usual = ("utf-16",) if b"\0" in content[:200] else ("utf-8-sig", "cp1252", "latin-1")
+    is_packed = content.startswith(_ARCHIVES)
+    require(not is_packed, "is an archive or a spreadsheet", "unpack it, or save it as .csv")
+    high, low = (content[n:200:2].count(0) for n in (0, 1))
+    usual: tuple[str, ...] = ("utf-8-sig", "cp1252", "latin-1") if high + low == 0 else ("utf-16",)
+    if high + low > 0 and content[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        usual = ("utf-16-be" if high > low else "utf-16-le",)
     for name in (encoding,) if encoding else usual:
         try:
             text = content.decode(name)
@@ -436,11 +438,6 @@ def _split(line: str, separator: str | None) -> list[str]:
     return cells
 
 
-def _is_number(cell: str) -> bool:
-    """Whether a cell is a number, with any signs of decimals and thousands."""
-    return _WRITTEN.fullmatch(cell) is not None
-
-
 def _heads(lines: Sequence[str], separator: str | None, width: int) -> tuple[list[str], list[str]]:
     """Names and units of the columns, from the lines above the numbers."""
     if not lines:
@@ -455,20 +452,21 @@ def _heads(lines: Sequence[str], separator: str | None, width: int) -> tuple[lis
     own, above = cells(lines[-1], sign), cells(lines[-2], sign) if len(lines) > 1 else []
     is_units = all(_UNIT.fullmatch(_spelled(cell)) or not cell for cell in own)
     if any(own) and is_units and len(above) >= len(own):
-        names, units = above, [cell.strip("()[]") for cell in own]
-        units += [""] * (len(names) - len(units))
-    else:
-        names, units = map(list, zip(*map(_head, own), strict=True))
-    names = [re.sub(r"[\s_]+", " ", name).strip().casefold() for name in names]
-    return ["time" if name == "x value" else name for name in names], [*map(_spelled, units)]
+        units = [_spelled(cell.strip("()[]")) for cell in own]
+        return [*map(_tidy, above)], units + [""] * (len(above) - len(own))
+    names, units = map(list, zip(*map(_head, own), strict=True))
+    return names, units
 
 
 def _head(cell: str) -> tuple[str, str]:
     """The name and the unit of a column."""
-    for form in _HEADS:
-        if found := form.fullmatch(cell):
-            return f"{found['name']} {found['more']}".strip(), found["unit"]
-    return cell, ""
+    found = next(found for form in _HEADS if (found := form.fullmatch(cell)))
+    return _tidy(f"{found['name']} {found['more']}"), _spelled(found["unit"])
+
+
+def _tidy(name: str) -> str:
+    name = re.sub(r"[\s_]+", " ", name).strip().casefold()
+    return "time" if name == "x value" else name
 
 
 def _spelled(unit: str) -> str:

@@ -189,6 +189,22 @@ def test_a_contact_that_sticks_has_no_friction_and_no_infinite_one(tmp_path):
     assert [note for note in split.notes if "4 cycles, which stick" in note]
 
 
+@pytest.mark.parametrize("begin", [0.0, 0.15, 0.25, 0.5])
+def test_a_first_cycle_of_an_unloaded_contact_has_no_friction(tmp_path, begin):
+    """Its force begins at zero and ends at µP: 2 to 7 % off, where no other is off by 0.2 %."""
+    turn = begin + np.arange(0.0, 5.0001, 1 / 100)
+    x, force = slid(turn)
+    force[0] = 0.0
+    for n in range(1, turn.size):
+        trial = force[n - 1] + STIFFNESS * (x[n] - x[n - 1])
+        force[n] = np.clip(trial, -FRICTION * LOAD, FRICTION * LOAD)
+    split = split_recording(written(tmp_path / "a.csv", ("x (um)", "q (N)"), 1e6 * x, force), LOAD)
+    friction = split.table["friction"].to_numpy()
+    assert np.isnan(friction).tolist() == [True, False, False, False, False]
+    assert friction[1:] == pytest.approx(FRICTION, rel=2e-3)
+    assert "friction not known in 1 cycles, whose loops do not close" in split.notes
+
+
 def test_the_options_of_the_command_say_what_the_file_lacks(desk, tmp_path):
     """Volts, a title with numbers, decimal commas: keys of study files by the same names."""
     volts = written(

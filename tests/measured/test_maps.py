@@ -127,7 +127,7 @@ MICRO = {"unit": "um"}
         (columns(on_grid()), MICRO, r"says x \(um\), y \(um\) and z \(nm\), which unit: um"),
         (columns(on_grid()), {"size": "1 mm, 1 mm"}, "has sides of 150 um x 95 um, which size"),
         (columns(on_grid(), "x;y;z"), {}, r"add unit: um, or unit: \[mm, mm, um\] for x, y and z"),
-        (columns(on_grid(), "x;y;z"), {"unit": "ell"}, "'ell', no unit of length"),
+        (columns(on_grid(), "x;y;z"), {"unit": "ell"}, "unknown unit 'ell'"),
         (columns(on_grid(), "x;y;z"), {"unit": "um, nm"}, "one unit or three"),
         (columns(on_grid(), "x (nm);y (nm);z (mm)"), {}, "differ by more than 10 times its longer"),
         (
@@ -140,19 +140,19 @@ MICRO = {"unit": "um"}
         (
             columns(on_grid(), "x (um);force (N);z (um)"),
             {},
-            "has the columns x, force and z, not y; name the columns x",
+            "has the columns x, force and z, not y; save it .* with the columns x",
         ),
         (
             columns(on_grid()) + "1;2;deep",
             {},
-            "'deep' in line 477, .*; write missing heights as nan",
+            "'deep' in line 477, .*; save it .* nan for missing heights",
         ),
         (
             re.sub(
                 r"[.](\d{3})\d*", r",\1", columns([(x + 1, y + 1, 0.002) for x, y, _ in on_grid()])
             ),
             {},
-            "which may be .*; save it with decimal points",
+            "which may be .*; save it .* decimal points",
         ),
         (columns(on_grid()) + "3;4", {}, "has 2 numbers in a line, but 3 in others"),
         (matrix(HEIGHTS.T), {"file_format": "x4p"}, "no reader for format: x4p; formats are al3d"),
@@ -194,7 +194,7 @@ def test_keys_beside_a_file_of_an_instrument_are_checked(tmp_path):
     for keys, sentence in (
         ({"unit": "mm"}, "which unit: mm contradicts"),
         ({"size": "1 mm, 1 mm"}, "sides of 150 um x 95 um, which size"),
-        ({"channel": "3"}, "has no channel 3 of heights; its channels are 0: Default"),
+        ({"channel": "3"}, "has no height channel 3; its height channels are 0: Default"),
     ):
         with pytest.raises(QuantityError, match=sentence):
             read_topography(source, **keys)
@@ -331,7 +331,7 @@ def test_exports_of_interferometers_and_german_programs_are_read(tmp_path):
     phase = "# Channel: Phase\n# Width: 1 m\n# Height: 1 m\n# Value units: V\n"
     both = f"{phase}{matrix(HEIGHTS.T)}\n{gwyddion}".replace(",", ".")
     assert read(tmp_path, both, "d.txt").sides == near((150e-6, 114e-6), rel=1e-9)
-    with pytest.raises(QuantityError, match="no channel 1 of heights; its channels are 0: Höhe"):
+    with pytest.raises(QuantityError, match="no height channel 1; its height channels are 0: Höhe"):
         read(tmp_path, both, "d.txt", channel="1")
     with pytest.raises(QuantityError, match=r"says x \(m\), y \(m\) and z \(um\), which unit"):
         read(tmp_path, zygo, "b.xyz", unit="nm")

@@ -1,5 +1,7 @@
 """Tables of numbers as instruments, recorders and spreadsheets write them."""
 
+import gzip
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,17 @@ def test_what_cannot_be_known_is_said_in_a_sentence(tmp_path, text, layout, sent
     file.write_text(text)
     with pytest.raises(QuantityError, match=sentence):
         columns(file, **layout)
+
+
+def test_wide_characters_need_no_mark_and_archives_are_refused(tmp_path):
+    file = tmp_path / "scar.csv"
+    for encoding in ("utf-16-be", "utf-16-le"):
+        file.write_bytes("x (mm),depth (µm)\n-0.5,0.001\n0,-0.25\n1.25,0.3\n".encode(encoding))
+        np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
+    for content in (gzip.compress(b"x (mm),depth (um)\n1,2\n3,4\n"), b"PK\3\4" + bytes(40)):
+        file.write_bytes(content)
+        with pytest.raises(QuantityError, match="is an archive or a spreadsheet; unpack it"):
+            columns(file)
 
 
 def test_signs_of_missing_values_are_not_numbers(tmp_path):
