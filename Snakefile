@@ -67,7 +67,7 @@ rule all:
     default_target: True
     input:
         f"{RESULTS}/report.html",
-        expand(f"{RESULTS}/jobs/{{job}}", job=JOBS.by_name),
+        expand(f"{RESULTS}/jobs/{{job}}", job=JOBS.jobs),
 
 
 # A job runs a few cases, each into its own file, and keeps finished ones. Its marker is its output,
@@ -91,7 +91,7 @@ rule simulate:
 
 rule merge:
     input:
-        expand(f"{RESULTS}/jobs/{{job}}", job=JOBS.by_name),
+        expand(f"{RESULTS}/jobs/{{job}}", job=JOBS.jobs),
     output:
         f"{RESULTS}/summary.nc",
         f"{RESULTS}/points.csv",

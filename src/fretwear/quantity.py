@@ -99,7 +99,7 @@ class Parameter:
     like: str = ""  # a value, as in a study file
     description: str = ""  # a sentence for the JSON Schema and the documentation
     unit: Unit = NO_UNIT  # unit for people
-    may_be_drawn: bool = False  # whether values may be drawn from a range
+    can_be_sampled: bool = False  # whether values may be drawn from a range
     absent: float | None = None  # the coordinate of a case without this part
     omitted_value: float | None = None  # the value that coordinates leave out
 
@@ -216,7 +216,7 @@ class Quantity(Readable):
             raise ValueError(f"{self.words}: {self.si_unit!r} is not among the SI units {known}.")
 
     @property
-    def may_be_drawn(self) -> bool:  # type: ignore[override]
+    def can_be_sampled(self) -> bool:  # type: ignore[override]
         """Whether values may be drawn from a range."""
         return not self.is_whole and self.places in ((), BODIES)
 

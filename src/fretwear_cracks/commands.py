@@ -15,7 +15,7 @@ from fretwear.cli.common import (
     add_command,
     aligned,
     check_output,
-    opened,
+    open_checked,
     option,
     say,
 )
@@ -124,7 +124,7 @@ def _written(
     from fretwear.data.files import write_groups
     from fretwear_cracks import StressError
 
-    with opened(file) as (case, _):
+    with open_checked(file) as (case, _):
         # A loop over the files in cases/ must meet cases alone.
         beside = file.parent.parent if file.parent.name == "cases" else file.parent
         path = check_output(output or beside / f"{file.stem}-{ending}.nc", ".nc")

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from fretwear import figures, open_history
 from fretwear.figures.axes import ValueAxis, set_cycle_axis
-from fretwear.figures.datasets import with_jumps
+from fretwear.figures.datasets import stepped
 from fretwear.figures.history import representative_cases
 from fretwear.figures.style import JournalFigure
 from fretwear.results import RESULTS
@@ -139,9 +139,9 @@ def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_stud
 def test_a_width_steps_where_it_jumps_and_grows_evenly_elsewhere():
     cycles = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 16.0])
     growing = np.array([100.0, 101.0, 103.0, 107.0, 114.0, 126.0])
-    for expected, found in zip((cycles, growing), with_jumps(cycles, growing), strict=True):
+    for expected, found in zip((cycles, growing), stepped(cycles, growing), strict=True):
         np.testing.assert_array_equal(found, expected)
     jumping = np.array([100.0, 100.1, 100.2, 96.0, 95.9, 95.7])
-    at, widths = with_jumps(cycles, jumping)
+    at, widths = stepped(cycles, jumping)
     np.testing.assert_array_equal(at, [0.0, 1.0, 2.0, 4.0, 4.0, 8.0, 16.0])
     np.testing.assert_array_equal(widths, [100.0, 100.1, 100.2, 100.2, 96.0, 95.9, 95.7])

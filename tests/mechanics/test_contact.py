@@ -265,7 +265,7 @@ def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
     worn = np.ones(cells.shape)
     np.testing.assert_array_equal(model.gap_after(gap, worn), gap)
     layer = model.wear_layer(worn, gap, None, 0.2 * worn, 0.5)
-    np.testing.assert_allclose(layer.tangent_in(0.5, worn), 2.0 * layer.compliance, rtol=1e-6)
+    np.testing.assert_allclose(layer.scaled_tangent(0.5, worn), 2.0 * layer.compliance, rtol=1e-6)
     # W + g* ∫βp dN
     np.testing.assert_allclose(layer.displacement(3 * worn), 1 + 1.7 * gap, rtol=1e-14)
 
@@ -305,7 +305,7 @@ def test_wear_of_a_stage_solves_its_equation_and_its_tangent_is_the_derivative(
     middle = max(pressure, 0.01 / rate)
     places = pressure, 1.1 * pressure, (1 - 1e-5) * middle, (1 + 1e-5) * middle
     low, high, down, up = (stage.displacement(place)[0, 0] for place in at(*places))
-    tangent = stage.tangent_in(1.0, *at(pressure))[0, 0]
+    tangent = stage.scaled_tangent(1.0, *at(pressure))[0, 0]
     # Wear never decreases with pressure nor below its start.
     assert wear <= low <= high * (1 + 1e-15)
     assert tangent >= 0
@@ -316,7 +316,7 @@ def test_wear_of_a_stage_solves_its_equation_and_its_tangent_is_the_derivative(
     # What wears off adds to g*.
     assert shift is not None or low - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
     # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
-    slope = stage.tangent_in(1.0, *at(middle))[0, 0]
+    slope = stage.scaled_tangent(1.0, *at(middle))[0, 0]
     assert slope == pytest.approx((up - down) / (places[3] - places[2]), rel=1e-6, abs=3e-8)
     if shift is not None:
         # Slip that falls with the approach: the wear depth is linear in it.
@@ -336,7 +336,7 @@ def test_short_stages_keep_their_accuracy():
     assert (error <= 1e-13 * series + 2e-15).all()
     derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
     # As the solver is told it, in single precision and in its own units.
-    np.testing.assert_allclose(stage.tangent_in(3e-4, exponents), derivative / 3e-4, rtol=1e-6)
+    np.testing.assert_allclose(stage.scaled_tangent(3e-4, exponents), derivative / 3e-4, rtol=1e-6)
     endless = np.full_like(exponents, 1e9)
-    for value in (stage.displacement(endless), stage.tangent_in(1.0, endless)):
+    for value in (stage.displacement(endless), stage.scaled_tangent(1.0, endless)):
         assert np.isfinite(value).all()

@@ -407,7 +407,7 @@ def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():
         shape = ((strips.x - middle) ** 2 / (2.0 * RADIUS))[:, None]
         found = solve_contact(ContactProblem(strips.half_space(MODULUS), shape, load))
         closed = found.pressure > 0.0
-        edge = half_width(strips.along(0), closed, found.gap, plane_strain=True)
+        edge = half_width(strips.axis_cells(0), closed, found.gap, plane_strain=True)
         return strips.zone(Region(closed, edge))
 
     # Two ridges share the load.

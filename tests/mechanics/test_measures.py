@@ -196,7 +196,7 @@ def test_half_width_finds_the_edge_inside_a_cell_unworn_and_worn_in(edge, axis, 
     distance = np.broadcast_to(position, cells.shape) / spacing[axis]
     gap = 1e-9 * np.maximum(distance - edge, 0.0) ** power
     # Both power laws are met exactly, so only rounding is left.
-    found = half_width(cells.along(axis), gap == 0, gap)
+    found = half_width(cells.axis_cells(axis), gap == 0, gap)
     assert found == near(edge * spacing[axis], rel=1e-9)
 
 
@@ -206,15 +206,17 @@ def test_half_widths_of_odd_contacts():
     inside = np.zeros(uneven.shape, dtype=bool)
     inside[4:13, 0] = True
     # From -6 µm to 3 µm: the mean of both sides.
-    assert half_width(uneven.along(0), inside, np.where(inside, 0.0, 1e-9)) == near(4.5e-6)
-    assert stick_half_width(uneven.along(0), inside * 1e9) == near(4.5e-6)
+    assert half_width(uneven.axis_cells(0), inside, np.where(inside, 0.0, 1e-9)) == near(4.5e-6)
+    assert stick_half_width(uneven.axis_cells(0), inside * 1e9) == near(4.5e-6)
     cells = Grid((8, 6), (1e-6, 2e-6))
     nothing, off_axis, spots = (np.zeros(cells.shape, dtype=bool) for _ in range(3))
     off_axis[3, 4] = spots[[0, 1, 5, 6], 0] = True
     # Zero where the axis is open, up to the outermost spot, and the window at most.
     for inside, expected in ((nothing, 0.0), (off_axis, 0.0), (spots, 7e-6)):
-        assert half_width(cells.along(0), inside, np.where(inside, 0.0, 1e-9)) == near(expected)
-    assert half_width(cells.along(1), ~nothing, np.zeros(cells.shape)) == near(cells.extent[1])
+        assert half_width(cells.axis_cells(0), inside, np.where(inside, 0.0, 1e-9)) == near(
+            expected
+        )
+    assert half_width(cells.axis_cells(1), ~nothing, np.zeros(cells.shape)) == near(cells.extent[1])
 
 
 @given(
@@ -235,7 +237,7 @@ def test_a_tip_that_touches_between_centers_is_the_edge_and_next_to_touching_if_
     tip = 0.5 * ((along - place) ** 2 + across**2) + lowest / 8.0
     assert (tip > 0.0).all()
     gap = 1e-9 * np.where(inside, 0.0, np.where(along < 7.0, 1e3 * (along - 3.9), tip))
-    lines = cells.along(axis)
+    lines = cells.axis_cells(axis)
     edge = place + np.sqrt(max(-lowest / 8.0, 0.0))
     found = half_width(lines, inside, gap, tips=True) / spacing[axis]
     assert found == near(edge, rel=1e-9) if lowest < 0.0 else found < 5.0

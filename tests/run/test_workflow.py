@@ -131,17 +131,17 @@ def jobs(tmp_path, monkeypatch):
 
 
 def test_a_job_is_another_one_when_its_cases_snapshots_or_code_change(jobs, monkeypatch):
-    names = list(jobs().by_name)
-    assert list(jobs(title="Two loads").by_name) == names
+    names = list(jobs().jobs)
+    assert list(jobs(title="Two loads").jobs) == names
     extended = jobs(vary={"load": ["25 N", "30 N", "50 N"]})
-    assert set(names) < set(extended.by_name)
-    assert not {*names} & {*jobs(output={"cycles": [0, 30]}).by_name}
+    assert set(names) < set(extended.jobs)
+    assert not {*names} & {*jobs(output={"cycles": [0, 30]}).jobs}
     assert jobs().content != jobs(title="Two loads").content
     kept = StudyJobs(jobs().plan, keep_older=True)
-    before = list(kept.by_name)
+    before = list(kept.jobs)
     monkeypatch.setattr(workflow, "case_digest", lambda _: "newer")
-    assert not {*names} & {*jobs().by_name}
-    assert list(StudyJobs(jobs().plan, keep_older=True).by_name) == before
+    assert not {*names} & {*jobs().jobs}
+    assert list(StudyJobs(jobs().plan, keep_older=True).jobs) == before
 
 
 @pytest.mark.slow
@@ -151,7 +151,7 @@ def test_removed_cases_are_computed_again_and_those_of_other_code_are_told_befor
     ours = jobs()
     shutil.copytree(finished.results, "results/demo")
     assert list(ours.check(ours.results)) == []
-    first, second = (ours.results / "jobs" / name for name in ours.by_name)
+    first, second = (ours.results / "jobs" / name for name in ours.jobs)
     min(Path("results/demo/cases").iterdir()).unlink()
     list(ours.check(ours.results))
     assert [first.exists(), second.exists()].count(True) == 1
@@ -216,14 +216,14 @@ def test_a_study_is_given_by_name_or_by_path_and_misspelt_keys_are_refused(jobs)
 
 def test_a_scheduler_reserves_more_than_the_plan_expects(jobs):
     ours = jobs()
-    for name, job in ours.by_name.items():
+    for name, job in ours.jobs.items():
         assert ours.memory_mb(name) * 1e6 > 2 * job.memory_bytes
         assert ours.minutes(name) * 60 > 300 + 5 * job.seconds - 60
         assert ours.options(name) == f"--case {job.case_ids[0]}"
     # A fit has as many processes where it is submitted as where it runs, each with a case.
-    largest = max(job.memory_bytes for job in ours.by_name.values())
+    largest = max(job.memory_bytes for job in ours.jobs.values())
     assert ours.memory_mb_of_fit * 1e6 > 2 * ours.fit_threads * largest
-    assert ours.minutes_of_fit > max(ours.minutes(name) for name in ours.by_name)
+    assert ours.minutes_of_fit > max(ours.minutes(name) for name in ours.jobs)
     assert ours.is_small
     many = {"load": {"from": "25 N", "to": "50 N"}}
     drawn = jobs(vary=many, design={"kind": "sobol", "points": 512, "seed": 1})
@@ -231,6 +231,6 @@ def test_a_scheduler_reserves_more_than_the_plan_expects(jobs):
     assert drawn.memory_mb_after > ours.memory_mb_after
     assert drawn.minutes_after >= ours.minutes_after
     joined = jobs(**{**without(TINY, "batch"), "batch": 2})
-    ((name, job),) = joined.by_name.items()
+    ((name, job),) = joined.jobs.items()
     assert len(job.case_ids) == 2
     assert ours.plan.study.cases().keys() == set(job.case_ids)

@@ -24,7 +24,7 @@ from fretwear.cli.common import (
     check_output,
     check_writable,
     note,
-    opened,
+    open_checked,
     option,
     progress,
     say,
@@ -283,6 +283,6 @@ def plot(
         return
     if file.suffix in (".yaml", ".yml"):
         raise CommandError(f"{file} has no measured surface: plot the file of a case")
-    with opened(file) as (case, _):
+    with open_checked(file) as (case, _):
         save_as(overview(case), path)
     say(str(path))

@@ -134,7 +134,7 @@ def check_output(path: Path, *endings: str) -> Path:
 
 
 @contextmanager
-def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
+def open_checked(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
     """Open the dataset and the history of a case file; `CommandError` if it is not valid."""
     from fretwear.data.atomic import DataFileError
     from fretwear.data.files import open_case, open_history, reading

@@ -12,7 +12,7 @@ from fretwear.cli.common import (
     CaseFile,
     CommandError,
     check_output,
-    opened,
+    open_checked,
     option,
     say,
 )
@@ -51,7 +51,7 @@ def export(
         except DataFileError as error:
             raise CommandError(str(error)) from error
         if "case_id" in ds.attrs and "pressure" in ds:
-            ds = stack.enter_context(opened(file))[0].fretwear.full()
+            ds = stack.enter_context(open_checked(file))[0].fretwear.full()
         try:
             written = write(ds if cycle is None else at_cycle(ds, cycle), path)
         except ExportError as error:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from fretwear.cli.common import (
     aligned,
     argument,
-    opened,
+    open_checked,
     say,
 )
 from fretwear.units import in_unit, number_text, readable_unit, with_error
@@ -33,7 +33,7 @@ def show(
     file: Annotated[Path, argument("OUT.nc", "Case file (netCDF).")],
 ) -> None:
     """Print parameters and key results of a case, beside closed forms of smooth elastic bodies."""
-    with opened(file) as (case, history):
+    with open_checked(file) as (case, history):
         for line in case_lines(case, history):
             say(line)
 
@@ -43,7 +43,7 @@ def compare(
     second: Annotated[Path, argument("B.nc", "Case file to compare it with.")],
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
-    with opened(first) as (a, _), opened(second) as (b, _):
+    with open_checked(first) as (a, _), open_checked(second) as (b, _):
         for line in (f"A  {first}", f"B  {second}", "", *comparison_lines(a, b)):
             say(line)
 

@@ -94,7 +94,7 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
     return history.sel(chosen)
 
 
-def with_jumps(cycles: Array, widths: Array) -> tuple[Array, Array]:
+def stepped(cycles: Array, widths: Array) -> tuple[Array, Array]:
     """Return a curve of the width of a zone, which steps where an asperity joins it or leaves.
 
     Between two steps of a run the width jumps if it changes by more than a part `_JUMP`, and four

@@ -31,7 +31,7 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require, variable_of, with_jumps
+from fretwear.figures.datasets import history_of, require, stepped, variable_of
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -197,7 +197,7 @@ def scalar_history(
             values = axis.unit.of(curve.values)
             line = curve.cycles, values
             if name.startswith(("contact_", "stick_")) and curve.deviation is None and not mark:
-                line = with_jumps(*line)
+                line = stepped(*line)
             panel.plot(*line, color=tint, linestyle=dashes, marker=mark)
             if curve.deviation is not None:
                 half = axis.unit.of(curve.deviation)

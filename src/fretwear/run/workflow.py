@@ -134,7 +134,7 @@ class StudyJobs:
         return code_digest(*sorted({type(each).__module__.split(".")[0] for each in sections}))
 
     @cached_property
-    def by_name(self) -> Mapping[str, Job]:
+    def jobs(self) -> Mapping[str, Job]:
         """The jobs by name: a digest of the cases, their snapshots and, unless kept, the code."""
         cases, named = self.plan.study.cases(), {}
         for job in grouped(self.plan):
@@ -178,7 +178,7 @@ class StudyJobs:
 
     def remove_forced(self, forced: Collection[str], is_all: bool) -> None:
         """Remove the case files of jobs that Snakemake is forced to do, by rule or by marker."""
-        for name, job in self.by_name.items():
+        for name, job in self.jobs.items():
             marker = (self.results / "jobs" / name).as_posix()
             if is_all or {"simulate", marker} & {*forced}:
                 for case_id in job.case_ids:
@@ -187,20 +187,20 @@ class StudyJobs:
     def options(self, name: str) -> str:
         """Return the options with which ``fretwear run`` does a job."""
         kept = ["--keep-older"] * self.keep_older
-        return " ".join([*kept, *(f"--case {each}" for each in self.by_name[name].case_ids)])
+        return " ".join([*kept, *(f"--case {each}" for each in self.jobs[name].case_ids)])
 
     def memory_mb(self, name: str) -> int:
         """Return the memory that a scheduler reserves for a job."""
-        return math.ceil(_MEMORY_MARGIN * self.by_name[name].memory_bytes / 1e6 + _SNAKEMAKE_MB)
+        return math.ceil(_MEMORY_MARGIN * self.jobs[name].memory_bytes / 1e6 + _SNAKEMAKE_MB)
 
     def minutes(self, name: str) -> int:
         """Return the time that a scheduler reserves for a job."""
-        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.by_name[name].seconds / 60.0)
+        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.jobs[name].seconds / 60.0)
 
     def check(self, results: Path) -> Iterator[str]:
         """Have jobs whose case files are gone done again; yield what to know before the start."""
         older, cases = 0, self.plan.study.cases()
-        for name, job in self.by_name.items():
+        for name, job in self.jobs.items():
             marker = results / "jobs" / name
             files = {n: results / "cases" / f"{n}.nc" for n in job.case_ids}
             present = {n: file for n, file in files.items() if file.exists()}

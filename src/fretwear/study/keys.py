@@ -258,7 +258,7 @@ def _described(key: Key) -> object:
 def _varied(key: Key) -> object:
     """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
-    if not key.about.may_be_drawn:
+    if not key.about.can_be_sampled:
         return listed
     generic: Any = Range
     drawn: Any = generic[key.hint]

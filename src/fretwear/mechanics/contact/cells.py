@@ -137,7 +137,7 @@ class Geometry(ABC):
         return float(field.max())
 
     @abstractmethod
-    def along(self, axis: int) -> list[tuple[Way, Array]]:
+    def axis_cells(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m."""
 
     @abstractmethod
@@ -147,16 +147,16 @@ class Geometry(ABC):
     # Other cells.
 
     @abstractmethod
-    def where(self, other: Geometry) -> Index:
+    def where(self, target: Geometry) -> Index:
         """Indices of these cells that another geometry of the same kind has too."""
 
     @abstractmethod
-    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
+    def resized(self, field: NDArray[Element], target: Geometry) -> NDArray[Element]:
         """A field of these cells on others; zero where there were none."""
 
-    def extended(self, other: Geometry) -> Geometry:
+    def extended(self, target: Geometry) -> Geometry:
         """These cells, extended to the size of others; the others, if both are equal cells."""
-        return other
+        return target
 
     # Output.
 

@@ -116,11 +116,11 @@ class QuarterConvolution(Convolution[Real]):
     def _filter_rows(rows: Real, factors: Sequence[Real]) -> None:
         """Filter rows, of which transforms along x have been made, in both branches along y."""
         even, *odd = factors
-        between = [dct(4, rows, (1,), into=np.empty_like(rows)) for _ in odd]
+        halfway = [dct(4, rows, (1,), into=np.empty_like(rows)) for _ in odd]
         dct(2, rows, (1,))
         rows *= even
         dct(3, rows, (1,))
-        for part, factor in zip(between, odd, strict=True):
+        for part, factor in zip(halfway, odd, strict=True):
             part *= factor
             rows += dct(4, part, (1,))
 

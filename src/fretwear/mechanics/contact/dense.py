@@ -134,9 +134,9 @@ class DenseCells(Geometry):
         area = self.integral(self._counted(cells[:, 0])[:, None])
         if cells.any():
             last = np.flatnonzero(cells)[-1]
-            within, beyond = edges[last : last + 2]
-            part = self._measure(beyond) - self._measure(max(radius, within))
-            share = part / (self._measure(beyond) - self._measure(within))
+            nearer, farther = edges[last : last + 2]
+            part = self._measure(farther) - self._measure(max(radius, nearer))
+            share = part / (self._measure(farther) - self._measure(nearer))
             area -= float(self.areas[last, 0] * share)
         deviations = ANYWHERE * self.areas[inner, 0]
         deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
@@ -152,8 +152,8 @@ class DenseCells(Geometry):
         cut = np.unique(np.append(edges, radius))
         place = np.searchsorted(edges, cut[:-1], "right") - 1
         counted = self._counted(cells)[np.minimum(place, cells.size - 1)]
-        inside = np.where(place > last, 1.0, counted) * (cut[:-1] < radius)
-        parts = {"": inside[:, None]}
+        share = np.where(place > last, 1.0, counted) * (cut[:-1] < radius)
+        parts = {"": share[:, None]}
         return replace(self, edges=tuple(cut.tolist())).written(parts, plane)[""]
 
     def _sides(self, cells: Mask) -> tuple[Places, Places]:
@@ -168,33 +168,33 @@ class DenseCells(Geometry):
         np.subtract.at(counted, self._sides(cells)[0][:-1], OPEN_PER_SIDE)
         return counted
 
-    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
+    def resized(self, field: NDArray[Element], target: Geometry) -> NDArray[Element]:
         """A field on other cells, with the same integral and zero beyond the outermost of these.
 
         Cells that both share from the innermost outward keep their values. Between other edges, the
         integral from the origin is interpolated monotonically: positive fields remain positive.
         """
-        count = self.where(other)[0].stop
+        count = self.where(target)[0].stop
         if count:
-            result = np.zeros(other.shape, dtype=field.dtype)
+            result = np.zeros(target.shape, dtype=field.dtype)
             result[:count] = field[:count]
             return result
-        both = self.edges, _edges(other)
+        both = self.edges, _edges(target)
         places, others = (self._measure(np.asarray(edges)) for edges in both)
-        within = np.minimum(others, places[-1])
+        nearer = np.minimum(others, places[-1])
         content = field[:, 0].astype(float) * np.diff(places)
-        integrals = interpolated(places, np.append(0.0, np.cumsum(content)), within)
+        integrals = interpolated(places, np.append(0.0, np.cumsum(content)), nearer)
         means = np.diff(integrals) / np.diff(others)
         return means[:, None].astype(field.dtype)
 
-    def where(self, other: Geometry) -> Index:
+    def where(self, target: Geometry) -> Index:
         """Indices of the cells shared with another set, if one extends the other."""
-        edges = _edges(other)
+        edges = _edges(target)
         common = min(len(self.edges), len(edges))
         alike = self.edges[:common] == edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
 
-    def along(self, axis: int) -> list[tuple[Way, Array]]:
+    def axis_cells(self, axis: int) -> list[tuple[Way, Array]]:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
@@ -206,16 +206,16 @@ class DenseCells(Geometry):
         """These cells, or ones that reach further if a contact of a radius, m, needs them."""
         return self if radius <= _ROOM * self.extent[0] else self._out_to(_GROWTH * self.edges[-1])
 
-    def extended(self, other: Geometry) -> Self:
+    def extended(self, target: Geometry) -> Self:
         """These cells, extended to the size of others."""
-        *_, before, outer = _edges(other)
+        *_, inner, outer = _edges(target)
         last, width = self.edges[-1], self.edges[-1] - self.edges[-2]
         if outer <= last:
             return self
-        if outer - before <= _WIDER * width:
+        if outer - inner <= _WIDER * width:
             return self._out_to(outer)
         # The others are of a contact that has grown: far more of these would be needed.
-        added = (edge for edge in _edges(other) if edge > last + 0.5 * width)
+        added = (edge for edge in _edges(target) if edge > last + 0.5 * width)
         return replace(self, edges=(*self.edges, *added))
 
     def _out_to(self, radius: float) -> Self:
@@ -247,7 +247,7 @@ class DenseCells(Geometry):
         parts = edges[cell] + np.diff(edges)[cell] * part / steps[cell]
         measures = self._measure(np.append(parts, edges[-1]))
         middle = 0.5 * (self._measure(edges[1:]) + self._measure(edges[:-1]))
-        beyond = 0.5 * (measures[1:] + measures[:-1]) - middle[cell]
+        offset = 0.5 * (measures[1:] + measures[:-1]) - middle[cell]
         columns: list[Array] = []
         kinds = {n: np.unique(f) for n, f in fields.items() if f.dtype.kind != "f"}
         for name, field in fields.items():
@@ -255,10 +255,10 @@ class DenseCells(Geometry):
                 columns += [(field[cell, 0] == kind).astype(np.float64) for kind in kinds[name]]
                 continue
             slopes = np.diff(field[:, 0]) / np.diff(middle)
-            before, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
-            least = np.where(np.abs(slopes) < np.abs(before), slopes, before)
-            falls = np.where(slopes * before > 0.0, least, 0.0)
-            columns.append(field[cell, 0] + beyond * falls[cell])
+            backward, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
+            least = np.where(np.abs(slopes) < np.abs(backward), slopes, backward)
+            falls = np.where(slopes * backward > 0.0, least, 0.0)
+            columns.append(field[cell, 0] + offset * falls[cell])
         means = iter(self._means(parts, np.stack(columns, axis=1), plane))
         return {
             name: kinds[name][np.argmax([next(means) for _ in kinds[name]], axis=0)]
@@ -277,9 +277,9 @@ class DenseCells(Geometry):
         steps = np.flatnonzero(jumps.any(axis=1))
         if 2 * steps.size > len(jumps):
             steps = np.arange(len(jumps))
-        inside, beyond = _beyond(type(self), tuple(parts[steps + 1].tolist()), plane)
-        means = values[np.append(0, steps + 1)].T[:, inside]
-        return np.asarray(means + (beyond @ jumps[steps]).T).reshape(-1, *plane.shape)
+        share, cut_parts = _beyond(type(self), tuple(parts[steps + 1].tolist()), plane)
+        means = values[np.append(0, steps + 1)].T[:, share]
+        return np.asarray(means + (cut_parts @ jumps[steps]).T).reshape(-1, *plane.shape)
 
 
 @lru_cache(maxsize=4)
@@ -302,8 +302,8 @@ def _beyond(
 
     from scipy.sparse import csr_matrix  # takes half a second
 
-    within = kind.within(x, y, np.asarray(radii), (row, column, cut))
-    return first, csr_matrix((1.0 - within, cut, starts), (count.size, len(radii)))
+    nearer = kind.within(x, y, np.asarray(radii), (row, column, cut))
+    return first, csr_matrix((1.0 - nearer, cut, starts), (count.size, len(radii)))
 
 
 def _edges(cells: Geometry) -> tuple[float, ...]:
@@ -372,7 +372,7 @@ class DenseHalfSpace(HalfSpace):
         layer, unit = problem.layer, self.self_influence
         tangent, sinks = None, np.ones_like(pressure)
         if layer is not None:
-            tangent = layer.tangent_in(unit, pressure)
+            tangent = layer.scaled_tangent(unit, pressure)
             sinks -= layer.per_approach(pressure)
         moved, uniform = self._solved(np.stack([gap / -unit, sinks]), tangent, free)
         return moved, uniform
@@ -440,8 +440,8 @@ class DenseHalfSpace(HalfSpace):
             now = stays | (~free & low & (gap < -margin)) | (~free & high & (gap > margin))
             pressure = np.clip(unbounded, 0.0, limit)
             if (now == free).all() and worst <= tolerance * scale:
-                beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
-                residual = max(worst, *beyond) / scale
+                excess = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
+                residual = max(worst, *excess) / scale
                 gap[free] = 0.0
                 return Contact(
                     pressure,

@@ -133,13 +133,13 @@ def descend(
         """The compliance of each cell, with the tangent of the layer."""
         own = np.full_like(pressure, unit)
         if layer is not None:
-            own += unit * layer.tangent_in(unit, np.clip(pressure, 0.0, limit))
+            own += unit * layer.scaled_tangent(unit, np.clip(pressure, 0.0, limit))
         return np.maximum(compliance, own)
 
     def violated(pressure: Array, gap: Array, displacement: Array) -> float:
         """The largest of g at positive pressure and of −g below the limit, as in `Contact`."""
-        beyond = gap[pressure > 0.0].max(initial=0.0), -gap[pressure < limit].min(initial=0.0)
-        return float(max(beyond)) / max(float(np.abs(displacement).max()), np.finfo(float).tiny)
+        excess = gap[pressure > 0.0].max(initial=0.0), -gap[pressure < limit].min(initial=0.0)
+        return float(max(excess)) / max(float(np.abs(displacement).max()), np.finfo(float).tiny)
 
     pressure = ahead = problem.projected(start, np.ones_like(start))[0]
     moved = ahead_moved = half_space.displacement(pressure)
@@ -150,12 +150,12 @@ def descend(
             metric = growth * compliance
             target, shift = problem.projected(ahead - (separation - approach) / metric, metric)
             step = target - ahead
-            by, weighted = half_space.displacement(step), problem.weighted(step)
+            moved_by, weighted = half_space.displacement(step), problem.weighted(step)
             convolutions += 1
-            after = separated(target, ahead_moved + by)
-            square, work = inner(metric * step, weighted), inner(by, weighted)
+            target_gap = separated(target, ahead_moved + moved_by)
+            square, work = inner(metric * step, weighted), inner(moved_by, weighted)
             # Twice the work bounds what is lost by the curvature of a layer.
-            lost = inner(after - separation - by, weighted)
+            lost = inner(target_gap - separation - moved_by, weighted)
             work += 2.0 * max(lost - noise * float(np.abs(weighted).sum()), 0.0)
             if work <= square or convolutions >= _LARGEST_STEPS:
                 break
@@ -165,8 +165,8 @@ def descend(
             else:
                 growth *= max(1.1 * work / square, 1.1)
         approach = approach + shift
-        displacement = ahead_moved + by
-        error = violated(target, after - approach, displacement)
+        displacement = ahead_moved + moved_by
+        error = violated(target, target_gap - approach, displacement)
         if error <= tolerance:
             # Displacements are updated from step to step, so the last one is computed anew.
             displacement = half_space.displacement(target)
@@ -184,11 +184,11 @@ def descend(
                 )
             target, moved, pressure, momentum = target, displacement, target, 1.0
         change = target - pressure
-        before = momentum
+        previous = momentum
         if inner(metric * step, problem.weighted(change)) < 0.0:
-            before, compliance = 1.0, np.zeros_like(start)
-        momentum = 0.5 + np.sqrt(0.25 + before**2)
-        part = (before - 1.0) / momentum
+            previous, compliance = 1.0, np.zeros_like(start)
+        momentum = 0.5 + np.sqrt(0.25 + previous**2)
+        part = (previous - 1.0) / momentum
         ahead, ahead_moved = target + part * change, displacement + part * (displacement - moved)
         pressure, moved = target, displacement
     raise ContactError(

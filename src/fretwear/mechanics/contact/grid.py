@@ -127,7 +127,7 @@ class Grid(Geometry):
         of_contact = self._open(inner, outer, around.beside)
         return np.where(ends, np.maximum(parts, of_contact), parts)
 
-    def _open(self, inner: Places, outer: Places, beside: Beside | None) -> Array:
+    def _open(self, inner: Places, outer: Places, evidence: Beside | None) -> Array:
         """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).
 
         Rows of cells along x give the area of a zone by where its edge cuts them, and rows along y
@@ -150,31 +150,31 @@ class Grid(Geometry):
         surfaces", Tribol. Int. 114).
         """
         parts = np.full(inner.size, OPEN_PER_SIDE)
-        if beside is None:
+        if evidence is None:
             return parts
         columns = self.shape[1]
         here, there = (np.stack(np.divmod(cells, columns)) for cells in (inner, outer))
 
-        def at(field: Array, beyond: int) -> Array:
+        def at(field: Array, shift: int) -> Array:
             # Values some cells from the one inside, zero beyond the window.
-            places = here + beyond * (there - here)
-            for along, is_even in zip(places, self.even, strict=True):
-                along[:] = np.where(is_even & (along < 0), -1 - along, along)
+            places = here + shift * (there - here)
+            for position, is_even in zip(places, self.even, strict=True):
+                position[:] = np.where(is_even & (position < 0), -1 - position, position)
             shape = np.array(self.shape)[:, None]
-            within = ((places >= 0) & (places < shape)).all(axis=0)
+            held = ((places >= 0) & (places < shape)).all(axis=0)
             row, column = np.clip(places, 0, shape - 1)
-            return np.where(within, field[row, column], 0.0)
+            return np.where(held, field[row, column], 0.0)
 
-        if beside.by_pressure:
-            last, before = (at(beside.pressure, beyond) ** 2 for beyond in (0, -1))
-            grows = before > 0.0
-            edge = 1.0 - last[grows] / np.maximum(before - last, _FLAT * before)[grows]
-            if beside.worn is not None:
-                cut = at(beside.worn, 0) + at(beside.worn, 1)
-                part = np.minimum(cut / np.maximum(at(beside.gap, 1), _LEAST), 1.0)
+        if evidence.by_pressure:
+            last, previous = (at(evidence.pressure, shift) ** 2 for shift in (0, -1))
+            grows = previous > 0.0
+            edge = 1.0 - last[grows] / np.maximum(previous - last, _FLAT * previous)[grows]
+            if evidence.worn is not None:
+                cut = at(evidence.worn, 0) + at(evidence.worn, 1)
+                part = np.minimum(cut / np.maximum(at(evidence.gap, 1), _LEAST), 1.0)
                 edge = np.where(edge < 0.0, part[grows] * (0.5 + OPEN_PER_SIDE), edge)
         else:
-            gaps = [at(beside.gap, beyond) for beyond in (1, 2, 3)]
+            gaps = [at(evidence.gap, shift) for shift in (1, 2, 3)]
             roots = [np.cbrt(gap) ** 2 for gap in gaps]
             bend = roots[2] - 2.0 * roots[1] + roots[0]
             fall = roots[1] - roots[0] - 0.5 * bend
@@ -182,11 +182,11 @@ class Grid(Geometry):
             near, rise = gaps[0][grows], (gaps[1] - gaps[0])[grows]
             root, bend, fall = roots[0][grows], bend[grows], fall[grows]
             edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
-            if beside.worn is not None:
-                worn, rise = at(beside.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
+            if evidence.worn is not None:
+                worn, rise = at(evidence.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
                 edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
         # The edge is so many cells away from the first one outside.
-        along_x, along_y = self._slopes(beside.pressure, inner[grows])
+        along_x, along_y = self._slopes(evidence.pressure, inner[grows])
         squares = np.where((here[0] != there[0])[grows], along_x, along_y), along_x + along_y
         share = np.divide(*squares, out=np.full(edge.size, 0.5), where=squares[1] > 0.0)
         parts[grows] = share * (np.clip(edge, 0.0, 1.0) - 0.5)
@@ -198,9 +198,9 @@ class Grid(Geometry):
         row, column = np.divmod(cells, self.shape[1])
         here, slopes = wide[row + 1, column + 1], []
         for i, j in ((1, 0), (0, 1)):
-            before, after = wide[row + 1 - i, column + 1 - j], wide[row + 1 + i, column + 1 + j]
+            backward, forward = wide[row + 1 - i, column + 1 - j], wide[row + 1 + i, column + 1 + j]
             # In a row of one cell the pressure falls to both sides.
-            slopes.append(np.where(before + after > 0.0, 0.5 * (after - before), here) ** 2)
+            slopes.append(np.where(backward + forward > 0.0, 0.5 * (forward - backward), here) ** 2)
         return slopes[0], slopes[1]
 
     def _sides(self, cells: Mask) -> tuple[Places, ...]:
@@ -218,33 +218,33 @@ class Grid(Geometry):
         border, steps = [], (columns, 1)
         for axis, (count, is_even) in enumerate(zip(cells.shape, self.even, strict=True)):
             for end in (count - 1,) if is_even else (count - 1, 0):
-                along = np.flatnonzero(cells.take(end, axis))
-                border.append(end * steps[axis] + along * steps[1 - axis])
+                crossed = np.flatnonzero(cells.take(end, axis))
+                border.append(end * steps[axis] + crossed * steps[1 - axis])
         return inner, first + second - inner, np.concatenate(border)
 
     def half_space(self, modulus: float, film: Film | None = None) -> GridHalfSpace:
         """The elastic bodies on the cells."""
         return GridHalfSpace(self, modulus, film=film)
 
-    def resized(self, field: NDArray[Element], other: Geometry) -> NDArray[Element]:
+    def resized(self, field: NDArray[Element], target: Geometry) -> NDArray[Element]:
         """A field of this window on another one around the same origin.
 
         The result is zero on cells that this window lacks; cells that the other lacks are dropped.
         """
-        result = np.zeros(other.shape, dtype=field.dtype)
-        result[other.where(self)] = field[self.where(other)]
+        result = np.zeros(target.shape, dtype=field.dtype)
+        result[target.where(self)] = field[self.where(target)]
         return result
 
-    def where(self, other: Geometry) -> Index:
+    def where(self, target: Geometry) -> Index:
         """Indices of the cells of this window shared with another."""
         slices = []
-        for size, count, is_even in zip(self.shape, other.shape, self.even, strict=True):
+        for size, count, is_even in zip(self.shape, target.shape, self.even, strict=True):
             kept = min(size, count)
             first = 0 if is_even else (size - kept) // 2
             slices.append(slice(first, first + kept))
         return slices[0], slices[1]
 
-    def along(self, axis: int) -> list[tuple[Way, Array]]:
+    def axis_cells(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m.
 
         One row if fields are even. Else there is one for the positive and one for the negative

@@ -22,9 +22,9 @@ except ImportError:
 _COLUMNS = 64
 
 
-def inner(one: Real, other: Real) -> float:
+def inner(one: Real, second: Real) -> float:
     """Inner product of two fields of one precision."""
-    return float(np.dot(one.ravel(), other.ravel()))
+    return float(np.dot(one.ravel(), second.ravel()))
 
 
 def scaled(field: Array) -> tuple[Single, float]:

@@ -118,7 +118,7 @@ class Layer(Protocol):
     def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the displacement under a pressure to a field."""
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         """Derivative of the displacement in some unit, m/Pa; not negative."""
 
 
@@ -158,10 +158,10 @@ class ContactProblem:
         Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
         approach on everything below it, scaled to minimal energy.
         """
-        shape, given, half_space = self.shape, self.approach, self.half_space
-        level = float(np.quantile(shape, 0.2)) if given is None else given
+        shape, approach, half_space = self.shape, self.approach, self.half_space
+        level = float(np.quantile(shape, 0.2)) if approach is None else approach
         guess: Array = np.maximum(level - shape, 0.0)
-        if given is not None:
+        if approach is not None:
             moved = half_space.displacement(guess)
             stiff = inner(guess, self.weighted(moved))
             work = inner(guess, self.weighted(guess))
@@ -267,12 +267,12 @@ class Accuracy:
         they are as accurate as for 2 %.
         """
         error = min(error, 0.02)
-        between = {
+        loosened = {
             "contact_between": max(self.contact_between, 5e-3 * error),
             "first_stage": max(self.first_stage, 5e-3 * error),
             "reduced_between": max(self.reduced_between, 1.5e-3 * error),
         }
-        return replace(self, **between)
+        return replace(self, **loosened)
 
 
 @singledispatch

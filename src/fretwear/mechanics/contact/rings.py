@@ -58,8 +58,8 @@ class Rings(DenseCells):
             width, height = x[row + i], y[column + j]
             corner = below_x[row + i, circle] + below_y[column + j, circle]
             corner -= 0.25 * np.pi * radius**2
-            inside = width**2 + height**2 <= radius**2
-            area += (1 if i == j else -1) * np.where(inside, width * height, corner)
+            is_within = width**2 + height**2 <= radius**2
+            area += (1 if i == j else -1) * np.where(is_within, width * height, corner)
         return area / (np.diff(x)[row] * np.diff(y)[column])
 
     @cached_property
@@ -88,17 +88,17 @@ class Rings(DenseCells):
         r = self.x
         inner, outer = np.maximum(r - 0.5 * width, 0.0) ** 2, (r + 0.5 * width) ** 2
         square = np.square(self.edges)
-        within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
-        content = np.interp(outer, square, within) - np.interp(inner, square, within)
+        contents = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
+        content = np.interp(outer, square, contents) - np.interp(inner, square, contents)
         return float((content / (outer - inner)).max())
 
 
 def _below_circle(side: Array, radius: Array) -> Array:
     """Area, m², between an axis and a circle from the origin up to a side, m, or its end."""
     share = np.minimum(side / radius, 1.0)
-    below: Array = share * np.sqrt(1.0 - share**2) + np.arcsin(share)
-    below *= 0.5 * radius**2
-    return below
+    area: Array = share * np.sqrt(1.0 - share**2) + np.arcsin(share)
+    area *= 0.5 * radius**2
+    return area
 
 
 def mean_influence(edges: Array) -> Array:
@@ -143,8 +143,8 @@ def _mean_under_discs(edges: Array) -> Array:
     larger, distance = np.maximum(middles, discs), discs - middles
     apart = np.abs(distance) / larger
     second, first = elliptic_integrals(np.sqrt(apart * (2.0 - apart)))
-    beyond = second - apart * (2.0 - apart) * first
-    sunk = 4.0 / math.pi * larger * np.where(distance > 0.0, second, beyond)
+    outer = second - apart * (2.0 - apart) * first
+    sunk = 4.0 / math.pi * larger * np.where(distance > 0.0, second, outer)
 
     def integral(x: Array) -> Array:
         return 0.5 * x * x * (np.log(np.maximum(np.abs(x), np.finfo(np.float64).tiny)) - 0.5)

@@ -168,7 +168,7 @@ class ActiveSet:
     def _tangent(self) -> Single | None:
         """Tangent of the layer in units of the influence of a cell on itself."""
         layer, unit = self.problem.layer, self._bodies.self_influence
-        return None if layer is None else layer.tangent_in(unit, self.pressure)
+        return None if layer is None else layer.scaled_tangent(unit, self.pressure)
 
     def solve(self, tolerance: float, *, verified: bool = True) -> bool:
         """Iterate until the residual is below the tolerance; return whether it is.
@@ -176,7 +176,7 @@ class ActiveSet:
         ``verified`` asks for a final convolution, so that the residual does not rest on updated
         values.
         """
-        before = inf
+        previous = inf
         for _ in range(_ACTIVE_SET_STEPS):
             self._evaluate(tolerance)
             error = self.residual
@@ -184,11 +184,11 @@ class ActiveSet:
                 return False
             if self._rounding > _TRUSTED * max(error, tolerance) * self.scale:
                 self._refresh()
-                before = inf
+                previous = inf
                 continue
-            if error > _STALLED * before and np.array_equal(self._between_bounds(), self._solved):
+            if error > _STALLED * previous and np.array_equal(self._between_bounds(), self._solved):
                 self._care *= _MORE_CARE
-            before = error
+            previous = error
             if error <= tolerance:
                 if not (verified and self._rounding):
                     return True
@@ -207,20 +207,20 @@ class ActiveSet:
 
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
-        pressure, limit, given = self.pressure, self.problem.limit, self.problem.approach
+        pressure, limit, approach = self.pressure, self.problem.limit, self.problem.approach
         loaded, full = pressure > 0, pressure >= limit
-        between = loaded & ~full
-        count = int(np.count_nonzero(between))
+        partly = loaded & ~full
+        count = int(np.count_nonzero(partly))
         self.scale = float(self.displacement.max())
-        if given is not None:
-            self.approach = given
+        if approach is not None:
+            self.approach = approach
         elif count:
-            self.approach = inner(self.separation, between.astype(np.float64)) / count
+            self.approach = inner(self.separation, partly.astype(np.float64)) / count
         else:
             self.approach = float(self.separation[full].max())
         self.gap = gap = self.separation - self.approach
         margin = _MARGIN * tolerance * self.scale
-        self.free = between | (~loaded & (gap < -margin)) | (full & (gap > margin))
+        self.free = partly | (~loaded & (gap < -margin)) | (full & (gap > margin))
         # The largest of g at positive pressure and of −g below the limit.
         worst = max(float((gap * loaded).max()), -float((gap * ~full).min()))
         self.residual = (worst if isfinite(worst) else inf) / self.scale
@@ -228,8 +228,8 @@ class ActiveSet:
     def _advance(self, tolerance: float) -> bool:
         """One projected Newton step; False when none descends, and projected gradients must."""
         problem, bodies = self.problem, self._bodies
-        before, self._solved = self._solved, self.free
-        changed = np.count_nonzero(before != self.free)
+        previous, self._solved = self._solved, self.free
+        changed = np.count_nonzero(previous != self.free)
         if changed:
             self._cells = FreeCells(
                 bodies.single, self._inverses, self.free, problem.approach is None
@@ -324,22 +324,26 @@ def preconditioner(
     The tangent c is in units of the influence of a cell on itself, None without a layer. Its values
     on the free cells, which are known approximately, determine the uniform layers.
     """
-    invert, grid, inside = half_space.single.inverse, half_space.geometry, free.astype(np.float32)
+    invert, grid, free_cells = (
+        half_space.single.inverse,
+        half_space.geometry,
+        free.astype(np.float32),
+    )
     everywhere, count = grid.where(grid), int(np.count_nonzero(free))
     if tangent is None or not count:
-        return [(everywhere, np.ones_like(inside), invert())]
-    mean = inner(tangent, inside) / count
+        return [(everywhere, np.ones_like(free_cells), invert())]
+    mean = inner(tangent, free_cells) / count
     if mean < _SOFT:
         # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell's own.
-        uniform = count / inner(1.0 / (tangent + 1.0), inside) - 1.0
+        uniform = count / inner(1.0 / (tangent + 1.0), free_cells) - 1.0
         share = np.sqrt(np.float32(_STIFFENING + uniform) / (tangent + np.float32(_STIFFENING)))
         return [(everywhere, share, invert(max(uniform, 0.0)))]
     # The square of the layer's share grows with the tangent from zero to one at the mean and falls
     # again above; the square of the other share complements it to one, and is zero above.
-    scale, above = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
+    scale, softest = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
     of_layer = np.minimum(tangent / (tangent + np.float32(_HALF_SHARE)) * scale, 1.0)
     hard = np.sqrt(1.0 - of_layer)
-    soft = np.sqrt(of_layer * np.minimum(above / (tangent + 1.0), 1.0))
+    soft = np.sqrt(of_layer * np.minimum(softest / (tangent + 1.0), 1.0))
     part = half_space.around(hard > 0)
     cells = grid.where(part.geometry)
     hard = np.ascontiguousarray(hard[cells])

@@ -107,9 +107,9 @@ class Row(Grid):
         """Zero: the strips lie on the x axis."""
         return np.zeros(1)
 
-    def along(self, axis: int) -> list[tuple[Way, Array]]:
+    def axis_cells(self, axis: int) -> list[tuple[Way, Array]]:
         """The positive and the negative side: indices, and distances, m."""
-        return super().along(0)
+        return super().axis_cells(0)
 
     def half_space(  # type: ignore[override]
         self, modulus: float, film: Film | None = None
@@ -131,11 +131,11 @@ class Row(Grid):
 
     def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each strip in a region."""
-        fractions, inside = region.cells.astype(np.float64), np.flatnonzero(region.cells)
-        if inside.size:
-            ends = inside[[0, -1]]
-            beyond = 0.5 * (np.diff(ends)[0] + 1) - region.radius / self.spacing[0]
-            fractions[ends] = np.clip(1.0 - beyond, 0.0, 1.0)
+        fractions, held = region.cells.astype(np.float64), np.flatnonzero(region.cells)
+        if held.size:
+            ends = held[[0, -1]]
+            excess = 0.5 * (np.diff(ends)[0] + 1) - region.radius / self.spacing[0]
+            fractions[ends] = np.clip(1.0 - excess, 0.0, 1.0)
         return fractions
 
 

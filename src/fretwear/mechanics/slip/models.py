@@ -456,7 +456,7 @@ class WinklerLayer(Layer):
         """Add the displacement, m, under a pressure, Pa, to a field."""
         result += np.maximum(self.offset + self.compliance * pressure, self.least)
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         """Derivative of the displacement in some unit, m/Pa."""
         moves = self.offset + self.compliance * pressure >= self.least
         return (self.compliance / unit * moves).astype(np.float32)
@@ -537,7 +537,7 @@ class WearLayer(Layer):
         x += self.exponent
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative.
 
         φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.

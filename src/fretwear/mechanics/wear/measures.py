@@ -76,7 +76,7 @@ class Measures:
     def _half_widths(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Half-widths of contact and stick zone, m, along x and along y."""
         along_x, along_y = (
-            half_widths(self.state, self.state.geometry.along(axis)) for axis in (0, 1)
+            half_widths(self.state, self.state.geometry.axis_cells(axis)) for axis in (0, 1)
         )
         return along_x, along_y
 
@@ -273,7 +273,7 @@ class Measures:
     @scalar("Pa", "central pressure", symbol="$p(0)$", unit="MPa", is_headline=False)
     def central_pressure(self) -> float:
         """Of the cell nearest the origin; zero if this cell is open, as in a valley of waves."""
-        lines = self.state.geometry.along(0)
+        lines = self.state.geometry.axis_cells(0)
         return float(np.mean([self.state.pressure[line][0] for line, _ in lines]))
 
     @scalar("m3", "wear volume", symbol="$V$", may_be_logarithmic=True)
@@ -380,7 +380,7 @@ def _regions(
 
 def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Array, Array]:
     """Fractions of each cell of a plane in contact and in stick; they integrate to the areas."""
-    regions = _regions(problem, state, half_widths(state, state.geometry.along(0)))
+    regions = _regions(problem, state, half_widths(state, state.geometry.axis_cells(0)))
     contact, stick = (state.geometry.covered(region, plane) for region in regions)
     return contact, stick
 
@@ -405,7 +405,7 @@ def next_tips(state: State) -> NextTips:
         "stick": (state.reduced.stick, state.reduced.gap),
     }
     return {
-        f"{zone}_half_width_{axis_name}": next_tip(state.geometry.along(axis), *fields)
+        f"{zone}_half_width_{axis_name}": next_tip(state.geometry.axis_cells(axis), *fields)
         for zone, fields in zones.items()
         for axis, axis_name in enumerate("xy")
     }
@@ -428,7 +428,7 @@ def scatter(state: State) -> dict[str, float]:
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis, axis_name in enumerate("xy"):
             name = f"{zone_name}_half_width_{axis_name}"
-            deviations[name] = deviation(geometry.along(axis), cells)
+            deviations[name] = deviation(geometry.axis_cells(axis), cells)
         along_x = deviations[f"{zone_name}_half_width_x"]
         radius = _radius(geometry, cells, zone.area, 0.0)
         by_area = deviations[f"{zone_name}_area"] / (2.0 * pi * radius) if radius else along_x

@@ -128,7 +128,7 @@ class _Layer(Layer):
     def add_displacement(self, pressure: Array, result: Array) -> None:
         result += self.opening + np.expm1(self.exponent(pressure)) * self.gap
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         exponent = self.exponent(pressure)
         slope = np.where(exponent > 0.0, self.rate * np.exp(exponent) * self.gap, 0.0)
         return (slope / unit).astype(np.float32)
