@@ -1,8 +1,8 @@
 """How often intervals of fits hold the truth, on synthetic scars: ``python -m benchmarks.fits``.
 
-Scars of this program with an offset, a tilt, a shift and noise of 2 to 10 % of their depth are
-fitted, and scars in partial slip of an independent integrator on rings. The noise is white, is
-correlated, or is the sum of both. Printed are the coverage of intervals, with the probability of a
+Scars of this program with an offset, a tilt, a shift and noise of 2 to 10 % of their depth at 41 to
+801 positions are fitted, one of them together with a loop, and scars in partial slip of an
+independent integrator on rings. The noise is white, is correlated, or is the sum of both. Printed are the coverage of intervals, with the probability of a
 coverage as far from the level, how often the best value lies inside its interval, a test of the
 ranks of the truth among draws from the posterior, which are uniform where it is calibrated (Talts
 et al., "Validating Bayesian inference algorithms with simulation-based calibration", 2018), errors
@@ -19,10 +19,11 @@ from typing import Any
 
 import numpy as np
 from benchmarks.verification.reference_rings import Resolution, worn_rings
-from tests.studies import TITANIUM
+from tests.studies import SELF_AFFINE, TITANIUM
 
 import fretwear
 from fretwear.arrays import Array
+from fretwear.run.simulate import run
 from fretwear_fit.estimate import LEVELS
 from fretwear_fit.noise import Noise
 from fretwear_fit.search import fit
@@ -39,7 +40,7 @@ SPHERE = {
 }
 # Base, its wear coefficient from a number, ranges of the truth and of the search, half-width of the
 # line, m.
-RINGS = "rings"
+RINGS, LOOP = "rings", "loop"
 KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
     "force": (
         SPHERE | {"tangential_load": "20 N"},
@@ -67,8 +68,28 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         {"wear_coefficient": (1e-14, 1e-11), "debris_fraction": (0.0, 1.0)},
         4.5e-3,
     ),
+    "capped": (
+        SPHERE | {"tangential_load": "20 N", "plastic_limit": "900 MPa"},
+        {"wear_coefficient": (2e-13, 6e-13), "friction": (0.45, 0.6)},
+        {"wear_coefficient": (2e-14, 1e-11), "friction": (0.41, 0.9)},
+        300e-6,
+    ),
+    "rough": (
+        SPHERE
+        | {"tangential_load": "20 N", "friction": 0.5}
+        | {"roughness": SELF_AFFINE | {"shortest_wavelength": "24 um", "seed": 1}},
+        {"wear_coefficient": (2e-13, 6e-13), "roughness.rms_height": (5e-8, 2e-7)},
+        {"wear_coefficient": (2e-14, 1e-11), "roughness.rms_height": (2e-8, 4e-7)},
+        300e-6,
+    ),
+    LOOP: (
+        SPHERE | {"displacement_amplitude": "4 um", "rig_stiffness": "30 N/um"},
+        {"wear_coefficient": (2e-14, 6e-14), "friction": (0.45, 0.6), "rig_stiffness": (2e7, 5e7)},
+        {"wear_coefficient": (2e-15, 1e-12), "friction": (0.3, 1.0), "rig_stiffness": (1e7, 1e8)},
+        300e-6,
+    ),
     RINGS: (
-        SPHERE | {"friction": 0.5},
+        SPHERE | {"friction": 0.5, "slip_model": "jaeger"},
         {"wear_coefficient": (2e-13, 6e-13)},
         {"wear_coefficient": (2e-14, 1e-11)},
         300e-6,
@@ -76,27 +97,36 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
 }
 # Shares of the variance of the noise that are correlated, over a length in half-widths.
 NOISES = {"white": 0.0, "correlated": 1.0, "both": 0.5}
-LENGTH = 0.03
+LENGTHS = (0.01, 0.1)
+LOOP_NOISE = 0.02e-6, 0.3  # of displacements, m, and forces, N
 RATIOS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9)  # Q/µP of the scars on rings
 RESOLUTION = Resolution(swept_width=0.01, edge_width=5e-4, widest=0.025, step=0.1)
-UNITS = {"wear_coefficient": " / Pa"}
+UNITS = {"wear_coefficient": " / Pa", "roughness.rms_height": " m", "rig_stiffness": " N/m"}
+
+
+def written(name: str, value: float) -> object:
+    """The value of a key as study files have it."""
+    return f"{value!r}{UNITS[name]}" if name in UNITS else value
 
 
 def with_values(base: dict[str, Any], values: dict[str, float]) -> dict[str, Any]:
     """The keys of a study with values of what is sought; a pair keeps its shares."""
     changed = dict(base)
     for name, value in values.items():
-        written = f"{value!r}{UNITS[name]}" if name in UNITS else value
-        pair = isinstance(base.get(name), list)
-        changed[name] = [f"{value / 2!r} / Pa"] * 2 if pair else written
+        key, _, part = name.partition(".")
+        if part:
+            changed[key] = base[key] | {part: written(name, value)}
+        elif isinstance(base.get(name), list):
+            changed[name] = [written(name, value / 2)] * 2
+        else:
+            changed[name] = written(name, value)
     return changed
 
 
-def scar(case: fretwear.Case) -> tuple[Array, Array]:
-    """Positions and depths of the scar that the program computes, m."""
-    worn = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
-    line = worn if "y" not in worn.dims else worn.sel(y=0.0, method="nearest")
-    return line["x"].values, line.values
+def write_readings(file: Path, names: str, columns: list[Array]) -> None:
+    """Write two columns of numbers."""
+    rows = "\n".join(f"{a:.8g},{b:.8g}" for a, b in zip(*columns, strict=True))
+    file.write_text(f"{names}\n{rows}\n")
 
 
 def scar_on_rings(case: fretwear.Case, ratio: float) -> tuple[Array, Array]:
@@ -117,32 +147,46 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
         share = generator.uniform()
         logarithmic = name == "wear_coefficient"
         values[name] = low * (high / low) ** share if logarithmic else low + share * (high - low)
-    ratio = RATIOS[number % len(RATIOS)]
+    ratio = RATIOS[number // len(KINDS) * 3 % len(RATIOS)]
     base = base | ({"tangential_ratio": ratio} if kind == RINGS else {})
     case = fretwear.Case(**with_values(base, values), error_estimate=False, output_cycles=[0])
-    worn_x, worn = scar_on_rings(case, ratio) if kind == RINGS else scar(case)
+    data: list[dict[str, Any]] = [{"file": "scar.csv", "quantity": "wear_depth"}]
+    if kind == RINGS:
+        worn_x, worn = scar_on_rings(case, ratio)
+    else:
+        line = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
+        line = line if "y" not in line.dims else line.sel(y=0.0, method="nearest")
+        worn_x, worn = line["x"].values, line.values
+    if kind == LOOP:
+        loop, parts = run(case).loops.isel(cycle=-1), []
+        for name, noise, unit in zip(
+            ("displacement", "force"), LOOP_NOISE, (1e6, 1.0), strict=True
+        ):
+            whole = loop[name].values
+            few = np.interp(np.linspace(0, whole.size - 1, 90), np.arange(whole.size), whole)
+            parts.append(unit * (few + noise * (generator.normal(size=90) + 3.0)))
+        write_readings(folder / "loop.csv", "displacement (um),force (N)", parts)
+        noises = {"noise": f"{LOOP_NOISE[0]} m", "force_noise": f"{LOOP_NOISE[1]} N"}
+        data.append({"file": "loop.csv", "quantity": "loop"} | noises)
     noise = [*NOISES][number % len(NOISES)]
-    x = np.linspace(-half, half, int(generator.integers(101, 402)))
+    x = np.linspace(-half, half, int(41 * (801 / 41) ** generator.uniform()))
+    correlated = half * LENGTHS[0] * (LENGTHS[1] / LENGTHS[0]) ** generator.uniform()
     size = generator.uniform(0.02, 0.1) * float(worn.max())
     shift = generator.normal(scale=0.02 * half)
     depth = np.interp(x - shift, worn_x, worn, left=0.0, right=0.0)
-    for share, length in ((NOISES[noise], LENGTH * half), (1.0 - NOISES[noise], 0.0)):
+    for share, length in ((NOISES[noise], correlated), (1.0 - NOISES[noise], 0.0)):
         depth += Noise(size * np.sqrt(share), length).drawn(x, generator)
     depth += 3.0 * size * (generator.normal() + generator.normal() * x / half)
-    rows = "\n".join(f"{a * 1e6:.6f},{b * 1e6:.8g}" for a, b in zip(x, depth, strict=True))
-    (folder / "scar.csv").write_text(f"x (um),depth (um)\n{rows}\n")
-    free = {}
-    for name, ends in ranges.items():
-        free[name] = [f"{end!r}{UNITS[name]}" if name in UNITS else end for end in ends]
+    write_readings(folder / "scar.csv", "x (um),depth (um)", [x * 1e6, depth * 1e6])
+    free = {name: [written(name, end) for end in ends] for name, ends in ranges.items()}
     start = {name: 0.7 * values[name] + 0.3 * ranges[name][1] for name in values}
     start["wear_coefficient"] = values["wear_coefficient"] * float(generator.choice([0.3, 3.0]))
-    data = [{"file": "scar.csv", "quantity": "wear_depth"}]
     content = {"base": with_values(base, start), "fit": {"free": free, "data": data}}
     file = folder / "scar.yaml"
     file.write_text(json.dumps(content))
     found = fit(file, folder=folder / "runs", seed=number)
     row: dict[str, Any] = {"kind": kind, "number": number, "noise": noise, "runs": found.runs}
-    row["warnings"] = [*found.warnings]
+    row |= {"points": x.size, "length": correlated / half, "warnings": [*found.warnings]}
     for place, unknown in enumerate(found.unknowns):
         true = values[unknown.name]
         best = found.values[unknown.name]
@@ -162,15 +206,16 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scars", type=int, default=30)
+    parser.add_argument("--first", type=int, default=0, help="number of the first scar")
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
     kinds = [*KINDS]
-    for number in range(given.scars):
-        print(number, flush=True)
+    for number in range(given.first, given.first + given.scars):
         with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
             row = one(kinds[number % len(kinds)], number, Path(folder))
             stream.write(json.dumps(row) + "\n")
+            print(json.dumps(row), flush=True)
     report([json.loads(line) for line in given.output.read_text().splitlines()])
 
 
