@@ -11,7 +11,6 @@ from benchmarks.pages import Check, Data, Section, table
 from numpy.typing import NDArray
 
 from fretwear import Case
-from fretwear.mechanics.surfaces.indenters import Ellipsoid
 from fretwear.results import RESULTS, SCALARS
 from fretwear.run.simulate import simulate
 from fretwear.study.case_warnings import LARGE_ERROR
@@ -72,10 +71,6 @@ def cases(seed: int = SEED) -> Iterator[tuple[str, Case, Case]]:
 
 def truth_of(case: Case, longest: float = LONGEST) -> Case:
     """The case by which another one is judged, on wider cells if it would take longer, s."""
-    shape = case.indenter
-    if isinstance(shape, Ellipsoid) and shape.radius_x == shape.radius_y:
-        # An ellipsoid does not know that rings would do.
-        case = case.replace(indenter={"kind": "sphere", "radius": shape.radius_x})
     true = case.replace(cell=[each / REFERENCE for each in case.grid_spacing])
     if estimate(true).seconds > longest and not case.is_graded:
         return case.replace(cell=[2.0 * each for each in true.grid_spacing])

@@ -14,6 +14,7 @@ from fretwear.mechanics.wear.measures import Measures, next_tips
 from fretwear.run.accuracy import (
     GridRun,
     Margins,
+    errors_of_sums,
     errors_of_wear_in,
     estimated_errors,
     without_jumps,
@@ -339,6 +340,33 @@ def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
     assert not found
     falling = case.replace(friction={"cycles": [0, 100], "values": [0.6, 0.3]})
     assert not errors_of_wear_in(falling, {"dissipated_energy": energy})
+
+
+def test_wear_is_as_uncertain_as_the_energies_that_it_adds_up():
+    """Each part of the wear errs by the share by which the energies at its ends err together."""
+    energy, exact = np.array([1.0, 1.0, 0.1, 0.1]), np.zeros(4)
+    volume, depth = np.array([0.0, 8.0, 9.0, 10.0]), np.array([0.0, 2.0, 2.0, 2.0])
+    found = errors_of_sums(
+        {"dissipated_energy": energy, "wear_volume": volume, "maximum_wear_depth": depth},
+        {"dissipated_energy": np.array([0.0, 0.0, 0.055, 0.055])}
+        | dict.fromkeys(("wear_volume", "maximum_wear_depth", "approach"), exact),
+    )
+    np.testing.assert_allclose(found.pop("wear_volume"), [0.0, 0.0, 0.05, 0.6])
+    np.testing.assert_array_equal(found.pop("maximum_wear_depth"), exact)
+    assert not found
+
+
+@pytest.mark.slow
+def test_late_wear_at_the_edge_of_stick_is_within_its_error():
+    """Two runs differ by much less than both miss, as both cannot see the edge."""
+    case = make_case(tangential_ratio=0.8, slip_model="cerruti", cycles=30_000)
+    case = case.replace(output_cycles=(0, 1000, 7000, 15_000, 30_000), cell="6 um")
+    ds = simulate(case, quarter=True)
+    finer = simulate(case.replace(cell="2 um", error_estimate=False), quarter=True)
+    for name in ("wear_volume", "maximum_wear_depth"):
+        apart, error = (ds[name] - finer[name])[1:], ds[f"{name}_error"][1:]
+        assert (np.abs(apart) <= error).all(), name
+        assert error[-1] < 0.2 * ds[name][-1], name
 
 
 @pytest.mark.slow

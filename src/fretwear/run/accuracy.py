@@ -33,6 +33,8 @@ _BESIDE = 0.6
 _OF_STEPS = ("wear", "plastic", "energy", "sliding")
 # These err less, over the difference of two runs, than edges and largest values.
 _STEADY, _OF_STEADY = ("wear_volume", "dissipated_energy", "sliding", "scar"), 0.65
+# Wear adds up what friction dissipates in each cycle.
+_SUMS, _SUMMED = ("wear_volume", "maximum_wear_depth"), "dissipated_energy"
 # These fall while a contact wears in; the error of the time that it takes, over √(h/a).
 _FALLING, _OF_TIME = ("dissipated_energy", "sliding"), 0.9
 
@@ -285,6 +287,25 @@ def errors_of_wear_in(
         highest = np.maximum.accumulate(np.maximum(size, np.finfo(np.float64).tiny))
         errors[name] = of_time * np.log(highest / np.where(size > 0.0, size, highest)) * size
     return errors
+
+
+def errors_of_sums(
+    scalars: Mapping[str, NDArray[np.float64]], errors: Mapping[str, NDArray[np.float64]]
+) -> dict[str, NDArray[np.float64]]:
+    """Return the least errors of wear that follow from those of the dissipated energy.
+
+    Wear adds up this energy, with its errors: those between two snapshots enter by the wear between
+    them. Two runs may differ by less, as both err in one direction while wear goes on slowly beside
+    the edge of the stick zone.
+    """
+    at_ends = (np.nan_to_num(np.abs(of[_SUMMED])) for of in (scalars, errors))
+    energy, apart = (end + np.concatenate([end[:1], end[:-1]]) for end in at_ends)
+    share = np.divide(apart, energy, out=np.zeros_like(apart), where=energy > 0.0)
+    return {
+        name: np.cumsum(share * np.diff(np.abs(scalars[name]), prepend=0.0))
+        for name in errors
+        if name.startswith(_SUMS)
+    }
 
 
 def _differences(

@@ -38,6 +38,7 @@ from fretwear.run.accuracy import (
     GridRun,
     Margins,
     columns_of,
+    errors_of_sums,
     errors_of_wear_in,
     estimated_errors,
     next_width,
@@ -266,10 +267,15 @@ def _run_on_cells(
         errors = estimated_errors(scalars, comparable, times, spread, case.tolerance, margins)
         errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
         errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
+    late: dict[str, NDArray[np.float64]] = {}
+    if errors:
+        least = errors_of_wear_in(case, scalars)
+        late = {name: np.maximum(errors[name], of_time) for name, of_time in least.items()}
+        for name, summed in errors_of_sums(scalars, errors | late).items():
+            errors[name] = np.maximum(errors[name], summed)
     finished = replace(finished, errors=relative_errors(scalars, errors))
     if errors:
-        for name, least in errors_of_wear_in(case, scalars).items():
-            errors[name] = np.maximum(errors[name], least)
+        errors |= late
         of_directions = [case.error_of_directions(cycle) for cycle in case.output_cycles]
         for name in (name for name in errors if name.startswith(_OF_SLIP)):
             errors[name] = np.hypot(errors[name], case.error_of_slip_model * np.abs(scalars[name]))
