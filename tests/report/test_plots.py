@@ -1,6 +1,7 @@
 """Cells of the matrix and curves of the report have the numbers of the study."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,6 +67,8 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
         assert row["total_low"] < share < row["total_high"]
         assert row["total_high"] - row["first_low"] < 0.1
         assert (row["from"], row["to"]) == (0.0, 1.0)
+    reference = Path(__file__).parents[2] / "docs/reference/dataset.md"
+    assert all(f"`{key}`" in reference.read_text(encoding="utf-8") for key in rows[0])
     (dots,) = curve(points, effects_table(points), "wear_volume", "load")["data"]
     assert len(dots["x"]) == 64
     assert dots["mode"] == "markers"
