@@ -152,7 +152,7 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
 
     Raises a `ValueError` for a dataset that lacks a cycle or one of the variables `names`.
     """
-    require(dataset, *names)
+    require_variables(dataset, *names)
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
         dataset = dataset.expand_dims("cycle")
     available = available_cycles(dataset)
@@ -168,7 +168,7 @@ def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
     return {"": cases} if isinstance(cases, xr.Dataset) else cases
 
 
-def require(dataset: xr.Dataset, *names: str) -> None:
+def require_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise a `ValueError` if a dataset lacks a variable."""
     for name in names:
         if name not in dataset:

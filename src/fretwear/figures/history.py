@@ -31,7 +31,7 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require, stepped, variable_of
+from fretwear.figures.datasets import history_of, require_variables, stepped, variable_of
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -93,7 +93,7 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     The dataset is a merged study (varied names or ``point``, then ``cycle``), one case, or the
     history of either (…, ``step``). Raises a `ValueError` if it lacks the result.
     """
-    require(dataset, name)
+    require_variables(dataset, name)
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
         dataset = dataset.expand_dims("cycle")
     dims = [str(dim) for dim in dataset[name].dims if dim not in ("cycle", "step")]

@@ -20,7 +20,7 @@ from fretwear.figures.axes import add_scale, outside_key, parameter_values
 from fretwear.figures.datasets import (
     TitledCases,
     is_smooth,
-    require,
+    require_variables,
     snapshots,
     titled,
     variable_of,
@@ -165,7 +165,7 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     gross in others is mixed. The width of a dot is proportional to the cube root of the wear
     volume.
     """
-    require(summary, "status", "regime", "wear_volume")
+    require_variables(summary, "status", "regime", "wear_volume")
     names = (next(name for name in WAYS if name in summary["status"].dims), "normal_load")
     rest = {name: 0 for name in summary["status"].dims if name not in names}
     shown = summary.isel(rest).transpose(*names[::-1], ...)
