@@ -26,7 +26,7 @@ from fretwear.arrays import Array, Mask
 from fretwear.quantity import Plain, Readable, Schema, is_list
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed
 from fretwear_measured.maps import LEAST_POINTS, open_surface, read_map, without_marks
-from fretwear_measured.tables import Sought, open_table, require
+from fretwear_measured.tables import Sought, ensure, open_table
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
@@ -251,9 +251,9 @@ def read_topography(
         points = [at[within] for at, within in zip(points, inside, strict=True)]
     rule = "has {} x {} points in the part to be read, too few for a surface".format(*values.shape)
     is_wide = min(values.shape) >= LEAST_POINTS
-    require(is_wide, rule, "give a map, and a patch that lies in it")
+    ensure(is_wide, rule, "give a map, and a patch that lies in it")
     measured = np.isfinite(values)
-    require(measured.sum() >= LEAST_POINTS, "has no heights: every point is missing")
+    ensure(measured.sum() >= LEAST_POINTS, "has no heights: every point is missing")
     summary = _summary_of(points, values)
     x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
     values = _without(form, x, y, values, measured)
@@ -300,7 +300,7 @@ def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Ar
         q = _total(factors, (*plane, x * x + y * y))
         root = 1.0 - 4.0 * factors[-1] * q
         remedy = "choose form: paraboloid or plane"
-        require((root > 0.0).all(), "is not a part of a sphere", remedy)
+        ensure((root > 0.0).all(), "is not a part of a sphere", remedy)
         result: Array = z - 2.0 * q / (1.0 + np.sqrt(root))
         return result
     lefts = [z - _total(factors, terms) for terms, factors in fits]
@@ -308,9 +308,8 @@ def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Ar
 
 
 def _total(factors: Array, terms: Sequence[Array]) -> Array:
-    return np.sum(
-        [f * t for f, t in zip(factors, np.broadcast_arrays(*terms), strict=True)], axis=0
-    )
+    total: Array = sum(map(np.multiply, factors, terms), np.zeros(()))
+    return total
 
 
 def fitted(terms: Sequence[Array], heights: Array, measured: Mask) -> Array:
@@ -378,9 +377,9 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     table = open_table(Path(source.path))
     _, (distance, height) = table.read(sought, "such as: r (mm), z (um)")
     is_whole = len(distance) >= LEAST_POINTS and np.isfinite([distance, height]).all()
-    require(is_whole, f"must have at least {LEAST_POINTS} points, all of them numbers")
+    ensure(is_whole, f"must have at least {LEAST_POINTS} points, all of them numbers")
     goes_out = distance[0] == 0.0 and (np.diff(distance) > 0.0).all()
-    require(goes_out, "must begin at the axis, r = 0, and go outwards from line to line")
+    ensure(goes_out, "must begin at the axis, r = 0, and go outwards from line to line")
     is_tip = height[0] == height.min() and height[-1] == height.max()
-    require(is_tip, "must be lowest on the axis and highest at its end: a convex tip")
+    ensure(is_tip, "must be lowest on the axis and highest at its end: a convex tip")
     return distance, height - height[0]

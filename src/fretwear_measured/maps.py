@@ -25,10 +25,10 @@ from fretwear_measured.tables import (
     NoTableError,
     Sought,
     Table,
+    ensure,
     library,
     pick,
     read_text,
-    require,
     table_of_text,
 )
 
@@ -70,9 +70,9 @@ def read_map(path: Path, unit: str, size: str, file_format: str, channel: str) -
     found = _map_of_text(path, unit, size) if is_text else None
     found = found or open_surface(path, unit, size, file_format, channel)
     rule = "is a line scan, but a map of heights over x and y is needed"
-    require(found.heights.shape[1] > 1, rule, _SAVE)
+    ensure(found.heights.shape[1] > 1, rule, _SAVE)
     rule = f"({found.reader}) has sides of {_by(found.sides)}"
-    require(max(found.sides) <= _LONGEST, rule, f"check its units, or {_SAVE}")
+    ensure(max(found.sides) <= _LONGEST, rule, f"check its units, or {_SAVE}")
     return found._replace(heights=without_marks(found.heights, max(found.sides)))
 
 
@@ -94,7 +94,7 @@ def without_marks(heights: Array, side: float) -> Array:
     middle = np.diff(np.nanpercentile(kept, (25, 75)))[0]
     rule = f"has heights that differ by more than {_STEEPEST:g} times its longer side"
     remedy = "check its units; if it has none: unit: [mm, mm, um]"
-    require(middle <= _STEEPEST * side, rule, remedy)
+    ensure(middle <= _STEEPEST * side, rule, remedy)
     kept[np.abs(kept - np.nanmedian(kept)) > _FARTHEST * side] = np.nan
     return kept
 
@@ -102,15 +102,15 @@ def without_marks(heights: Array, side: float) -> Array:
 def scales_of(stated: Sequence[str], unit: str) -> Triple:
     """Metres of the units of x, y, z: those in the file, else those of the key `unit`."""
     keys = [one.strip() for one in unit.split(",")]
-    require(len(keys) in (1, 3), f"needs one unit or three, not unit: [{unit}]", _ADD_UNIT)
+    ensure(len(keys) in (1, 3), f"needs one unit or three, not unit: [{unit}]", _ADD_UNIT)
     pairs = [*zip(stated, keys * (3 // len(keys)), strict=True)]
-    require(all(map(any, pairs)), "does not say the unit of its lengths", _ADD_UNIT)
+    ensure(all(map(any, pairs)), "does not say the unit of its lengths", _ADD_UNIT)
     x, y, z = (_length(own or key) for own, key in pairs)
     fills = len(keys) == 1 and not all(stated)
     differs = (abs(_length(o) / _length(k) - 1.0) > 1e-9 for o, k in pairs if o and k)
     says = listed(f"{axis} ({own or '?'})" for axis, own in zip("xyz", stated, strict=True))
     rule = f"says {says}, which unit: {unit} contradicts"
-    require(fills or not any(differs), rule, "remove the key unit")
+    ensure(fills or not any(differs), rule, "remove the key unit")
     return x, y, z
 
 
@@ -126,7 +126,7 @@ def _sides(size: str) -> tuple[float, float]:
     """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
     sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
     is_pair = len(sides) == 2 and min(sides) > 0.0
-    require(is_pair, f"needs two sides, not size: [{size}]", "size: [900 um, 900 um]")
+    ensure(is_pair, f"needs two sides, not size: [{size}]", "size: [900 um, 900 um]")
     return sides[0], sides[1]
 
 
@@ -136,7 +136,7 @@ def _checked(sides: Sequence[float], points: Sequence[int], size: str) -> tuple[
     trios = zip(sides, asked, points, strict=True)
     same = all(abs(own - key) <= 1.5 * own / count for own, key, count in trios)
     rule = f"has sides of {_by(sides)}, which size: [{size}] contradicts"
-    require(same, rule, "remove the key size")
+    ensure(same, rule, "remove the key size")
     return sides[0], sides[1]
 
 
@@ -167,7 +167,7 @@ def _map_of_text(path: Path, unit: str, size: str) -> Map | None:
         found = re.match(r"(?:.*\n){7}(?:\S+ ){6}([\d.eE+-]+) ", text)
         pixel = float(found[1]) if found else 0.0
         remedy = f"calibrate it in MetroPro, or {_SAVE}"
-        require(pixel > 0.0, "is an xyz file of Zygo without a lateral calibration", remedy)
+        ensure(pixel > 0.0, "is an xyz file of Zygo without a lateral calibration", remedy)
         reader = f"xyz of Zygo, {format_quantity(pixel, LENGTH, 4)} per pixel, heights in um"
         scales = (pixel, pixel, 1e-6)
     x, y, z = (s * table.values[rows, n] for s, n in zip(scales, numbers, strict=True))
@@ -181,7 +181,7 @@ def _whole_rows(table: Table, numbers: Sequence[int]) -> Places:
     rows = np.flatnonzero(np.isfinite(table.values).any(axis=1))
     widths = np.array(table.widths)[rows]
     rule = f"has {widths[1:].min(initial=9)} numbers in a line, but {widths.max()} in others"
-    require((widths[1:] == widths.max()).all(), f"{rule}: its end may be missing")
+    ensure((widths[1:] == widths.max()).all(), f"{rule}: its end may be missing")
     return rows
 
 
@@ -189,7 +189,7 @@ def _lines_of(places: Array) -> tuple[Array, float]:
     """Positions of the lines of a grid, and the step of which all are multiples; 0 without one."""
     lines = np.unique(places)
     lines = lines[np.append(True, np.diff(lines) > 1e-6 * np.ptp(lines))]
-    require(len(lines) > 1, "is no map: its points lie on one line", _SAVE)
+    ensure(len(lines) > 1, "is no map: its points lie on one line", _SAVE)
     steps = np.diff(lines)
     for first in (np.median(steps), steps.min()):
         counts = np.append(0, np.cumsum(np.rint(steps / first)))
@@ -204,9 +204,7 @@ def _map_of_points(x: Array, y: Array, z: Array, reader: str, size: str) -> Map:
     """The map of heights at positions, m; lines that are left out are missing points."""
     there = np.isfinite(x) & np.isfinite(y)
     x, y, z = x[there], y[there], z[there]
-    require(
-        x.size >= LEAST_POINTS**2, f"has {x.size} points with x and y, too few for a map", _SAVE
-    )
+    ensure(x.size >= LEAST_POINTS**2, f"has {x.size} points with x and y, too few for a map", _SAVE)
     (lines_x, step_x), (lines_y, step_y) = _lines_of(x), _lines_of(y)
     if not (step_x and step_y):
         return _interpolated((x, y), z, (lines_x, lines_y), reader)
@@ -215,7 +213,7 @@ def _map_of_points(x: Array, y: Array, z: Array, reader: str, size: str) -> Map:
     if x.size < _FULL * shape[0] * shape[1]:
         return _interpolated((x, y), z, (lines_x, lines_y), reader)
     is_single = len(np.unique(at_x * shape[1] + at_y)) == x.size
-    require(is_single, "has several heights at one place", "save each map in a file of its own")
+    ensure(is_single, "has several heights at one place", "save each map in a file of its own")
     heights = np.full(shape, np.nan)
     heights[at_x, at_y] = z
     return Map(heights, _checked((step_x * shape[0], step_y * shape[1]), shape, size), reader)
@@ -288,7 +286,7 @@ def _map_of_matrix(table: Table, rows: Places, unit: str, size: str) -> Map | No
         np.array_equal(at - at[0], np.arange(at.size)) and at[0] in (0, 1) for at in axes
     ):
         rule = "has a matrix whose first line and column count its points"
-        require(size and unit, rule, "add size: [900 um, 900 um] and unit: um")
+        ensure(size and unit, rule, "add size: [900 um, 900 um] and unit: um")
         above = []
     elif axes:
         # Units of x, y and z in brackets in the corner.
@@ -325,7 +323,7 @@ def open_surface(
         from SurfaceTopography.IO import lookup_reader_by_format as formats
 
         rule = f"has no reader for format: {file_format}"
-        require(file_format in ("", *formats), rule, f"formats are {listed(sorted(formats))}")
+        ensure(file_format in ("", *formats), rule, f"formats are {listed(sorted(formats))}")
         if isinstance(file, Path) and "x3p" in (file_format, file.suffix.lower()[1:]):
             file = _mended(file)
         with (
@@ -335,7 +333,7 @@ def open_surface(
             chosen = _channel(reader, channel)
             says_sides = chosen.dim == 1 or chosen.physical_sizes is not None
             rule = "does not say the lengths of its sides"
-            require(size or says_sides, rule, "add size: [900 um, 900 um] and unit: um")
+            ensure(size or says_sides, rule, "add size: [900 um, 900 um] and unit: um")
             own = {} if chosen.unit else chosen.info.get("raw_metadata") or {}
             lateral = chosen.unit or own.get("xunit") or ""
             scales = scales_of((lateral, lateral, chosen.unit or ""), unit)
@@ -356,7 +354,7 @@ def open_surface(
 def _channel(reader: Any, asked: str) -> Any:
     """The channel with a number or a name, or the usual one."""
     remedy = "export the heights (topography), not a phase or an amplitude"
-    require(reader.channels, "has no channel of heights", remedy)
+    ensure(reader.channels, "has no channel of heights", remedy)
     names = [one.name for one in reader.channels]
     number = int(asked) if asked.isdecimal() and asked not in names else asked
     chosen = reader.channels[pick(number, names, "height channel")] if asked else None

@@ -56,7 +56,7 @@ class NoTableError(QuantityError):
     """A file without text or without numbers in columns."""
 
 
-def require(holds: object, rule: str, remedy: str = "") -> None:
+def ensure(holds: object, rule: str, remedy: str = "") -> None:
     """Raise `QuantityError` with a rule and its remedy unless a condition holds."""
     if not holds:
         raise QuantityError(rule, remedy)
@@ -83,9 +83,9 @@ def pick(asked: int | str, names: Sequence[str], kind: str) -> int:
     """The place of what is asked for, by number from 0 or by name, among columns or channels."""
     same = [n for n, name in enumerate(names) if asked in (n, name)]
     there = listed(f"{n}: {name}" if name else str(n) for n, name in enumerate(names))
-    require(same, f"has no {kind} {asked!r}", f"its {kind}s are {there}")
+    ensure(same, f"has no {kind} {asked!r}", f"its {kind}s are {there}")
     numbers = listed(map(str, same), "or")
-    require(len(same) == 1, f"has {len(same)} {kind}s {asked!r}", f"say which number: {numbers}")
+    ensure(len(same) == 1, f"has {len(same)} {kind}s {asked!r}", f"say which number: {numbers}")
     return same[0]
 
 
@@ -200,7 +200,7 @@ class Table:
             numbers, column = self.numbers(number), f"its column {self.label(number)}"
             plain, examples = re.fullmatch(_NUMBER, scale), re.findall(r"[(](.*?)[)]", example)
             remedy = f"{example}, or units: [{', '.join(examples)}]"
-            require(unit or not plain, f"has no unit for {column}", remedy)
+            ensure(unit or not plain, f"has no unit for {column}", remedy)
             # A scale without a unit of the column, such as 20 um/V, tells that unit itself.
             text = f"{scale} {unit}"
             if not plain:
@@ -274,7 +274,7 @@ def table_of_text(text: str, layout: Layout = PLAIN) -> Table:
     """The table of a text; `QuantityError` says why it has none."""
     lines = text.replace("−", "-").splitlines()
     rule = f"has {len(lines)} lines, and skip leaves none of them"
-    require(not layout.skip >= len(lines) > 0, rule)
+    ensure(not layout.skip >= len(lines) > 0, rule)
     kept = [n for n, line in enumerate(lines) if n >= layout.skip and line.strip()]
     first = _first_numbers([lines[n] for n in kept[: _MOST_HEADLINES + 1]])
     if first is None:
@@ -402,7 +402,7 @@ def read_text(path: Path, encoding: str | None = None) -> str:
     except OSError as error:
         raise QuantityError(f"cannot be read: {error.strerror}") from error
     is_packed = content.startswith(_ARCHIVES)
-    require(not is_packed, "is an archive or a spreadsheet", "unpack it, or save it as .csv")
+    ensure(not is_packed, "is an archive or a spreadsheet", "unpack it, or save it as .csv")
     high, low = (content[n:200:2].count(0) for n in (0, 1))
     usual: tuple[str, ...] = ("utf-8-sig", "cp1252", "latin-1") if high + low == 0 else ("utf-16",)
     if high + low > 0 and content[:2] not in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
