@@ -288,6 +288,15 @@ def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard
     assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
 
 
+def test_the_edge_of_a_scar_is_as_uncertain_as_the_edge_of_a_contact():
+    edges, twin = (
+        dict.fromkeys(("contact_half_width_x", "scar_half_width_x"), values)
+        for values in (np.array([1.0, 1.1]), np.array([1.02, 1.13]))
+    )
+    of_contact, of_scar = estimated_errors(edges, twin, 2.0, {}, 0.01, MARGINS).values()
+    np.testing.assert_array_equal(of_scar, of_contact)
+
+
 def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
     energy = [1.0, 0.5, 0.1]
     falls = estimates([2e-3, 0.05, 0.0], values=energy) / energy

@@ -32,7 +32,7 @@ _BESIDE = 0.6
 # Words in the names of scalars that add up over steps or follow from the worn shape.
 _OF_STEPS = ("wear", "plastic", "energy", "sliding")
 # These err less, over the difference of two runs, than edges and largest values.
-_STEADY, _OF_STEADY = ("wear_volume", "dissipated_energy", "sliding", "scar"), 0.65
+_STEADY, _OF_STEADY = ("wear_volume", "dissipated_energy", "sliding"), 0.65
 # Wear adds up what friction dissipates in each cycle.
 _SUMS, _SUMMED = ("wear_volume", "maximum_wear_depth"), "dissipated_energy"
 # These fall while a contact wears in; the error of the time that it takes, over √(h/a).
